@@ -23,6 +23,10 @@ mod fmus;
 #[path = "acceptance/python.rs"]
 mod python;
 
+// Starts Slurm and HyperQueue on this machine.
+#[path = "acceptance/engines.rs"]
+mod engines;
+
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
@@ -60,6 +64,12 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Sweeps by a real Slurm and a real HyperQueue.
+#[path = "acceptance/cluster.rs"]
+mod cluster;
+// Sweeps that are submitted to processes of this machine, and mistakes in it.
+#[path = "acceptance/submitting.rs"]
+mod submitting;
 // Halves of known systems, coupled by each algorithm.
 #[path = "acceptance/coupling.rs"]
 mod coupling;
@@ -150,6 +160,12 @@ mod live;
 mod packed_system;
 #[path = "acceptance/pages.rs"]
 mod pages;
+// Analyses that are Python scripts.
+#[path = "acceptance/python_analyses.rs"]
+mod python_analyses;
+// FMUs that are Python scripts.
+#[path = "acceptance/python_fmus.rs"]
+mod python_fmus;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
@@ -203,6 +219,8 @@ fn main() -> ExitCode {
     hostile_inputs::register(&mut tests);
     baselines::register(&mut tests);
     cli::register(&mut tests);
+    cluster::register(&mut tests);
+    submitting::register(&mut tests);
     #[cfg(feature = "rerun")]
     comparing::register(&mut tests);
     conform::register(&mut tests);
@@ -244,6 +262,8 @@ fn main() -> ExitCode {
     pages::register(&mut tests);
     playback::register(&mut tests);
     plugins::register(&mut tests);
+    python_analyses::register(&mut tests);
+    python_fmus::register(&mut tests);
     recordings::register(&mut tests);
     results::register(&mut tests);
     state::register(&mut tests);

@@ -1,12 +1,14 @@
 //! Hands recorded signals to plugins and takes what they find: a result, columns for the recording, diagrams, files.
 
+mod script;
+
 use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
 use recording::table::Table;
 use recording::{Derived, Full, NumberIndex, Row, Sink};
-use scenario::plan::{AnalysisPlan, Origin, Wired, is_reserved};
+use scenario::plan::{Analyser, AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
 use crate::fresh;
@@ -81,8 +83,12 @@ pub fn run(
     let request = Request { config: &plan.config, signals: signals.collect() };
     let name = &plan.name;
     let mut host = AnalysisHost { name, sink, folder, files, progress, failed: None };
+    let plugin = match &plan.analyser {
+        Analyser::Plugin(plugin) => plugin,
+        Analyser::Python(waiting) => return script::run(plan, waiting, &request, &mut host),
+    };
     let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
-        plan.plugin.run(&request, &mut host)
+        plugin.run(&request, &mut host)
     });
     if let Some(error) = host.failed {
         return Err(error);
@@ -113,7 +119,7 @@ struct AnalysisHost<'a> {
 }
 
 impl AnalysisHost<'_> {
-    fn write(&mut self, name: &str, text: &str) -> Result<(), Error> {
+    fn write(&mut self, name: &str, contents: impl AsRef<[u8]>) -> Result<(), Error> {
         let plain = Path::new(name).file_name().is_some_and(|file| file == name);
         if !plain || is_reserved(name) {
             let what = format!("expected the name of a file of its own, found `{name}`");
@@ -125,7 +131,7 @@ impl AnalysisHost<'_> {
             return Err(Error::output(&path, "there is such a file already, and no run wrote it"));
         }
         PreviousRun::note(self.folder, name)?;
-        fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
+        fresh::write(&path, contents).map_err(|error| Error::output(&path, error))?;
         if !self.files.iter().any(|known| known == name) {
             self.files.push(name.to_owned());
         }

@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 32] = [
+const ARROWS: [(&str, &[&str]); 35] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -75,13 +75,14 @@ const ARROWS: [(&str, &[&str]); 32] = [
     ("archive", &[]),
     ("damage", &[]),
     ("isolation", &[]),
+    ("python", &[]),
     ("ssp", &["archive"]),
     ("expression", &["diagnostics", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
-    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "recording", "ssp", "units"]),
+    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "python", "recording", "ssp", "units"]),
     ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
@@ -92,10 +93,12 @@ const ARROWS: [(&str, &[&str]); 32] = [
     ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
     ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
     ("system-fmu", &["fmu-export", "system"]),
+    ("python-model", &["fmu-export", "python"]),
+    ("python-fmu", &["fmu-export", "python-model"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -26,6 +26,7 @@ const PACKAGES: &[&str] = &[
     "polars",
     "pyarrow",
     "tombi==1.9.6",
+    "hyperqueue==0.27.0",
 ];
 
 /// A virtual environment.
@@ -43,6 +44,17 @@ impl Python {
         python.env("TRACKSIDE_PROGRAM", env!("CARGO_BIN_EXE_trackside"));
         let output = python.arg("-B").arg(script).args(arguments).output().expect("Python");
         Ended::of(output).expect(0)
+    }
+
+    /// The words of a shell that run a script of `tests/acceptance/python`.
+    pub fn script(&self, script: &str) -> String {
+        let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
+        format!("'{}' -B '{}'", self.0.join("bin/python").display(), script.display())
+    }
+
+    /// The interpreter.
+    pub fn program(&self) -> PathBuf {
+        self.0.join("bin/python")
     }
 
     /// Python as a library, which FMUs of pythonfmu expect in the process; some Pythons have none.

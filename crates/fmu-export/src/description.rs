@@ -1,5 +1,6 @@
 //! Writes `modelDescription.xml` of FMI 2.0 from the table of variables.
 
+mod problems;
 mod terminals;
 mod three;
 mod units;
@@ -39,6 +40,8 @@ pub struct Capabilities {
     pub differentiable: bool,
     /// Not more than one instance in a process.
     pub only_once: bool,
+    /// Needs another program on the machine, such as an interpreter.
+    pub needs_tool: bool,
 }
 
 /// The source of a description.
@@ -82,6 +85,7 @@ impl Table {
             serialized_state: true,
             differentiable,
             only_once: false,
+            needs_tool: false,
         };
         Table { info, variables: variables.collect(), capabilities, arrays: true }
     }
@@ -207,6 +211,7 @@ fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
 fn write_capabilities(out: &mut dyn Write, name: &str, can: Capabilities) -> fmt::Result {
     write!(out, r#"  <CoSimulation modelIdentifier="{}""#, Escaped(name))?;
     for (flag, set) in [
+        ("needsExecutionTool", can.needs_tool),
         ("canHandleVariableCommunicationStepSize", can.variable_step),
         ("canInterpolateInputs", can.interpolates),
         ("canBeInstantiatedOnlyOncePerProcess", can.only_once),

@@ -139,6 +139,7 @@
 
 pub mod abi;
 mod array;
+mod cell;
 mod co_simulation;
 mod derivative;
 pub mod description;
@@ -152,11 +153,13 @@ mod memory;
 mod model;
 #[cfg(feature = "pack")]
 pub mod pack;
+pub mod resources;
 mod table;
 mod terminal;
 mod value;
 mod variable;
 
+pub use cell::Cell;
 pub use co_simulation::{Categories, CoSimulation};
 pub use derivative::{Derivatives, Equations, Number};
 pub use failure::{FmiError, FmiResult, reject};

@@ -46,7 +46,7 @@ pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec
         let found = row_problems(&variable.row, variable.access.kind())
             .chain(unit_problem(&variable.row))
             .chain(start_problem(variable, start))
-            .chain(dependency_problems(variables, &variable.row));
+            .chain(dependency_problems(&inputs(variables.iter().map(|it| &it.row)), &variable.row));
         problems.extend(found.map(|problem| format!("`{name}`: {problem}")));
     }
     let rows = || variables.iter().map(|it| (&it.row, it.access.kind()));
@@ -63,7 +63,7 @@ pub(crate) fn table_problems<M>(variables: &[Variable<M>], start: &mut M) -> Vec
     problems
 }
 
-fn info_problems(info: &Info) -> Vec<String> {
+pub(crate) fn info_problems(info: &Info) -> Vec<String> {
     let mut problems = Vec::new();
     if !is_identifier(info.name) {
         problems.push(format!("the model's name `{}` is no C identifier", info.name));
@@ -123,7 +123,7 @@ fn terminal_problems<M>(terminals: &[Terminal], variables: &[Variable<M>]) -> Ve
     problems
 }
 
-fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String> + use<> {
+pub(crate) fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String> + use<> {
     let Row { min, max, nominal, .. } = *row;
     let limits = [min, max, nominal];
     let mut problems = Vec::new();
@@ -159,7 +159,7 @@ fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String> + use<> {
     problems.into_iter()
 }
 
-fn unit_problem(row: &Row) -> Option<String> {
+pub(crate) fn unit_problem(row: &Row) -> Option<String> {
     let parse = |text| Unit::parse(text).map_err(|error| error.to_string());
     let unit = match parse(row.unit) {
         _ if row.unit.is_empty() && row.display_unit.is_none() => return None,
@@ -179,25 +179,31 @@ fn start_problem<M>(Variable { row, access }: &Variable<M>, start: &mut M) -> Op
         Access::Integer(at) => f64::from(*at(start)),
         Access::Boolean(_) | Access::String(_) => return None,
     };
+    row.has_start().then(|| outside(row, value)).flatten()
+}
+
+/// Says that a start value is none that the variable may have.
+pub(crate) fn outside(row: &Row, value: f64) -> Option<String> {
     let outside = value < row.min.unwrap_or(value) || value > row.max.unwrap_or(value);
-    let wrong = row.has_start() && (outside || !value.is_finite());
-    wrong.then(|| format!("it starts at {value}, outside of its limits"))
+    (outside || !value.is_finite()).then(|| format!("it starts at {value}, outside of its limits"))
+}
+
+/// The names of the inputs of a table.
+pub(crate) fn inputs<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'static str> {
+    rows.filter(|row| row.causality == Causality::Input).map(|row| row.name).collect()
 }
 
 /// Names that an output cannot depend on.
-fn dependency_problems<M>(variables: &[Variable<M>], row: &Row) -> impl Iterator<Item = String> {
+pub(crate) fn dependency_problems(
+    inputs: &[&str],
+    row: &Row,
+) -> impl Iterator<Item = String> + use<> {
     let names = match row.depends {
         Depends::On(names) => names,
         Depends::All => &[],
     };
-    let is_input = |name: &str| {
-        let mut inputs = variables.iter().filter(|other| other.row.causality == Causality::Input);
-        inputs.any(|input| input.row.name == name)
-    };
-    names
-        .iter()
-        .filter(move |name| !is_input(name))
-        .map(|name| format!("depends on `{name}`, which is no input"))
+    let wrong: Vec<_> = names.iter().filter(|name| !inputs.contains(name)).collect();
+    wrong.into_iter().map(|name| format!("depends on `{name}`, which is no input"))
 }
 
 /// Whether a name is a C identifier, as that of a model must be.

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 use crate::signal::Signal;
 use crate::words::{At, Extrapolate, OnFailure};
 pub use accepts::Accepts;
-pub use analysis::{AnalysisPlan, Origin, Wired};
+pub use analysis::{Analyser, AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
 pub use call_fault::{CallFault, CallFaultKind};
 pub use check::{CheckPlan, Condition, ResultName, Results};

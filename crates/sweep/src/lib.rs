@@ -4,4 +4,8 @@
 
 pub mod design;
 pub mod distribution;
+pub mod page;
+pub mod search;
+pub mod statistics;
+pub mod summary;
 pub mod table;

@@ -221,6 +221,32 @@ impl Column {
         }
     }
 
+    /// Its values as numbers: booleans are 0 and 1, texts their places among all different ones, and what is missing is NaN.
+    #[must_use]
+    pub fn to_numbers(&self) -> Vec<f64> {
+        match &self.values {
+            Values::Integers(values) => values.iter().map(|&value| value as f64).collect(),
+            Values::Numbers(values) => values.clone(),
+            Values::Booleans(values) => {
+                let number = |value: &Option<bool>| value.map_or(f64::NAN, f64::from);
+                values.iter().map(number).collect()
+            }
+            Values::Texts(texts) => {
+                let known = self.distinct_texts();
+                let place =
+                    |text: &str| known.binary_search(&text).map_or(f64::NAN, |it| it as f64);
+                texts.iter().map(|text| text.as_deref().map_or(f64::NAN, place)).collect()
+            }
+        }
+    }
+
+    /// The different texts in it, in alphabetical order.
+    #[must_use]
+    pub fn distinct_texts(&self) -> Vec<&str> {
+        let texts = self.texts().unwrap_or_default().iter().flatten();
+        texts.map(String::as_str).collect::<std::collections::BTreeSet<_>>().into_iter().collect()
+    }
+
     /// Whether all but the values is the same.
     fn fits(&self, other: &Column) -> bool {
         (&self.name, &self.unit, self.role, self.values.kind())

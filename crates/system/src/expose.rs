@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use diagnostics::{Error, Mistakes, suggest};
 use fmu_export::description::{Capabilities, Described, Table};
-use fmu_export::{Causality, Depends, Info, Initial, Row, Variability};
+use fmu_export::{Causality, Cell, Depends, Info, Initial, Row, Variability};
 use fmu_import::Value;
 use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
@@ -13,7 +13,7 @@ use scenario::pattern::matches;
 use scenario::plan::{Body, NodePlan, System};
 use scenario::words::quoted;
 
-use crate::interface::{Cell, Exposed, Interface, Role};
+use crate::interface::{Exposed, Interface, Role};
 
 /// The choice of variables; `*` stands for any letters.
 #[derive(Debug, Clone, Default)]

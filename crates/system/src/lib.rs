@@ -10,7 +10,7 @@ mod interface;
 mod nested;
 mod running;
 
-pub use interface::{Cell, Exposed, Interface, Role};
+pub use interface::{Exposed, Interface, Role};
 pub use nested::Nested;
 
 /// The scenario in the folder of resources.

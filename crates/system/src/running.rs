@@ -6,7 +6,7 @@ use cosim::coupling::{self, Coupling};
 use cosim::exchange::{Exchange, Interruption, Memory, failure};
 use cosim::node::{self, Node};
 use diagnostics::Error;
-use fmu_export::{Course, FmiResult, log, reject};
+use fmu_export::{Cell, Course, FmiResult, log, reject};
 use fmu_import::CallError;
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::plan::{Body, System};
@@ -15,7 +15,7 @@ use scenario::{Built, Scenario};
 
 use crate::SCENARIO;
 use crate::guided::{Guided, Held};
-use crate::interface::{Cell, Interface, Role};
+use crate::interface::{Interface, Role};
 
 /// The log category of what the FMUs of the scenario say.
 pub(crate) const NODES: &str = "logNodes";

@@ -1,5 +1,8 @@
-//! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP or as one FMU.
+//! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP or as one FMU, or a
+//! Python script as an FMU.
 
+mod library;
+mod python;
 mod ssp;
 mod system;
 
@@ -33,6 +36,18 @@ pub struct Arguments {
     /// Pack the scenario as one FMU of this name: its FMUs, connections and coupling behind one description.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["example", "ssp"])]
     fmu: Option<String>,
+    /// Pack a Python script as an FMU: a class in it that is a `trackside.fmu.Model`. It needs no compiler.
+    #[arg(long, value_name = "SCRIPT", conflicts_with_all = ["packages", "example", "ssp", "fmu"])]
+    python: Option<PathBuf>,
+    /// Name of the FMU of a Python script [default: that of the script].
+    #[arg(long, requires = "python")]
+    name: Option<String>,
+    /// The class in the Python script, where there are several.
+    #[arg(long, value_name = "NAME", requires = "python")]
+    class: Option<String>,
+    /// Files and folders beside the Python script that it needs.
+    #[arg(long, value_name = "PATH", num_args = 1.., requires = "python")]
+    with: Vec<PathBuf>,
     /// Inputs of the FMU: inputs of the FMUs inside, signals, or columns of tables. `*` stands for any letters.
     #[arg(long, value_name = "NODE.VARIABLE", num_args = 1.., requires = "fmu")]
     inputs: Vec<String>,
@@ -83,6 +98,16 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         return system::run(&system::Order {
             scenarios: &arguments.packages,
             choice: Choice { name: name.clone(), inputs, outputs },
+            version: arguments.fmi.into(),
+            out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
+        });
+    }
+    if let Some(script) = &arguments.python {
+        return python::run(&python::Order {
+            script,
+            name: arguments.name.as_deref(),
+            class: arguments.class.as_deref(),
+            with: &arguments.with,
             version: arguments.fmi.into(),
             out: arguments.out.as_deref().unwrap_or(Path::new(FOLDER)),
         });

@@ -12,7 +12,7 @@ use scenario::resolve::Overrides;
 
 use super::progress::BuildLine;
 use super::run::{program_of_guests, starts};
-use super::{print, replay, tell, this_program};
+use super::{print, replay, submit, tell, this_program};
 
 /// Arguments of `trackside sweep`.
 #[derive(Args)]
@@ -36,6 +36,8 @@ enum Step {
         /// The folder of the plan.
         plan: PathBuf,
     },
+    /// Let Slurm, HyperQueue or processes of this machine run the chunks, follow them, and put their results together.
+    Submit(Submitted),
     /// For sweeps: run variants for the program that started this one.
     #[command(hide = true)]
     Worker {
@@ -57,7 +59,7 @@ struct Here {
 /// What a plan is made of.
 #[derive(Args)]
 struct Planned {
-    /// The scenario file, with [sweep].
+    /// The scenario file, with [sweep]; for `submit` also the folder of a plan.
     #[arg(required = true)]
     scenario: Option<PathBuf>,
     /// The folder of the sweep [default: target/sweeps/SCENARIO].
@@ -79,6 +81,15 @@ struct Planned {
     /// Replace the results of another sweep in the folder.
     #[arg(long)]
     replace: bool,
+}
+
+/// A plan, or what to make it of, and how to submit it.
+#[derive(Args)]
+struct Submitted {
+    #[command(flatten)]
+    planned: Planned,
+    #[command(flatten)]
+    how: submit::How,
 }
 
 /// A chunk of a plan.
@@ -104,10 +115,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => arguments.here.run(),
         Some(Step::Plan(planned)) => {
             let plan = planned.plan()?;
-            let about = &plan.about;
             print(&format!(
                 "{} variants in {} chunks\n{}\n",
-                about.variants,
+                plan.variants(),
                 plan.chunks(),
                 plan.folder.display()
             ));
@@ -116,7 +126,14 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         Some(Step::Run(chunk)) => chunk.run(),
         Some(Step::Gather { plan }) => {
             let plan = Plan::look_at(plan)?;
-            conclude(&sweep::gather(&plan)?)
+            conclude(&sweep::gather(&plan, None)?)
+        }
+        Some(Step::Submit(submitted)) => {
+            let plan = submitted.plan()?;
+            match submit::run(&plan, &submitted.how)? {
+                true => conclude(&sweep::gather(&plan, None)?),
+                false => Ok(0),
+            }
         }
         Some(Step::Worker { host }) => sweep::serve(*host, &program_of_guests()?).map(|()| 0),
     }
@@ -143,9 +160,35 @@ impl Planned {
     }
 }
 
+impl Submitted {
+    /// The plan in a folder, or that of a scenario.
+    fn plan(&self) -> Result<Plan, Error> {
+        let Some(folder) = self.planned.scenario.as_ref().filter(|it| it.is_dir()) else {
+            return self.planned.plan();
+        };
+        let Planned { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
+        let given = [
+            ("--out", out.is_some()),
+            ("--set", !set.is_empty()),
+            ("--seed", seed.is_some()),
+            ("--tolerance", tolerance.is_some()),
+            ("--chunk-size", chunk_size.is_some()),
+            ("--replace", *replace),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            let folder = folder.display();
+            return Err(Error::input(format!(
+                "{option}: {folder} is a plan, which is made already"
+            ))
+            .help("name the scenario instead to make another plan"));
+        }
+        Plan::open(folder, &this_program()?)
+    }
+}
+
 impl Here {
     fn run(&self) -> Result<u8, Error> {
-        let plan = self.planned.plan()?;
+        let mut plan = self.planned.plan()?;
         for warning in &plan.about.warnings {
             tell(&format!("warning: {warning}"));
         }
@@ -154,12 +197,19 @@ impl Here {
         let progress = Progress::new(&plan);
         let program = program_of_guests()?;
         let jobs = self.jobs.unwrap_or(cores);
-        let ended = sweep::run_chunks(&plan, &all, jobs, &program, &|tally| progress.show(tally));
+        let show = |tally: &Tally| progress.show(tally);
+        let found = match plan.about.is_search {
+            true => sweep::search(&mut plan, jobs, &program, &show)
+                .map(|found| (found.is_none(), found)),
+            false => sweep::run_chunks(&plan, &all, jobs, &program, &show)
+                .map(|ended| (ended.stopped, None)),
+        };
         progress.bar.finish_and_clear();
-        if ended?.stopped {
+        let (stopped, found) = found?;
+        if stopped {
             return interrupted(&plan);
         }
-        let gathered = sweep::gather(&plan)?;
+        let gathered = sweep::gather(&plan, found)?;
         let code = conclude(&gathered)?;
         for variant in &gathered.recorded {
             if fmu_import::requested_end().is_some() {
@@ -213,6 +263,9 @@ fn lines(gathered: &Gathered) -> String {
     let Gathered { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
     text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
+    if let Some(found) = &gathered.search {
+        text += &format!("  {}\n", found.line());
+    }
     if *failed > 0 {
         text += &format!("  in {failed} a check failed\n");
     }
@@ -243,7 +296,7 @@ struct Progress {
 impl Progress {
     fn new(plan: &Plan) -> Self {
         use std::io::IsTerminal as _;
-        let variants = plan.about.variants;
+        let variants = plan.variants();
         let bar = match std::io::stderr().is_terminal() {
             false => ProgressBar::hidden(),
             true => {

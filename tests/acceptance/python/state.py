@@ -8,7 +8,8 @@ from fmpy.fmi2 import FMU2Slave
 fmu = sys.argv[1]
 description = fmpy.read_model_description(fmu)
 step = float(description.defaultExperiment.stepSize)
-outputs = [variable.valueReference for variable in description.modelVariables if variable.causality == "output"]
+reals = [variable for variable in description.modelVariables if variable.type == "Real"]
+outputs = [variable.valueReference for variable in reals if variable.causality == "output"]
 folder = fmpy.extract(fmu)
 
 

@@ -28,6 +28,7 @@ pub(super) fn write(out: &mut dyn Write, token: &str, table: &Table) -> fmt::Res
     )?;
     write!(out, r#"  <CoSimulation modelIdentifier="{}""#, Escaped(info.name))?;
     for (flag, set) in [
+        ("needsExecutionTool", capabilities.needs_tool),
         ("canBeInstantiatedOnlyOncePerProcess", capabilities.only_once),
         ("canGetAndSetFMUState", capabilities.state),
         ("canSerializeFMUState", capabilities.serialized_state),

@@ -38,7 +38,13 @@ pub(super) fn each<'a>(
     root: &mut DeTable<'a>,
     take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
 ) {
-    for (list, key) in [("table", "path"), ("baseline", "recording"), ("analysis", "path")] {
+    let lists = [
+        ("table", "path"),
+        ("baseline", "recording"),
+        ("analysis", "path"),
+        ("analysis", "python"),
+    ];
+    for (list, key) in lists {
         entries(root, list).for_each(|entry| one(entry, key, Role::File, take));
     }
     for analysis in entries(root, "analysis") {

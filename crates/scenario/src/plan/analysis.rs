@@ -1,8 +1,10 @@
 //! An analysis of what a run recorded, by columns.
 
 use std::path::PathBuf;
+use std::sync::Mutex;
 
 use plugin::Plugin;
+use python::analysis::Script;
 use recording::table::Table;
 use recording::{Full, NumberIndex};
 
@@ -11,9 +13,9 @@ use recording::{Full, NumberIndex};
 pub struct AnalysisPlan {
     /// Its name.
     pub name: String,
-    /// Its plugin.
-    pub plugin: Plugin,
-    /// The library that the plugin was loaded from.
+    /// Who does it.
+    pub analyser: Analyser,
+    /// The library or script that it was loaded from.
     pub library: PathBuf,
     /// Its configuration in TOML.
     pub config: String,
@@ -21,6 +23,15 @@ pub struct AnalysisPlan {
     pub wired: Vec<Wired>,
     /// The file that some of them are in.
     pub log: Option<Table>,
+}
+
+/// Who does an analysis.
+#[derive(Debug)]
+pub enum Analyser {
+    /// A plugin in this process.
+    Plugin(Plugin),
+    /// A script in a process of its own, until it is used.
+    Python(Mutex<Option<Script>>),
 }
 
 /// A signal of an analysis.

@@ -1,5 +1,7 @@
 //! Finds the plugins and the signals of `[[analysis]]`, and asks each plugin what it thinks of its part of the scenario.
 
+mod loaded;
+
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -12,6 +14,7 @@ use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
+use self::loaded::Loaded;
 use super::signal_units::{SignalUnits, cure};
 use super::{Notes, logs};
 use crate::build_request::BuildRequest;
@@ -63,12 +66,12 @@ fn plan(
     let read = |table: &AnalysisTable| logs::read(scenario, table.file(), warnings);
     let log = analysis.table.as_ref().map(read);
     let log = mistakes.take(log.transpose()).flatten();
-    let Some((plugin, library)) = mistakes.take(load(scenario, analysis, plugins)) else {
+    let Some(loaded) = mistakes.take(loaded::load(scenario, analysis, plugins)) else {
         return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
-        let wanted = wanted(scenario, &plugin, name);
+        let wanted = wanted(scenario, &loaded, name);
         let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
             let index = column(scenario, signals.0, (full, place.clone()))?;
             Ok((index, (place, full), scaling))
@@ -83,7 +86,7 @@ fn plan(
     }
     for (place, (name, entry)) in analysis.table.iter().flat_map(|table| &table.columns).enumerate()
     {
-        let wanted = wanted(scenario, &plugin, name)
+        let wanted = wanted(scenario, &loaded, name)
             .and_then(|wanted| from_log(scenario, analysis, name, wanted));
         let unit = log.as_ref().map(|log| log.units[place].as_deref());
         let made = Mistakes::both(wanted, unit.ok_or_else(Error::follow_up));
@@ -104,15 +107,15 @@ fn plan(
         });
         wired.extend(mistakes.take(made));
     }
-    mistakes.take(complete(scenario, analysis, &plugin));
+    mistakes.take(complete(scenario, analysis, &loaded));
     let sound = mistakes.finish();
-    let config = config(scenario, analysis, &plugin, &wired, sound.is_ok());
+    let config = config(scenario, analysis, loaded.plugin(), &wired, sound.is_ok());
     let ((), config) = Mistakes::both(sound, config)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
         config,
-        plugin,
-        library,
+        analyser: loaded.analyser,
+        library: loaded.path,
         wired,
         log: log.map(|log| log.table),
     })
@@ -146,48 +149,22 @@ fn from_log<'a>(
     Ok(wanted)
 }
 
-fn load(
-    scenario: &Scenario,
-    analysis: &Analysis,
-    plugins: &BTreeMap<BuildRequest, PathBuf>,
-) -> Result<(Plugin, PathBuf), Error> {
-    let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
-        (Some(path), None, _) if analysis.example.is_none() => {
-            (path, scenario.source.resolve(path))
-        }
-        (None, Some(package), Some(product)) => match plugins.get(&product) {
-            Some(path) => (package, path.clone()),
-            // Whoever builds it has told why there is none.
-            None => return Err(Error::follow_up()),
-        },
-        _ => {
-            let message = format!(
-                "the analysis `{}` needs either `path` or `crate`, and `example` goes with `crate`",
-                analysis.name.get_ref()
-            );
-            return Err(scenario.error(&analysis.name, message));
-        }
-    };
-    // A path without a folder would be looked up among the libraries of the system.
-    let path = std::path::absolute(&path).unwrap_or(path);
-    let who = format!("the plugin {}", path.display());
-    let loaded = during_plugin(&who, c"loading its library", || Plugin::load(&path));
-    let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
-    Ok((plugin, path))
-}
-
 /// The signal that the plugin expects under this name.
 fn wanted<'a>(
     scenario: &Scenario,
-    plugin: &'a Plugin,
+    loaded: &'a Loaded,
     name: &Spanned<String>,
 ) -> Result<&'a Wanted, Error> {
-    let known = plugin.needs();
+    let known = &loaded.needs;
     if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
         return Ok(wanted);
     }
     let names = known.iter().map(|wanted| wanted.name.as_str());
-    let unknown = suggest::unknown("signal of the plugin", name.get_ref(), names);
+    let what = match loaded.plugin() {
+        Some(_) => "signal of the plugin",
+        None => "signal of the script",
+    };
+    let unknown = suggest::unknown(what, name.get_ref(), names);
     Err(unknown.at(&scenario.source, name.span()))
 }
 
@@ -268,10 +245,10 @@ fn read_unit(
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
+fn complete(scenario: &Scenario, analysis: &Analysis, loaded: &Loaded) -> Result<(), Error> {
     let from_log = analysis.table.iter().flat_map(|table| table.columns.keys());
     let given: Vec<_> = analysis.signals.keys().chain(from_log).map(Spanned::get_ref).collect();
-    let missing = plugin.needs().iter().filter(|it| it.required && !given.contains(&&it.name));
+    let missing = loaded.needs.iter().filter(|it| it.required && !given.contains(&&it.name));
     let errors = missing.map(|Wanted { name, description, unit, .. }| {
         let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
@@ -286,7 +263,7 @@ fn complete(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result
 fn config(
     scenario: &Scenario,
     analysis: &Analysis,
-    plugin: &Plugin,
+    plugin: Option<&Plugin>,
     wired: &[Wired],
     sound: bool,
 ) -> Result<String, Error> {
@@ -302,6 +279,7 @@ fn config(
     let text = toml::to_string(&table).map_err(|error| {
         scenario.error(&analysis.name, format!("the configuration cannot be handed over: {error}"))
     })?;
+    let Some(plugin) = plugin else { return Ok(text) };
     let signals =
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
     let request = Request { config: &text, signals: signals.collect() };

@@ -96,6 +96,6 @@ fn lines(path: &Path) -> Result<Axis, String> {
     }
     match levels.is_empty() {
         true => Err(wrong("it has no line with values".to_owned())),
-        false => Ok(Axis { names, units, values: AxisValues::Levels(levels) }),
+        false => Ok(Axis { names, units, is_joint: true, values: AxisValues::Levels(levels) }),
     }
 }

@@ -13,7 +13,8 @@ use super::nodes::build_request;
 use super::recorded_file::recorded_file;
 use crate::build_request::BuildRequest;
 
-/// An analysis of recorded signals by a plugin. The plugin is a dynamic library (`path`) or a package of the workspace (`crate`).
+/// An analysis of recorded signals by a plugin or a Python script. The plugin is a dynamic library (`path`) or a package of the
+/// workspace (`crate`); the script has a function `analyse(signals, config)`.
 ///
 /// ```toml
 /// [[analysis]]
@@ -31,6 +32,9 @@ pub struct Analysis {
     /// Dynamic library, relative to the scenario file.
     #[schemars(example = &"libsomebody.so")]
     pub path: Option<Spanned<String>>,
+    /// Python script, relative to the scenario file.
+    #[schemars(example = &"energy.py")]
+    pub python: Option<Spanned<String>>,
     /// Package that the library is built from, in the workspace around the scenario file.
     #[serde(rename = "crate")]
     #[schemars(example = &"identify")]

@@ -15,13 +15,10 @@ use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
 
 use crate::command::progress::BuildLine;
-use crate::command::{print, tell, this_program};
+use crate::command::{print, tell};
 
 /// The package whose library steps a scenario.
 const LIBRARY: &str = "system-fmu";
-/// The folder that this program was built in, unless it goes to other machines.
-const BUILT_IN: Option<&str> =
-    if cfg!(feature = "portable") { None } else { Some(env!("CARGO_MANIFEST_DIR")) };
 
 /// What to pack, and how.
 pub struct Order<'a> {
@@ -57,7 +54,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
-    let library = library(progress)?;
+    let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
     let made = gather(&scenario, &built, &order.choice, folder.path())?;
@@ -142,17 +139,4 @@ fn gather(
     };
     let resources = names.map(read).collect::<Result<_, Error>>()?;
     Ok(Made { interface, table, left_out, resources })
-}
-
-/// The built library that steps a scenario.
-fn library(progress: package::OnProgress) -> Result<PathBuf, Error> {
-    // Whoever works elsewhere has the workspace that this program was built in.
-    let program = this_program()?;
-    let beside = program.parent().unwrap_or(Path::new("."));
-    let mut folders = vec![Path::new("."), beside];
-    folders.extend(BUILT_IN.map(Path::new));
-    let library = package::library(LIBRARY, &folders, progress);
-    library.map_err(|error| {
-        Error::input(format!("expected a library of the package {LIBRARY}, found none: {error}"))
-    })
 }

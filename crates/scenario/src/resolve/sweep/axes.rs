@@ -32,12 +32,23 @@ pub(super) fn axis(scenario: &Scenario, words: &Sweep, vary: &Vary) -> Result<Ax
     }
     let unit = vary.unit.as_ref().map(|unit| unit.get_ref().clone());
     match values {
-        Values::Joint(axis) if unit.is_none() => Ok(axis),
-        Values::Joint(_) => wrong("draws have their units in the file"),
+        Values::Joint(axis) if unit.is_none() && vary.also.is_empty() => Ok(axis),
+        Values::Joint(_) => wrong("draws have their names and units in the file"),
         Values::One(_) if name != "seed" && !name.contains('.') => {
             wrong("expected node.variable, or `seed`")
         }
-        Values::One(values) => Ok(Axis { names: vec![name.clone()], units: vec![unit], values }),
+        Values::One(values) => {
+            let names: Vec<_> =
+                [&vary.name].into_iter().chain(&vary.also).map(|it| it.get_ref().clone()).collect();
+            let values = match values {
+                AxisValues::Levels(levels) => {
+                    let same = |level: &Vec<String>| vec![level[0].clone(); names.len()];
+                    AxisValues::Levels(levels.iter().map(same).collect())
+                }
+                other => other,
+            };
+            Ok(Axis { units: vec![unit; names.len()], is_joint: false, names, values })
+        }
     }
 }
 

@@ -1,0 +1,230 @@
+//! Asks a script what it is, and makes the interface and the description of an FMU of it.
+
+use std::path::Path;
+use std::time::Duration;
+
+use fmu_export::description::{self, Capabilities, Table};
+use fmu_export::{Causality, Cell, Depends, Info, Initial, Kind, Row, Variability};
+use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process};
+use serde::Deserialize;
+use serde_json::Value;
+
+use crate::interface::{Exposed, Interface, Role};
+
+/// The word for the process of an instance.
+pub(crate) const SERVE: &str = "serve";
+/// The word for a look at the script.
+const DESCRIBE: &str = "describe";
+/// How long a script may take to load when it is packed.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// What a script says of itself.
+#[derive(Debug, Deserialize)]
+struct Said {
+    class: String,
+    doc: String,
+    version: String,
+    author: Option<String>,
+    step_size: f64,
+    stop_time: Option<f64>,
+    variable_step: bool,
+    patience: f64,
+    direct: bool,
+    python: [String; 2],
+    unsaved: Option<String>,
+    variables: Vec<Variable>,
+}
+
+/// A variable, in the words of `fmu.py`.
+#[derive(Debug, Deserialize)]
+struct Variable {
+    name: String,
+    causality: Causes,
+    kind: Kinds,
+    start: Value,
+    unit: String,
+    doc: String,
+    min: Option<f64>,
+    max: Option<f64>,
+    nominal: Option<f64>,
+    display_unit: Option<String>,
+    tunable: bool,
+    discrete: bool,
+    depends: Option<Vec<String>>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Causes {
+    Input,
+    Output,
+    Parameter,
+    Local,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kinds {
+    Real,
+    Integer,
+    Boolean,
+    String,
+}
+
+/// A script, as its FMU is described.
+pub struct Described {
+    /// What the library has to know, without the identity.
+    pub interface: Interface,
+    /// The description.
+    pub table: Table,
+    /// Why the state cannot be copied, if it cannot.
+    pub unsaved: Option<String>,
+    /// The version of Python.
+    pub python: String,
+    /// What the script printed.
+    pub printed: Vec<String>,
+}
+
+/// Describes the script of this name in a folder with `fmu.py`, for an FMU of another name.
+///
+/// # Errors
+/// With the exception, when the script does not load; when it says what FMI does not allow.
+pub fn describe(
+    interpreter: &Interpreter,
+    (folder, script): (&Path, &str),
+    class: Option<&str>,
+    name: &str,
+) -> Result<Described, Failure> {
+    let [server, path] = [MODEL_SERVER_PATH, script].map(|name| folder.join(name));
+    let class = class.unwrap_or_default();
+    let arguments = [server.as_os_str(), DESCRIBE.as_ref(), path.as_os_str(), class.as_ref()];
+    let mut process = Process::start(interpreter, arguments)?;
+    let answer = process.answer(PATIENCE).map(<[u8]>::to_vec)?;
+    let said: Said = serde_json::from_slice(&answer).map_err(|error| {
+        Failure::Ended(format!("the script has attributes of other types than expected: {error}"))
+    })?;
+    let (interface, table) = made(&said, script, name)?;
+    let Said { unsaved, python: [_, python], .. } = said;
+    Ok(Described { interface, table, unsaved, python, printed: process.take_lines() })
+}
+
+/// Whether a script still has the variables that it was packed with.
+pub(crate) fn has_variables(answer: &[u8], packed: &[Exposed]) -> bool {
+    let Ok(found) = serde_json::from_slice::<Value>(answer) else { return false };
+    let Ok(found) = Vec::<Variable>::deserialize(&found["variables"]) else { return false };
+    found.len() == packed.len()
+        && found.iter().zip(packed).all(|(found, packed)| {
+            let kind = cell(found).map(|cell| cell.kind());
+            found.name == packed.name
+                && role(found) == packed.role
+                && kind == Some(packed.start.kind())
+        })
+}
+
+fn role(variable: &Variable) -> Role {
+    match variable.causality {
+        Causes::Input => Role::Input,
+        Causes::Parameter if variable.tunable => Role::Tunable,
+        Causes::Parameter => Role::Parameter,
+        Causes::Output | Causes::Local => Role::Shown,
+    }
+}
+
+/// The start value; none that its type does not hold.
+fn cell(variable: &Variable) -> Option<Cell> {
+    let start = &variable.start;
+    Some(match variable.kind {
+        // Texts are those numbers that JSON does not have.
+        Kinds::Real => Cell::Real(start.as_f64().or_else(|| start.as_str()?.parse().ok())?),
+        Kinds::Integer => Cell::Integer(i32::try_from(start.as_i64()?).ok()?),
+        Kinds::Boolean => Cell::Boolean(start.as_bool()?),
+        Kinds::String => Cell::String(start.as_str()?.to_owned()),
+    })
+}
+
+fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Failure> {
+    let mut wrong = Vec::new();
+    let mut variables = Vec::new();
+    let mut described = Vec::new();
+    for variable in &said.variables {
+        let Some(start) = cell(variable) else {
+            let (name, start) = (&variable.name, &variable.start);
+            wrong.push(format!("`{name}`: expected a start value of 32 bits, found {start}"));
+            continue;
+        };
+        let row = row(variable, start.kind(), said.direct);
+        let shown = (role(variable) != Role::Shown).then(|| start.start());
+        described.push(description::Described { row, kind: start.kind(), start: shown });
+        let Variable { name, min, max, .. } = variable;
+        let (name, role) = (name.clone(), role(variable));
+        variables.push(Exposed { name, role, start, min: *min, max: *max });
+    }
+    let text = |text: &str| -> &'static str { text.to_owned().leak() };
+    let mut info = Info::new(text(name), text(&said.doc), said.step_size);
+    info.stop = said.stop_time;
+    info = info
+        .version(text(&said.version))
+        .log_categories(<crate::Hosted as fmu_export::CoSimulation>::log_categories());
+    info.author = said.author.as_deref().map(text);
+    let capabilities = Capabilities {
+        variable_step: said.variable_step,
+        state: said.unsaved.is_none(),
+        serialized_state: said.unsaved.is_none(),
+        needs_tool: true,
+        ..Capabilities::default()
+    };
+    let table = Table { info, variables: described, capabilities, arrays: false };
+    wrong.extend(table.problems().into_iter().map(|(place, problem)| match place {
+        Some(place) => format!("`{}`: {problem}", table.variables[place].row.name),
+        None => problem,
+    }));
+    if said.patience.is_nan() || said.patience <= 0.0 {
+        wrong.push(format!("expected a positive `patience`, found {}", said.patience));
+    }
+    if !wrong.is_empty() {
+        return Err(Failure::Ended(format!("the class {}: {}", said.class, wrong.join("; "))));
+    }
+    let interface = Interface {
+        name: name.to_owned(),
+        guid: String::new(),
+        script: script.to_owned(),
+        class: said.class.clone(),
+        python: said.python[0].clone(),
+        direct: said.direct,
+        step: said.step_size,
+        variable_step: said.variable_step,
+        patience: said.patience,
+        variables,
+    };
+    Ok((interface, table))
+}
+
+/// The attributes of a variable. Its texts live as long as the program, which packs one FMU.
+fn row(variable: &Variable, kind: Kind, direct: bool) -> Row {
+    let text = |text: &str| -> &'static str { text.to_owned().leak() };
+    let output =
+        fmu_export::output(text(&variable.name), text(&variable.unit), text(&variable.doc));
+    // Without direct outputs all inputs act in steps.
+    let depends = match &variable.depends {
+        _ if !direct || variable.causality != Causes::Output => Depends::On(&[]),
+        None => Depends::All,
+        Some(names) => Depends::On(names.iter().map(|name| text(name)).collect::<Vec<_>>().leak()),
+    };
+    let discrete = variable.discrete || kind != Kind::Real;
+    let (causality, variability, initial) = match variable.causality {
+        Causes::Input => (Causality::Input, discrete, None),
+        Causes::Output => (Causality::Output, discrete, Some(Initial::Calculated)),
+        Causes::Local => (Causality::Local, discrete, Some(Initial::Calculated)),
+        Causes::Parameter => (Causality::Parameter, false, Some(Initial::Exact)),
+    };
+    let variability = match (causality, variability) {
+        (Causality::Parameter, _) if variable.tunable => Variability::Tunable,
+        (Causality::Parameter, _) => Variability::Fixed,
+        (_, true) => Variability::Discrete,
+        (_, false) => Variability::Continuous,
+    };
+    let Variable { min, max, nominal, display_unit, .. } = variable;
+    let display_unit = display_unit.as_deref().map(text);
+    let (min, max, nominal) = (*min, *max, *nominal);
+    Row { causality, variability, initial, depends, min, max, nominal, display_unit, ..output }
+}

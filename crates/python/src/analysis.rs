@@ -1,0 +1,198 @@
+//! An analysis in Python: what a script wants, and the question and the answers of one analysis.
+
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+use crate::failure::Failure;
+use crate::interpreter::Interpreter;
+use crate::process::Process;
+use crate::{ANALYSIS_SERVER, MODEL_SERVER};
+
+/// How long a script may take to load.
+const PATIENCE: Duration = Duration::from_secs(120);
+/// How often somebody is asked whether the analysis goes on.
+const PERIOD: Duration = Duration::from_millis(100);
+
+/// The number of the question, and those of answers that others follow.
+const ANALYSE: u8 = 1;
+const PROGRESS: u8 = 3;
+const RECORD: u8 = 4;
+
+/// A script that waits for its signals.
+#[derive(Debug)]
+pub struct Script {
+    process: Process,
+    /// The units of the signals that it takes; nothing when it takes any.
+    wanted: Option<BTreeMap<String, String>>,
+    folder: TempDir,
+}
+
+/// A signal for a script. Columns that are one slice are handed over once.
+#[derive(Debug, Clone, Copy)]
+pub struct Column<'a> {
+    /// The script's name for it.
+    pub name: &'a str,
+    /// Its unit.
+    pub unit: &'a str,
+    /// Times [s].
+    pub time: &'a [f64],
+    /// Values.
+    pub values: &'a [f64],
+}
+
+/// Signals that a script derived, over the same times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Derived {
+    /// Their group.
+    pub group: String,
+    /// Times [s].
+    pub time: Vec<f64>,
+    /// Names, units and values.
+    pub columns: Vec<(String, String, Vec<f64>)>,
+}
+
+/// What a script tells while it works.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Told {
+    /// The share that is done, and what comes next; nothing new after a while.
+    Progress(Option<(f64, String)>),
+    /// Signals for the recording.
+    Derived(Derived),
+    /// A line that it printed.
+    Printed(String),
+}
+
+impl Script {
+    /// Loads the script at `path`.
+    ///
+    /// # Errors
+    /// With the exception, when it does not load.
+    pub fn load(path: &Path) -> Result<Self, Failure> {
+        let folder = tempfile::tempdir();
+        let folder =
+            folder.map_err(|error| Failure::Ended(format!("no temporary folder: {error}")))?;
+        let server = folder.path().join("analysis.py");
+        for (path, text) in
+            [(&server, ANALYSIS_SERVER), (&folder.path().join("fmu.py"), MODEL_SERVER)]
+        {
+            std::fs::write(path, text)
+                .map_err(|error| Failure::Ended(format!("{}: {error}", path.display())))?;
+        }
+        let mut process =
+            Process::start(&Interpreter::choose(None), [server.as_os_str(), path.as_os_str()])?;
+        let answer = process.answer(PATIENCE)?;
+        let wanted = serde_json::from_slice(answer).unwrap_or_default();
+        Ok(Script { process, wanted, folder })
+    }
+
+    /// The units of the signals that it takes, by their names; nothing when it takes any.
+    #[must_use]
+    pub fn wanted(&self) -> Option<&BTreeMap<String, String>> {
+        self.wanted.as_ref()
+    }
+
+    /// Analyses: hands over columns and a configuration, and gives the result. `take` gets what the script tells, and says whether it
+    /// goes on. Its files are in the folder of [`files`](Self::files).
+    ///
+    /// # Errors
+    /// With the exception of the script; when its process ends, or `take` ends it.
+    pub fn analyse(
+        &mut self,
+        columns: &[Column],
+        config: &Value,
+        take: &mut dyn FnMut(Told) -> bool,
+    ) -> Result<Value, Failure> {
+        let question = self.question(columns, config).map_err(|error| {
+            Failure::Ended(format!("the signals cannot be handed over: {error}"))
+        })?;
+        self.process.send(ANALYSE, &[question.to_string().as_bytes()])?;
+        loop {
+            let received = self.process.receive(PERIOD);
+            for line in self.process.take_lines() {
+                take(Told::Printed(line));
+            }
+            let goes_on = match received? {
+                None => take(Told::Progress(None)),
+                Some(PROGRESS) => {
+                    let told = serde_json::from_slice(self.process.contents()).ok();
+                    self.process.next();
+                    take(Told::Progress(told))
+                }
+                Some(RECORD) => {
+                    let derived = derived(self.process.contents());
+                    self.process.next();
+                    derived.is_none_or(|derived| take(Told::Derived(derived)))
+                }
+                Some(_) => {
+                    return serde_json::from_slice(self.process.contents()).map_err(|error| {
+                        Failure::Ended(format!(
+                            "expected a result in JSON, found something else: {error}"
+                        ))
+                    });
+                }
+            };
+            if !goes_on {
+                return Err(self.process.give_up("it was told to end"));
+            }
+        }
+    }
+
+    /// The folder with the files that the script wrote for the run.
+    #[must_use]
+    pub fn files(&self) -> PathBuf {
+        self.folder.path().join("files")
+    }
+
+    /// Writes the columns into a file, and says where in it they are: begin and length, in numbers.
+    fn question(&self, columns: &[Column], config: &Value) -> std::io::Result<Value> {
+        std::fs::create_dir_all(self.files())?;
+        let path = self.folder.path().join("columns");
+        let mut file = std::io::BufWriter::new(std::fs::File::create(&path)?);
+        let mut length = 0;
+        let mut put = |column: &[f64]| {
+            for value in column {
+                file.write_all(&value.to_le_bytes())?;
+            }
+            length += column.len();
+            std::io::Result::Ok(json!([length - column.len(), column.len()]))
+        };
+        let mut times: Vec<(&[f64], Value)> = Vec::new();
+        let mut signals = Vec::new();
+        for Column { name, unit, time, values } in columns {
+            let known = times.iter().position(|(known, _)| std::ptr::eq(*known, *time));
+            let place = match known {
+                Some(place) => place,
+                None => {
+                    times.push((time, put(time)?));
+                    times.len() - 1
+                }
+            };
+            signals
+                .push(json!({ "name": name, "unit": unit, "time": place, "values": put(values)? }));
+        }
+        file.flush()?;
+        let times: Vec<_> = times.into_iter().map(|(_, place)| place).collect();
+        Ok(json!({
+            "data": path, "folder": self.files(), "config": config, "times": times, "signals": signals,
+        }))
+    }
+}
+
+/// Reads derived signals: a length, a head in JSON, and all columns behind each other.
+fn derived(bytes: &[u8]) -> Option<Derived> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let (head, body) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+    let (group, names, rows): (String, Vec<(String, String)>, usize) =
+        serde_json::from_slice(head).ok()?;
+    let (numbers, _) = body.as_chunks();
+    let mut numbers = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes));
+    let mut column = || numbers.by_ref().take(rows).collect::<Vec<_>>();
+    let time = column();
+    let columns = names.into_iter().map(|(name, unit)| (name, unit, column())).collect();
+    Some(Derived { group, time, columns })
+}

@@ -1,0 +1,24 @@
+//! Runs Python scripts in processes of their own, which answer questions.
+//!
+//! [`Process`] starts an interpreter with one of the files of `python/trackside`, and loads a script in it. A question and an answer
+//! are a length, a number and contents. What the script prints comes by another way and is read with the answer.
+#![forbid(unsafe_code)]
+
+pub mod analysis;
+mod failure;
+mod interpreter;
+mod process;
+mod said;
+
+pub use failure::{Failure, Raised};
+pub use interpreter::Interpreter;
+pub use process::Process;
+
+/// The file that makes a script a model, and answers questions about it.
+pub const MODEL_SERVER: &str = include_str!("../../../python/trackside/fmu.py");
+
+/// The file that loads a script with an analysis, and hands over its signals.
+pub const ANALYSIS_SERVER: &str = include_str!("../../../python/trackside/analysis.py");
+
+/// The name of [`MODEL_SERVER`] in a folder with the script.
+pub const MODEL_SERVER_PATH: &str = "trackside/fmu.py";

@@ -1,0 +1,302 @@
+//! Starts a Python process, asks it, and takes what it prints.
+
+use std::ffi::OsStr;
+use std::io::{ErrorKind, PipeReader, Read as _};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::net::{SendFlags, send};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::failure::{Failure, Raised};
+use crate::interpreter::Interpreter;
+use crate::said::Said;
+
+/// Length and number of a question or an answer [bytes].
+const HEAD: usize = 5;
+/// The largest answer: an interpreter that sends anything else has lost its way [bytes].
+const LARGEST: usize = 1 << 30;
+/// How long a script may take to end when nobody asks any more; `fmu.py` waits as long.
+const GRACE: Duration = Duration::from_secs(2);
+/// How long Python may take to say where it is.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// The number of an answer that is what was asked for.
+const DONE: u8 = 0;
+/// Of one that is an exception.
+const RAISED: u8 = 1;
+/// Of one that is the planned end of a simulation.
+const TERMINATED: u8 = 2;
+
+/// A Python process with a script in it. It ends when this is dropped, and when this program ends.
+#[derive(Debug)]
+pub struct Process {
+    child: Child,
+    /// Both ways; nothing once it is closed.
+    line: Option<UnixStream>,
+    printed: PipeReader,
+    said: Said,
+    /// What came of the answer so far.
+    answer: Vec<u8>,
+}
+
+impl Process {
+    /// Starts `interpreter` with these arguments, of which the first is one of the files of `python/trackside`.
+    ///
+    /// # Errors
+    /// When there is no such interpreter.
+    pub fn start(
+        interpreter: &Interpreter,
+        arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
+    ) -> Result<Self, Failure> {
+        let Interpreter { path, reason } = interpreter;
+        let failed = |error: std::io::Error| {
+            Failure::Ended(format!(
+                "expected Python, and {} ({reason}) does not start: {error}; install Python 3.8 or newer, or name one by the environment variable TRACKSIDE_PYTHON",
+                path.display()
+            ))
+        };
+        let (line, other) = UnixStream::pair().map_err(failed)?;
+        let (printed, output) = std::io::pipe().map_err(failed)?;
+        rustix::io::ioctl_fionbio(&printed, true).map_err(|error| failed(error.into()))?;
+        let mut command = Command::new(path);
+        // No files beside the script: its folder may be that of somebody else, or vanish while it runs.
+        command.arg("-B").args(arguments).env("PYTHONIOENCODING", "utf-8:backslashreplace");
+        command.stdin(Stdio::from(OwnedFd::from(other)));
+        command.stdout(output.try_clone().map_err(failed)?).stderr(output);
+        let child = command.spawn().map_err(failed)?;
+        let said = Said::default();
+        Ok(Process { child, line: Some(line), printed, said, answer: Vec::new() })
+    }
+
+    /// What it printed since the last time, by lines.
+    pub fn take_lines(&mut self) -> Vec<String> {
+        self.hear();
+        self.said.take()
+    }
+
+    /// Asks, and waits for the answer as long as `patience` lasts. A process that does not answer is ended.
+    ///
+    /// # Errors
+    /// When the script raises an exception or ends the simulation; when its process ends or must be ended.
+    pub fn ask(
+        &mut self,
+        number: u8,
+        contents: &[&[u8]],
+        patience: Duration,
+    ) -> Result<&[u8], Failure> {
+        self.send(number, contents)?;
+        self.answer(patience)
+    }
+
+    /// Waits for an answer, as [`ask`](Self::ask) does.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn answer(&mut self, patience: Duration) -> Result<&[u8], Failure> {
+        match self.receive(patience)? {
+            Some(DONE) => Ok(self.contents()),
+            Some(number) => {
+                let what = format!("answered with the number {number}, which means nothing");
+                Err(self.end(&what))
+            }
+            None => Err(self.give_up(&format!("no answer within {} s", patience.as_secs_f64()))),
+        }
+    }
+
+    /// Asks, and does not wait.
+    ///
+    /// # Errors
+    /// When the process has ended.
+    pub fn send(&mut self, number: u8, contents: &[&[u8]]) -> Result<(), Failure> {
+        let length = contents.iter().map(|part| part.len()).sum::<usize>();
+        let Ok(length) = u32::try_from(length) else {
+            return Err(self.end("expected less than 4 GiB to hand over, found more"));
+        };
+        self.answer.clear();
+        let mut message = Vec::with_capacity(HEAD + length as usize);
+        message.extend(length.to_le_bytes());
+        message.push(number);
+        contents.iter().for_each(|part| message.extend(*part));
+        let mut rest = message.as_slice();
+        while let Some(line) = self.line.as_ref().filter(|_| !rest.is_empty()) {
+            // Not as usual files are written: the signal of a closed pipe would end the program around us.
+            match send(line, rest, SendFlags::NOSIGNAL) {
+                Ok(sent) => rest = &rest[sent..],
+                Err(rustix::io::Errno::INTR) => {}
+                // Why is told by how the process ended.
+                Err(_) => return Err(self.gone()),
+            }
+        }
+        if rest.is_empty() { Ok(()) } else { Err(self.gone()) }
+    }
+
+    /// The number of the next answer, whose contents are in [`contents`](Self::contents); nothing if there is none within `patience`.
+    ///
+    /// # Errors
+    /// When it is an exception or the end of the simulation; when the process ends.
+    pub fn receive(&mut self, patience: Duration) -> Result<Option<u8>, Failure> {
+        let until = Instant::now() + patience;
+        while !self.is_complete()? {
+            let Some(left) = until.checked_duration_since(Instant::now()) else { return Ok(None) };
+            self.wait(left);
+            self.read()?;
+        }
+        self.hear();
+        let number = self.answer[4];
+        match number {
+            RAISED => Err(Failure::Raised(self.raised())),
+            TERMINATED => Err(Failure::Terminated(self.raised().message)),
+            _ => Ok(Some(number)),
+        }
+    }
+
+    /// The contents of the last answer.
+    #[must_use]
+    pub fn contents(&self) -> &[u8] {
+        self.answer.get(HEAD..self.end_of_answer()).unwrap_or_default()
+    }
+
+    /// Goes on to the answer that follows without a question.
+    pub fn next(&mut self) {
+        let rest = self.answer.split_off(self.end_of_answer().min(self.answer.len()));
+        self.answer = rest;
+    }
+
+    /// Where the answer ends that has begun.
+    fn end_of_answer(&self) -> usize {
+        let length = self.answer.first_chunk().map_or(0, |length| u32::from_le_bytes(*length));
+        HEAD + length as usize
+    }
+
+    /// The exception in the answer.
+    fn raised(&self) -> Raised {
+        serde_json::from_slice(self.contents()).unwrap_or_else(|_| Raised {
+            message: String::from_utf8_lossy(self.contents()).into_owned(),
+            file: None,
+            line: None,
+            function: None,
+        })
+    }
+
+    /// Whether the answer is there.
+    fn is_complete(&mut self) -> Result<bool, Failure> {
+        let length = self.end_of_answer();
+        if length > LARGEST {
+            return Err(self.end(&format!("announced an answer of {length} bytes")));
+        }
+        Ok(self.answer.len() >= length)
+    }
+
+    /// Waits until there is something to read.
+    fn wait(&mut self, left: Duration) {
+        let Some(line) = &self.line else { return };
+        let mut files =
+            [PollFd::new(line, PollFlags::IN), PollFd::new(&self.printed, PollFlags::IN)];
+        // Once nobody can print any more, that alone would be told again and again.
+        let count = if self.said.is_over() { 1 } else { 2 };
+        let left = Timespec::try_from(left).ok();
+        // Interrupted by a signal it returns early.
+        let _ = poll(&mut files[..count], left.as_ref());
+        let prints = count == 2 && !files[1].revents().is_empty();
+        if prints {
+            self.hear();
+        }
+    }
+
+    /// Reads what came of the answer.
+    fn read(&mut self) -> Result<(), Failure> {
+        let Some(line) = &mut self.line else { return Err(self.gone()) };
+        let mut part = [0; 1 << 16];
+        // What is there is read, and no more: another poll comes before the next part.
+        match rustix::net::recv(&*line, part.as_mut_slice(), rustix::net::RecvFlags::DONTWAIT) {
+            Ok((0, _)) => Err(self.gone()),
+            Ok((count, _)) => {
+                self.answer.extend(&part[..count]);
+                Ok(())
+            }
+            Err(rustix::io::Errno::AGAIN | rustix::io::Errno::INTR) => Ok(()),
+            Err(_) => Err(self.gone()),
+        }
+    }
+
+    /// Takes what was printed so far.
+    fn hear(&mut self) {
+        let mut part = [0; 1 << 14];
+        while !self.said.is_over() {
+            match self.printed.read(&mut part) {
+                Ok(0) => self.said.end(),
+                Ok(count) => self.said.add(&part[..count]),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(_) => self.said.end(),
+            }
+        }
+    }
+
+    /// The failure of a process that has ended by itself.
+    fn gone(&mut self) -> Failure {
+        self.line = None;
+        let status = self.wait_for(GRACE);
+        self.hear();
+        let how = match status {
+            Some(status) => format!("the process of Python ended ({status})"),
+            None => "Python answers no more".to_owned(),
+        };
+        let last = self.said.last();
+        Failure::Ended(if last.is_empty() { how } else { format!("{how}: {last}") })
+    }
+
+    /// Ends the process, which does not do what it should; it says where it is before.
+    #[must_use]
+    pub fn give_up(&mut self, what: &str) -> Failure {
+        self.hear();
+        let before = self.said.count();
+        let _ = kill_process(Pid::from_child(&self.child), Signal::USR1);
+        let until = Instant::now() + LOOK;
+        while self.said.place_after(before).is_none() && Instant::now() < until {
+            std::thread::sleep(Duration::from_millis(5));
+            self.hear();
+        }
+        let place = self.said.place_after(before);
+        self.end(&place.map_or_else(|| what.to_owned(), |place| format!("{what}, at {place}")))
+    }
+
+    /// Ends the process at once.
+    fn end(&mut self, what: &str) -> Failure {
+        self.line = None;
+        // It may have ended meanwhile.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        self.hear();
+        Failure::Ended(format!("{what}; the process of Python was ended"))
+    }
+
+    /// Waits until the process ends, and ends it when it takes longer than that.
+    fn wait_for(&mut self, patience: Duration) -> Option<ExitStatus> {
+        let until = Instant::now() + patience;
+        let mut pause = Duration::from_micros(200);
+        while Instant::now() < until {
+            if let Ok(Some(status)) = self.child.try_wait() {
+                return Some(status);
+            }
+            // What it prints at its end must not hold it up.
+            self.hear();
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(10));
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        None
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        self.line = None;
+        self.wait_for(GRACE);
+    }
+}

@@ -1,0 +1,113 @@
+//! Lets a Python script analyse: in a process of its own, which ends when the run has to.
+
+use std::sync::{Mutex, PoisonError};
+
+use diagnostics::{Error, shown};
+use plugin::{Host as _, Request, Signal};
+use python::analysis::{Column, Derived, Script, Told};
+use scenario::plan::AnalysisPlan;
+use serde_json::{Number, Value};
+
+use super::AnalysisHost;
+
+/// The largest file of a script that goes into the folder of the run [bytes].
+const LARGEST: u64 = 1 << 30;
+
+/// Hands the signals of the request to the script that is `waiting`, or to a new process of it, and takes what it finds.
+///
+/// # Errors
+/// When the script fails, or what it leaves cannot be written.
+pub(super) fn run(
+    plan: &AnalysisPlan,
+    waiting: &Mutex<Option<Script>>,
+    request: &Request,
+    host: &mut AnalysisHost,
+) -> Result<Value, Error> {
+    let name = &plan.name;
+    let failed = |what: String| Error::analysis(name, what);
+    let script = waiting.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let mut script = match script {
+        Some(script) => script,
+        None => Script::load(&plan.library).map_err(|failure| failed(failure.to_string()))?,
+    };
+    let columns = request.signals.iter().map(|Signal { name, unit, time, values }| Column {
+        name,
+        unit,
+        time,
+        values,
+    });
+    let config = config(request.config).map_err(|error| failed(error.to_string()))?;
+    let mut last = (0.0, String::new());
+    let outcome = script.analyse(&columns.collect::<Vec<_>>(), &config, &mut |told| {
+        match told {
+            Told::Printed(line) => eprintln!("{}: {}", shown(name), shown(&line)),
+            Told::Derived(derived) => record(host, &derived),
+            Told::Progress(news) => last = news.unwrap_or_else(|| std::mem::take(&mut last)),
+        }
+        host.progress(last.0, &last.1)
+    });
+    if let Some(error) = host.failed.take() {
+        return Err(error);
+    }
+    let result = outcome.map_err(|failure| failed(failure.to_string()))?;
+    take_files(&script, host)?;
+    Ok(result)
+}
+
+fn record(host: &mut AnalysisHost, Derived { group, time, columns }: &Derived) {
+    let signals = columns.iter().map(|(name, unit, values)| Signal { name, unit, time, values });
+    host.record(group, &signals.collect::<Vec<_>>());
+}
+
+/// Puts the files of the script into the folder of the run.
+fn take_files(script: &Script, host: &mut AnalysisHost) -> Result<(), Error> {
+    let folder = script.files();
+    let wrong = |error: std::io::Error| Error::output(&folder, error);
+    let mut found: Vec<_> =
+        std::fs::read_dir(&folder).and_then(Iterator::collect).map_err(wrong)?;
+    found.sort_by_key(std::fs::DirEntry::file_name);
+    for entry in found {
+        let (name, about) = (entry.file_name(), entry.metadata().map_err(wrong)?);
+        let Some(name) = name.to_str().filter(|_| about.is_file() && about.len() <= LARGEST) else {
+            let what = format!(
+                "expected files of at most {LARGEST} bytes with names in UTF-8 in `run.folder`, and no folders, found {}",
+                name.display()
+            );
+            return Err(Error::analysis(host.name, what));
+        };
+        host.write(name, std::fs::read(entry.path()).map_err(wrong)?)?;
+    }
+    Ok(())
+}
+
+/// The configuration as JSON. Dates are texts there, and what is no number is null.
+fn config(text: &str) -> Result<Value, toml::de::Error> {
+    fn plain(value: toml::Value) -> Value {
+        match value {
+            toml::Value::String(text) => text.into(),
+            toml::Value::Integer(number) => number.into(),
+            toml::Value::Float(number) => Number::from_f64(number).map_or(Value::Null, Value::from),
+            toml::Value::Boolean(truth) => truth.into(),
+            toml::Value::Datetime(date) => date.to_string().into(),
+            toml::Value::Array(list) => list.into_iter().map(plain).collect(),
+            toml::Value::Table(table) => {
+                table.into_iter().map(|(key, value)| (key, plain(value))).collect()
+            }
+        }
+    }
+    Ok(plain(toml::Value::Table(toml::from_str(text)?)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_configuration_of_every_type_becomes_json() {
+        let text = "a = 1\nb = [1.5, nan]\nc = 2026-11-24\nd = { e = true, f = 'x' }\n";
+        let expected = serde_json::json!({
+            "a": 1, "b": [1.5, null], "c": "2026-11-24", "d": { "e": true, "f": "x" },
+        });
+        assert_eq!(config(text).expect("TOML"), expected);
+    }
+}

@@ -1,0 +1,191 @@
+//! `trackside pack --python`: packs a Python script as an FMU.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::python::{Failure, Interpreter, MODEL_SERVER, MODEL_SERVER_PATH, Raised};
+use diagnostics::{Error, Source, TextFile};
+use fmu_export::pack::{Version, archive, is_identifier};
+use orchestrator::package::BuildProgress;
+use python_model::Described;
+
+use crate::command::progress::BuildLine;
+use crate::command::{print, tell};
+
+/// The package whose library asks the process of a script.
+const LIBRARY: &str = "python-fmu";
+
+/// The largest file that goes into an FMU with a script [bytes].
+const LARGEST: u64 = 256 << 20;
+
+/// What to pack, and how.
+pub struct Order<'a> {
+    /// The script.
+    pub script: &'a Path,
+    /// Name of the FMU.
+    pub name: Option<&'a str>,
+    /// The class in the script.
+    pub class: Option<&'a str>,
+    /// Files and folders that it needs.
+    pub with: &'a [PathBuf],
+    /// Its version of FMI.
+    pub version: Version,
+    /// The folder of the archive.
+    pub out: &'a Path,
+}
+
+/// Packs a script and prints the path of the archive.
+///
+/// # Errors
+/// When the script does not load, is no model, or the archive cannot be written.
+pub fn run(order: &Order) -> Result<u8, Error> {
+    let Order { script, name, class, .. } = *order;
+    let stem = script.file_stem().unwrap_or_default().to_string_lossy();
+    let name = name.unwrap_or(&stem);
+    if !is_identifier(name) {
+        let error = Error::input(format!(
+            "expected a name of letters, digits and `_` without a digit in front, found `{name}`"
+        ));
+        return Err(error.help("name the FMU: --name NAME"));
+    }
+    let mut resources = BTreeMap::new();
+    let file = inside(script)?;
+    read(script, file.clone(), &mut resources)?;
+    for path in order.with {
+        read(path, beside(script, path)?, &mut resources)?;
+    }
+    resources.insert(MODEL_SERVER_PATH.to_owned(), MODEL_SERVER.as_bytes().to_vec());
+    // What the script imports must be in the archive, so it is asked where nothing else is.
+    let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
+    write(folder.path(), &resources)?;
+    let interpreter = Interpreter::choose(None);
+    let described = python_model::describe(&interpreter, (folder.path(), &file), class, name)
+        .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
+    let Described { mut interface, table, unsaved, python, printed } = described;
+    printed.iter().for_each(|line| tell(line));
+    let mut building = BuildLine::default();
+    let library =
+        super::library::find(LIBRARY, &mut |progress: BuildProgress| building.show(&progress))?;
+    // The identity is that of all that is in the archive, but not of the place of Python on this machine.
+    let mut identity = table.guid().into_bytes();
+    resources.iter().for_each(|(name, bytes)| {
+        identity.extend(name.bytes());
+        identity.extend(fmu_import::sha256(bytes).bytes());
+    });
+    interface.guid = format!("{{{}}}", &fmu_import::sha256(&identity)[..32]);
+    let text = serde_json::to_string_pretty(&interface).unwrap_or_default();
+    resources.insert(python_model::INTERFACE.to_owned(), text.into_bytes());
+    let xml = match order.version {
+        Version::Two => table.xml(&interface.guid),
+        Version::Three => table.xml3(&interface.guid),
+    };
+    let path = order.out.join(format!("{name}{}", order.version.suffix()));
+    let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
+    let files: Vec<_> = resources.into_iter().map(inside).collect();
+    let packed = archive(&path, (name, order.version), &xml, &library, &files);
+    packed.map_err(|error| Error::input(error.to_string()))?;
+    if let Some(reason) = unsaved {
+        tell(&format!(
+            "note: the FMU has no copies of its state, so no checkpoints: {reason}; methods `save` and `restore` of the class can do without it"
+        ));
+    }
+    print(&format!("{} (Python {python})\n", path.display()));
+    Ok(0)
+}
+
+/// The name of a file in the folder of resources.
+fn inside(path: &Path) -> Result<String, Error> {
+    let name = path.file_name().and_then(|name| name.to_str());
+    match name {
+        Some(name) if name != python_model::INTERFACE && name != "trackside" => Ok(name.to_owned()),
+        _ => Err(Error::input(format!(
+            "expected a file whose name is UTF-8 and neither `{}` nor `trackside`, found {}",
+            python_model::INTERFACE,
+            path.display()
+        ))),
+    }
+}
+
+/// The path of a file in the folder of resources: as it lies to the script, or its name when it lies elsewhere.
+fn beside(script: &Path, path: &Path) -> Result<String, Error> {
+    let whole = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let (path, script) = (whole(path), whole(script));
+    let own = script.parent().and_then(|folder| path.strip_prefix(folder).ok());
+    match own.and_then(Path::to_str).filter(|own| !own.is_empty()) {
+        Some(own) => {
+            inside(own.split('/').next().unwrap_or_default().as_ref()).map(|_| own.to_owned())
+        }
+        None => inside(&path),
+    }
+}
+
+/// Reads a file, or all files of a folder but those that Python or others put there for themselves.
+fn read(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
+    let wrong = |error: std::io::Error| Error::input(format!("{}: {error}", path.display()));
+    let about = std::fs::metadata(path).map_err(wrong)?;
+    if about.is_dir() {
+        for entry in std::fs::read_dir(path).map_err(wrong)? {
+            let entry = entry.map_err(wrong)?.path();
+            let own = inside(&entry)?;
+            if own != "__pycache__" && !own.starts_with('.') {
+                read(&entry, format!("{name}/{own}"), into)?;
+            }
+        }
+        return Ok(());
+    }
+    if about.len() > LARGEST {
+        let (path, length) = (path.display(), about.len());
+        return Err(Error::input(format!(
+            "expected a file of at most {LARGEST} bytes, found {path} with {length}"
+        )));
+    }
+    into.insert(name, std::fs::read(path).map_err(wrong)?);
+    Ok(())
+}
+
+fn write(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> {
+    files.iter().try_for_each(|(name, bytes)| {
+        let path = folder.join(name);
+        let above = path.parent().unwrap_or(folder);
+        let done = std::fs::create_dir_all(above).and_then(|()| std::fs::write(&path, bytes));
+        done.map_err(|error| Error::output(&path, error))
+    })
+}
+
+/// The error of a script that does not load, at its line.
+fn refused(
+    order: &Order,
+    resources: &BTreeMap<String, Vec<u8>>,
+    interpreter: &Interpreter,
+    failure: Failure,
+) -> Error {
+    let Failure::Raised(Raised { message, file, line, .. }) = failure else {
+        return Error::input(format!("{}: {failure}", order.script.display()));
+    };
+    let path = |file: &String| order.script.with_file_name(file);
+    let place = file.as_ref().zip(line).and_then(|(file, line)| {
+        let text = String::from_utf8(resources.get(file)?.clone()).ok()?;
+        let begin = text.split_inclusive('\n').take(line - 1).map(str::len).sum::<usize>();
+        let words = text.get(begin..)?.lines().next().unwrap_or_default();
+        let indent = words.len() - words.trim_start().len();
+        let range = begin + indent..begin + words.trim_end().len().max(indent);
+        Some((Source::made(TextFile { path: path(file), text, folder: None }), range))
+    });
+    let error = match place {
+        Some((source, range)) => source.error(range, &message, ""),
+        None => Error::input(format!("{}: {message}", order.script.display())),
+    };
+    let missing = message.strip_prefix("ModuleNotFoundError: No module named '");
+    let Some(module) = missing.and_then(|rest| rest.split(['\'', '.']).next()) else {
+        return error;
+    };
+    let own = [format!("{module}.py"), module.to_owned()];
+    match own.into_iter().find(|name| path(name).exists()) {
+        Some(own) => error.help(format!("to take it along: --with {}", path(&own).display())),
+        None => error.help(format!(
+            "install it for {} ({}), or name another Python by the environment variable TRACKSIDE_PYTHON",
+            interpreter.path.display(),
+            interpreter.reason
+        )),
+    }
+}

@@ -1,0 +1,208 @@
+//! Analyses runs by Python scripts: what they get, what they leave, and their failures.
+
+use std::path::Path;
+use std::process::Command;
+
+use super::harness::{Ended, Lab, ROOT, trackside};
+use super::python::python;
+
+tests! {
+    a_script_gets_signals_in_its_units_and_what_it_finds_is_checked,
+    columns_reach_pyarrow_and_pandas_without_a_copy: Python,
+    a_script_needs_no_package,
+    numbers_of_numpy_and_what_is_no_number_become_json: Python,
+    a_script_that_does_not_fit_is_pointed_at,
+    a_script_that_fails_ends_the_run_with_its_line,
+    a_script_that_goes_on_too_long_is_ended,
+}
+
+/// A ramp from 0 to 36 km/h within a second, and the analysis that `more` completes.
+fn scenario(more: &str) -> String {
+    format!(
+        "[time]\nstep = 0.25\nstop = 1.0\n\n[[signal]]\nname = \"car.v\"\nunit = \"km/h\"\nramp = {{ start = 0.0, end = 1.0, before = 0.0, after = 36.0 }}\n\n[[analysis]]\nname = \"mine\"\npython = \"mine.py\"\n{more}"
+    )
+}
+
+const SPEED: &str = "signals = { v = \"car.v\" }\n";
+
+fn command(lab: &Lab) -> Command {
+    let mut command = trackside(&lab.path(""));
+    command.args(["run", "case.toml", "--out", "out", "--rerun", "off"]);
+    command
+}
+
+fn run(lab: &Lab, script: &str, scenario: &str) -> Ended {
+    lab.write("mine.py", script);
+    lab.write("case.toml", scenario);
+    Ended::of(command(lab).output().expect("it starts"))
+}
+
+/// The same with the Python of the environment.
+fn run_there(lab: &Lab, script: &str, scenario: &str) -> Ended {
+    lab.write("mine.py", script);
+    lab.write("case.toml", scenario);
+    let output = command(lab).env("TRACKSIDE_PYTHON", python().program()).output();
+    Ended::of(output.expect("it starts"))
+}
+
+fn a_script_gets_signals_in_its_units_and_what_it_finds_is_checked() {
+    let lab = Lab::new();
+    lab.add(&Path::new(ROOT).join("examples/python/energy.py"));
+    let text = scenario(
+        "signals = { F = \"car.F\", v = \"car.v\" }\nconfig = { mass = 100.0 }\n\n[[signal]]\nname = \"car.F\"\nunit = \"kN\"\nconstant = 1.0\n\n[[check]]\nname = \"share\"\nthat = \"mine.share > 0.7 and mine.share < 0.9\"\n\n[[check]]\nname = \"wrong\"\nthat = \"mine.work < 0\"\n",
+    );
+    lab.write("case.toml", text.replace("mine.py", "energy.py"));
+    let ended = Ended::of(command(&lab).output().expect("it starts")).expect(1);
+    assert!(ended.stdout.contains("80.0 % of the work moves the car."), "{}", ended.stdout);
+    let report = lab.report("out");
+    // 1 kN over the speeds at the ends of the steps, 2.5 + 5 + 7.5 + 10 m/s; 100 kg up to 10 m/s.
+    let mine = &report["analyses"]["mine"];
+    assert_eq!((&mine["work"], &mine["motion"]), (&6250.0.into(), &5000.0.into()), "{report}");
+    let passed = [0, 1].map(|check| report["checks"][check]["passed"].clone());
+    assert_eq!(passed, [true, false]);
+    assert_eq!(report["files"], serde_json::json!(["energy.txt"]));
+    assert_eq!(lab.read("out/energy.txt"), "6250 J of work, 5000 J of motion\n");
+    let recording = std::fs::read(lab.path("out/run.mcap")).expect("a recording");
+    let topic = b"/mine/work";
+    assert!(recording.windows(topic.len()).any(|bytes| bytes == topic));
+}
+
+fn columns_reach_pyarrow_and_pandas_without_a_copy() {
+    let lab = Lab::new();
+    let script = "
+import numpy, pyarrow
+signals = {'v': 'm/s'}
+def analyse(signals, config):
+    v = signals['v']
+    table = signals.table()
+    field, column = table.schema.field('v'), table['v'].chunk(0)
+    frame = signals.frame()
+    return {
+        'copied': int(column.buffers()[1].address != v.values.__array_interface__['data'][0]),
+        'unit': field.metadata[b'unit'].decode(), 'columns': table.column_names, 'rows': table.num_rows,
+        'stream': pyarrow.table(signals).equals(table), 'sum': numpy.sum(v), 'last': frame['v'].iloc[-1],
+        'at': frame.index[-1], 'units': frame.attrs['units'],
+    }
+";
+    run_there(&lab, script, &scenario(SPEED)).expect(0);
+    let expected = serde_json::json!({
+        "copied": 0, "unit": "m/s", "columns": ["time", "v"], "rows": 5, "stream": true, "sum": 25.0, "last": 10.0,
+        "at": 1.0, "units": { "v": "m/s" },
+    });
+    assert_eq!(lab.report("out")["analyses"]["mine"], expected);
+}
+
+fn a_script_needs_no_package() {
+    let lab = Lab::new();
+    let without = "import sys\nsys.modules['numpy'] = sys.modules['pyarrow'] = None\n";
+    let script = format!(
+        "{without}def analyse(signals, config):\n    v = signals['v']\n    return {{'sum': sum(v.values), 'n': len(v), 'unit': v.unit, 'kind': type(v.values).__name__}}\n"
+    );
+    run(&lab, &script, &scenario(SPEED)).expect(0);
+    let found = lab.report("out")["analyses"]["mine"].clone();
+    assert_eq!(
+        found,
+        serde_json::json!({ "sum": 90.0, "n": 5, "unit": "km/h", "kind": "memoryview" })
+    );
+    let script =
+        format!("{without}def analyse(signals, config):\n    return {{'t': signals.table()}}\n");
+    run(&lab, &script, &scenario(SPEED))
+        .expect(3)
+        .says(&["signals.table() needs pyarrow", "-m pip install pyarrow"]);
+}
+
+fn numbers_of_numpy_and_what_is_no_number_become_json() {
+    let lab = Lab::new();
+    let script = "
+import numpy
+def analyse(signals, config):
+    return {'a': numpy.float32(0.5), 'b': numpy.array([1.0, numpy.nan]), 'c': float('inf'), 'd': numpy.int64(3), 'e': (1, 2),
+            'f': numpy.bool_(True), 'g': None, 'h': config}
+";
+    let config = "config = { list = [1, 2.5], day = 2026-11-24 }\n";
+    let check = "[[check]]\nname = \"c\"\nthat = \"mine.b[0] == 1 and mine.d == 3\"\n";
+    run_there(&lab, script, &scenario(&format!("{SPEED}{config}{check}"))).expect(0);
+    let expected = serde_json::json!({
+        "a": 0.5, "b": [1.0, null], "c": null, "d": 3, "e": [1, 2], "f": true, "g": null,
+        "h": { "list": [1, 2.5], "day": "2026-11-24" },
+    });
+    assert_eq!(lab.report("out")["analyses"]["mine"], expected);
+}
+
+fn a_script_that_does_not_fit_is_pointed_at() {
+    let lab = Lab::new();
+    let good = "signals = {'v': 'm/s'}\ndef analyse(signals, config): return {}\n";
+    for (script, text, at, says) in [
+        ("def f(:\n", scenario(SPEED), "\"mine.py\"", "mine.py:1: SyntaxError"),
+        (
+            "import nowhere_at_all\n",
+            scenario(SPEED),
+            "\"mine.py\"",
+            "mine.py:1: ModuleNotFoundError",
+        ),
+        (
+            "x = 1\n",
+            scenario(SPEED),
+            "\"mine.py\"",
+            "expected a function `analyse(signals, config)`",
+        ),
+        (
+            "signals = ['v']\ndef analyse(signals, config): return {}\n",
+            scenario(SPEED),
+            "\"mine.py\"",
+            "units by names",
+        ),
+        (good, scenario(""), "\"mine\"", "needs a signal `v`"),
+        (good, scenario("signals = { w = \"car.v\" }\n"), "w = \"car.v\"", "signal of the script"),
+        (
+            good,
+            scenario(SPEED).replace("km/h", "kg"),
+            "\"car.v\" }",
+            "wanted in [m/s], and `car.v` is in [kg]",
+        ),
+        (
+            good,
+            scenario(SPEED).replace("python", "path = \"x.so\"\npython"),
+            "\"mine\"",
+            "`path` or `crate` or `python`",
+        ),
+        (good, scenario(SPEED).replace("mine.py", "none.py"), "\"none.py\"", "none.py is no file"),
+    ] {
+        let line = 1 + text[..text.find(at).expect("the word")].matches('\n').count();
+        run(&lab, script, &text).expect(2).says(&[says, &format!("case.toml:{line}:")]);
+        assert!(!lab.has("out"), "{text}");
+    }
+}
+
+fn a_script_that_fails_ends_the_run_with_its_line() {
+    let lab = Lab::new();
+    for (body, says) in [
+        ("1 / 0", "mine.py:3, in analyse: ZeroDivisionError"),
+        ("return signals['w']", "expected one of the signals v, found w"),
+        ("return 3", "expected a dict from `analyse`, found int"),
+        ("return {'a': [object()]}", "in the result['a'][0], found object"),
+        ("(run.folder / 'report.json').write_text('x')\n    return {}", "found `report.json`"),
+        ("(run.folder / 'a').mkdir()\n    return {}", "and no folders, found a"),
+        ("run.record('g', [0.0, 1.0], {'x': [1.0]})", "columns of equal length"),
+        ("run.record('g', [1.0, 0.0], {'x': [1.0, 2.0]})\n    return {}", "rising times"),
+        ("os._exit(4)", "the process of Python ended (exit status: 4)"),
+        ("sys.exit()", "the script called exit(None)"),
+    ] {
+        let script = format!("import os, sys\ndef analyse(signals, config, run):\n    {body}\n");
+        run(&lab, &script, &scenario(SPEED)).expect(3).says(&["analysis `mine`", says]);
+        assert_eq!(lab.report("out")["verdict"], "error", "{body}");
+        assert!(lab.has("out/run.mcap"), "{body}");
+    }
+}
+
+fn a_script_that_goes_on_too_long_is_ended() {
+    let lab = Lab::new();
+    let script = "import os\ndef analyse(signals, config, run):\n    print('process', os.getpid())\n    while True:\n        pass\n";
+    let text = scenario(SPEED).replace("stop = 1.0", "stop = 1.0\nlimit = 2.0");
+    let ended = run(&lab, script, &text);
+    assert_ne!(ended.code(), Some(0), "{}", ended.stderr);
+    let printed = ended.stderr.lines().find_map(|line| line.strip_prefix("mine: process "));
+    let process = printed.unwrap_or_else(|| panic!("{}", ended.stderr)).trim().to_owned();
+    assert!(ended.message().contains("its time limit"), "{}", ended.stderr);
+    assert!(!Path::new("/proc").join(process).exists());
+}
