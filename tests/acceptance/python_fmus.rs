@@ -63,7 +63,7 @@ fn a_script_keeps_all_rules_of_both_versions() {
         assert_eq!(problems.stdout.trim(), "[]");
     }
     // Copies of the state, also as bytes and in another instance, as fmpy makes them.
-    let ended = python().run("state.py", &[lab.path("cruise.fmu")]);
+    let ended = python().run("state.py", &[odd().path("odd.fmu")]);
     assert!(ended.stdout.contains("restored from bytes"), "{}", ended.stdout);
 }
 

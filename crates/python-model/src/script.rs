@@ -9,7 +9,7 @@ use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process};
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::interface::{Exposed, Interface, Role};
+use crate::interface::{CATEGORIES, Exposed, Interface, Role};
 
 /// The word for the process of an instance.
 pub(crate) const SERVE: &str = "serve";
@@ -162,9 +162,7 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
     let text = |text: &str| -> &'static str { text.to_owned().leak() };
     let mut info = Info::new(text(name), text(&said.doc), said.step_size);
     info.stop = said.stop_time;
-    info = info
-        .version(text(&said.version))
-        .log_categories(<crate::Hosted as fmu_export::CoSimulation>::log_categories());
+    info = info.version(text(&said.version)).log_categories(CATEGORIES);
     info.author = said.author.as_deref().map(text);
     let capabilities = Capabilities {
         variable_step: said.variable_step,
