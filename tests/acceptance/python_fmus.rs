@@ -244,8 +244,8 @@ fn a_script_that_does_not_load_is_told_when_it_is_packed() {
         (format!("import helper\n{}", model("y = output()")), 1, "--with"),
         (model("y = output(0, unit='m')"), 3, "write 0.0 instead of 0"),
         (model("y = output([1.0])"), 3, "expected a start value of type float, int, bool or str"),
-        (model("y = output(unit='parsec')"), 0, "`y`: "),
-        (model("y = output(name='1y')"), 0, "no structured name"),
+        (model("y = output(unit='parsec')"), 3, "`y`: "),
+        (model("y = output(name='1y')"), 3, "no structured name"),
         (model("k = parameter(3.0, max=2.0); y = output()"), 0, "outside of its limits"),
         (model("y = output(depends=['x'])\n    def outputs(self): pass"), 0, "which is no input"),
         (
