@@ -23,9 +23,16 @@ mod fmus;
 #[path = "acceptance/python.rs"]
 mod python;
 
+// Starts Slurm and HyperQueue on this machine.
+#[path = "acceptance/engines.rs"]
+mod engines;
+
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
+// The Python package.
+#[path = "acceptance/python_package.rs"]
+mod python_package;
 // Golden recordings.
 #[path = "acceptance/baselines.rs"]
 mod baselines;
@@ -57,6 +64,12 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Sweeps by a real Slurm and a real HyperQueue.
+#[path = "acceptance/cluster.rs"]
+mod cluster;
+// Sweeps that are submitted to processes of this machine, and mistakes in it.
+#[path = "acceptance/submitting.rs"]
+mod submitting;
 // Halves of known systems, coupled by each algorithm.
 #[path = "acceptance/coupling.rs"]
 mod coupling;
@@ -206,6 +219,8 @@ fn main() -> ExitCode {
     hostile_inputs::register(&mut tests);
     baselines::register(&mut tests);
     cli::register(&mut tests);
+    cluster::register(&mut tests);
+    submitting::register(&mut tests);
     #[cfg(feature = "rerun")]
     comparing::register(&mut tests);
     conform::register(&mut tests);
@@ -230,6 +245,7 @@ fn main() -> ExitCode {
     clocks::register(&mut tests);
     fmi3::register(&mut tests);
     foreign::register(&mut tests);
+    python_package::register(&mut tests);
     reference_fmus::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);

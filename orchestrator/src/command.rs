@@ -1,6 +1,7 @@
 //! The commands of the program, a file for each; `Command` lists them.
 
 mod conform;
+mod convert;
 mod doctor;
 mod explain;
 mod inspect;
@@ -8,9 +9,12 @@ mod isolated;
 mod pack;
 mod progress;
 mod recover;
+mod replay;
 mod run;
 mod schema;
+mod submit;
 mod supervised;
+mod sweep;
 mod test;
 mod view;
 
@@ -28,6 +32,11 @@ pub enum Command {
     /// Run scenarios; exit code 0 when all checks pass, 1 when one fails, 2 when the input is wrong, 3
     /// when an FMU fails.
     Run(run::Arguments),
+    /// Run variants of a scenario, as its [sweep] says; exit code 0 when enough of them pass, 1 when a check fails, 2 when the input is
+    /// wrong, 3 when an FMU fails.
+    Sweep(sweep::Arguments),
+    /// Run a variant of a sweep again, with everything recorded.
+    Replay(replay::Arguments),
     /// Run scenarios as tests, several at a time, a line for each.
     Test(test::Arguments),
     /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
@@ -42,6 +51,8 @@ pub enum Command {
     Doctor(Box<doctor::Arguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View(view::Arguments),
+    /// Write the signals of a recording as a table: Parquet or CSV.
+    Convert(convert::Arguments),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::Arguments),
     /// Print the JSON schema of scenario files, for editors.
@@ -58,12 +69,15 @@ impl Command {
     pub fn run(&self) -> u8 {
         let result = match self {
             Command::Run(arguments) => run::run(arguments),
+            Command::Sweep(arguments) => sweep::run(arguments),
+            Command::Replay(arguments) => replay::run(arguments),
             Command::Test(arguments) => test::run(arguments),
             Command::Pack(arguments) => pack::run(arguments),
             Command::Inspect(arguments) => inspect::run(arguments),
             Command::Conform(arguments) => conform::run(arguments),
             Command::Doctor(arguments) => doctor::run(arguments),
             Command::View(arguments) => view::run(arguments),
+            Command::Convert(arguments) => convert::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
             Command::Schema(arguments) => schema::run(arguments),
             Command::Explain(arguments) => explain::run(arguments),

@@ -19,6 +19,7 @@ mod run_folder;
 mod sinks;
 mod stop;
 pub mod suite;
+pub mod sweep;
 pub mod validation;
 
 pub use branch::latest_stop;

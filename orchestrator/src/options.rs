@@ -44,6 +44,8 @@ pub struct RunOptions {
     pub out: Option<PathBuf>,
     /// Whether to write CSV.
     pub csv: bool,
+    /// Whether to write Parquet.
+    pub parquet: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
     /// The variant of a system of SSP with several descriptions.

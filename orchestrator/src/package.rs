@@ -1,7 +1,9 @@
-//! Builds the FMUs and plugins that a scenario names by `crate` with cargo, and packs the FMUs.
+//! Builds the FMUs and plugins that a scenario names by `crate` with cargo, and packs the FMUs; or takes those that were
+//! installed with the program.
 
 mod cargo;
 mod error;
+mod installed;
 mod metadata;
 mod requests;
 
@@ -17,7 +19,7 @@ use metadata::{Metadata, Package};
 
 pub use cargo::{BuildProgress, OnProgress};
 pub use error::BuildError;
-pub use requests::build;
+pub use requests::{build, library};
 
 /// A cargo workspace.
 pub struct Workspace(Metadata);

@@ -4,6 +4,7 @@ use std::sync::PoisonError;
 
 use cosim::baseline::Baselines;
 use cosim::check::Checks;
+use cosim::collected::CollectedValues;
 use cosim::fault::Faults;
 use diagnostics::{Error, rounded};
 use recording::{
@@ -22,6 +23,7 @@ pub(crate) struct Recorder {
     pub checks: Checks,
     pub baselines: Baselines,
     faults: Faults,
+    pub values: CollectedValues,
     collected: Collected,
     recordings: Recordings,
     /// Notices for the user.
@@ -38,7 +40,7 @@ const SELDOM: u64 = 64;
 /// that is not known beforehand counts.
 macro_rules! each_sink {
     ($recorder:ident, $sink:ident => $does:expr) => {
-        each_sink!(@ $recorder, $sink => $does, recordings faults checks baselines collected)
+        each_sink!(@ $recorder, $sink => $does, recordings faults checks baselines values collected)
     };
     (@ $recorder:ident, $sink:ident => $does:expr, $($name:ident)*) => {
         $({
@@ -54,8 +56,26 @@ impl Recorder {
         baselines: Baselines,
         options: &RunOptions,
     ) -> Result<Self, Error> {
-        let mut recorder = Recorder {
-            recordings: Recordings::open(system, options)?,
+        let recordings = Recordings::open(system, options)?;
+        let mut recorder = Self::into(recordings, system, baselines);
+        recorder.forward()?;
+        Ok(recorder)
+    }
+
+    /// Judges a run, and records nothing.
+    pub fn judge(system: &mut System) -> Self {
+        let recordings = Recordings {
+            selection: system.recorded.clone(),
+            row: Row::default(),
+            sinks: Vec::new(),
+        };
+        Self::into(recordings, system, Baselines::default())
+    }
+
+    fn into(recordings: Recordings, system: &mut System, baselines: Baselines) -> Self {
+        Recorder {
+            recordings,
+            values: CollectedValues::new(std::mem::take(&mut system.collected)),
             collected: Collected::new(&system.analyses),
             faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
@@ -63,9 +83,7 @@ impl Recorder {
             notices: Vec::new(),
             time: 0.0,
             remembers: Default::default(),
-        };
-        recorder.forward()?;
-        Ok(recorder)
+        }
     }
 
     /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. The report says so.
@@ -233,7 +251,7 @@ impl Recordings {
 
 impl Sink<Full> for Recordings {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
-        if !self.selection.is_empty() {
+        if !self.selection.is_empty() && !self.sinks.is_empty() {
             self.selection.pick(row, &mut self.row);
         }
         self.sinks.iter_mut().try_for_each(|sink| sink.row(tick, time, &self.row))

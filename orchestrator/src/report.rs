@@ -72,6 +72,9 @@ pub struct RunReport {
     /// The baselines that the run wrote.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blessed: Vec<PathBuf>,
+    /// The values that a sweep collects, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub collected: BTreeMap<String, f64>,
     /// The results of analyses by name.
     pub analyses: BTreeMap<String, serde_json::Value>,
     /// The validations that were run, in the order of the file.
@@ -231,6 +234,7 @@ impl RunReport {
             checks: Vec::new(),
             baselines: Vec::new(),
             blessed: Vec::new(),
+            collected: BTreeMap::new(),
             analyses: BTreeMap::new(),
             validations: Vec::new(),
             steps: 0,

@@ -207,6 +207,7 @@ impl Job<'_> {
         }
         let failure = outcome.err();
         let mut verdicts = recorder.checks.verdicts(&report.results());
+        report.collected = recorder.values.by_name(&report.analyses);
         report.baselines = recorder.baselines.outcomes();
         verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
         baseline::draw(&recorder.baselines, &mut report)?;

@@ -1,7 +1,7 @@
 //! Lists the ways to record a run: a new one is a line here.
 
 use diagnostics::Error;
-use recording::{BoxedSink, CsvSink, McapSink, RunHeader, SinkKind, ThreadedSink};
+use recording::{BoxedSink, CsvSink, McapSink, ParquetSink, RunHeader, SinkKind, ThreadedSink};
 
 use crate::options::{Replay, RunOptions};
 
@@ -10,6 +10,7 @@ use crate::options::{Replay, RunOptions};
 pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
     SinkKind { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
     SinkKind { files: CsvSink::FILES, open: csv },
+    SinkKind { files: ParquetSink::FILES, open: parquet },
     SinkKind { files: &["run.rrd"], open: replay },
 ];
 
@@ -19,6 +20,10 @@ fn threaded(sink: impl recording::Sink + Send + 'static) -> BoxedSink {
 
 fn csv(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
     Ok(if options.csv { Some(threaded(CsvSink::new(run)?)) } else { None })
+}
+
+fn parquet(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.parquet { Some(threaded(ParquetSink::new(run)?)) } else { None })
 }
 
 #[cfg(feature = "rerun")]

@@ -26,6 +26,11 @@ impl Stop {
         Stop { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
     }
 
+    /// Looks at the time alone: signals are another process's matter.
+    pub fn within(limit: Duration) -> Self {
+        Stop { begin: Instant::now(), limit: Some(limit), _watch: watch(limit) }
+    }
+
     /// Says when to wait no longer for a call of foreign code: some time after the run has to end.
     pub fn patience(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
         let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());

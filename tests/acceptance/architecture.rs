@@ -63,7 +63,7 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 34] = [
+const ARROWS: [(&str, &[&str]); 35] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
@@ -87,6 +87,7 @@ const ARROWS: [(&str, &[&str]); 34] = [
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation"]),
+    ("sweep", &["diagnostics", "html-page", "numerics"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
     ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
@@ -97,7 +98,7 @@ const ARROWS: [(&str, &[&str]); 34] = [
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "plugin", "python", "python-model", "recording", "replay", "scenario", "system", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

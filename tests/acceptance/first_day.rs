@@ -1,8 +1,12 @@
 //! Walks into the obstacles of a first day, and checks that each says how to get around it.
 
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
 use super::fixture::Scenario;
 use super::fmus::ours;
 use super::harness::{Ended, Lab, trackside};
+use super::plugins::compile;
 
 tests! {
     a_scenario_outside_of_a_workspace_is_told_where_it_looked: Compiler,
@@ -10,6 +14,8 @@ tests! {
     a_word_of_another_form_gets_an_example: Compiler,
     a_name_is_completed_rather_than_changed: Compiler,
     an_error_in_a_pipe_is_not_broken_into_lines: Compiler,
+    an_installed_program_brings_its_fmus_and_plugins: Compiler,
+    a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both: Compiler,
 }
 
 fn coasting() -> String {
@@ -88,4 +94,58 @@ fn an_error_in_a_pipe_is_not_broken_into_lines() {
     let whole = format!("cannot read the scenario {long}: No such file");
     assert!(ended.stderr.contains(&whole), "{}", ended.stderr);
     assert!(!ended.stderr.contains('\u{1b}'), "colours in a pipe");
+}
+
+/// An installed program in a folder of its own, with the FMUs and plugins that came with it.
+fn installed(lab: &Lab, files: &[(&str, &Path)]) -> PathBuf {
+    let program = lab.path("usr/bin/trackside");
+    std::fs::create_dir_all(program.parent().expect("a folder")).expect("a folder");
+    let built = env!("CARGO_BIN_EXE_trackside");
+    // The program is large, and the lab may be on another disk.
+    std::fs::hard_link(built, &program)
+        .or_else(|_| std::fs::copy(built, &program).map(drop))
+        .expect("a copy");
+    for (name, file) in files {
+        let path = lab.path("usr/share/trackside").join(name);
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::copy(file, path).expect("a copy");
+    }
+    program
+}
+
+/// Runs the installed program as a machine without cargo does.
+fn run_installed(lab: &Lab, program: &Path, more: &[&str]) -> Ended {
+    let mut command = Command::new(program);
+    command.args(["run", "case.toml", "--rerun", "off"]).args(more);
+    command.current_dir(lab.path("")).env("PATH", "/nowhere");
+    Ended::of(command.output().expect("it starts"))
+}
+
+fn an_installed_program_brings_its_fmus_and_plugins() {
+    let (lab, plant) = (Lab::new(), ours().join("plant.fmu"));
+    compile(&lab, plugin::abi::VERSION);
+    let library = lab.path("odd.so");
+    let program = installed(&lab, &[("fmu/plant-fmu.fmu", &plant), ("plugin/odd.so", &library)]);
+    let packaged = coasting().replace("path = \"plant.fmu\"", "crate = \"plant-fmu\"");
+    lab.write("case.toml", format!("{packaged}\n[[analysis]]\nname = \"odd\"\ncrate = \"odd\"\nsignals = {{ speed = \"plant.v_x\" }}\n"));
+    let link = lab.path("elsewhere");
+    std::os::unix::fs::symlink(&program, &link).expect("a link");
+    run_installed(&lab, &program, &[]).expect(0);
+    run_installed(&lab, &link, &[]).expect(0);
+    assert_eq!(lab.report("target/runs/case")["fmus"][0]["name"], "plant");
+}
+
+fn a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both() {
+    let (lab, plant) = (Lab::new(), ours().join("plant.fmu"));
+    let program = installed(&lab, &[("fmu/plant-fmu.fmu", &plant)]);
+    lab.write("case.toml", coasting().replace("path = \"plant.fmu\"", "crate = \"plant-fum\""));
+    let missing =
+        "share/trackside/fmu/plant-fum.fmu come with this program; did you mean `plant-fmu`?";
+    let says = ["cannot start cargo", "nor did", missing, "case.toml:7:", "path = \"x.fmu\""];
+    run_installed(&lab, &program, &[]).expect(2).says(&says);
+    for name in ["../fmu/plant-fmu", "..", ""] {
+        let named = coasting().replace("path = \"plant.fmu\"", &format!("crate = \"{name}\""));
+        lab.write("case.toml", named);
+        run_installed(&lab, &program, &[]).expect(2);
+    }
 }

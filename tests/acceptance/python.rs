@@ -23,7 +23,10 @@ const PACKAGES: &[&str] = &[
     "numpy",
     "pandas",
     "scipy",
+    "polars",
+    "pyarrow",
     "tombi==1.9.6",
+    "hyperqueue==0.27.0",
 ];
 
 /// A virtual environment.
@@ -36,8 +39,17 @@ impl Python {
         let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
         let mut python = Command::new(self.0.join("bin/python"));
         python.env("LD_LIBRARY_PATH", self.0.join("lib"));
+        // The package of this repository, with the program of this build.
+        python.env("PYTHONPATH", Path::new(ROOT).join("python"));
+        python.env("TRACKSIDE_PROGRAM", env!("CARGO_BIN_EXE_trackside"));
         let output = python.arg("-B").arg(script).args(arguments).output().expect("Python");
         Ended::of(output).expect(0)
+    }
+
+    /// The words of a shell that run a script of `tests/acceptance/python`.
+    pub fn script(&self, script: &str) -> String {
+        let script = Path::new(ROOT).join("tests/acceptance/python").join(script);
+        format!("'{}' -B '{}'", self.0.join("bin/python").display(), script.display())
     }
 
     /// The interpreter.

@@ -23,6 +23,8 @@ pub enum Requirement {
     Viewer,
     /// valgrind.
     Valgrind,
+    /// Slurm, which this user may start.
+    Slurm,
     /// File systems of any size, which a program may mount in namespaces of its own.
     SmallDisk,
     /// The Modelica Reference FMUs with their published results.
@@ -30,7 +32,7 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 7] = [const { OnceLock::new() }; 7];
+static ANSWERS: [OnceLock<Option<String>>; 8] = [const { OnceLock::new() }; 8];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -49,6 +51,7 @@ impl Requirement {
             #[cfg(feature = "rerun")]
             Requirement::Viewer => "no viewer",
             Requirement::Valgrind => "no valgrind",
+            Requirement::Slurm => "no Slurm",
             Requirement::SmallDisk => "no mount",
             Requirement::ReferenceFmus => "no data",
         }
@@ -63,6 +66,7 @@ impl Requirement {
         match self {
             Requirement::Compiler => starts("cc", "compiles FMUs and plugins that misbehave"),
             Requirement::Valgrind => starts("valgrind", "looks for errors and leaks in our FMUs"),
+            Requirement::Slurm => super::engines::missing_slurm(),
             Requirement::SmallDisk => {
                 let mount = super::full_disks::on_disk("1m", "/tmp", "true").output();
                 let mounts = mount.is_ok_and(|mount| mount.status.success());

@@ -1,7 +1,7 @@
 //! Judges a run while it happens: a sink that ends in verdicts.
 
 mod memory;
-mod results;
+pub(crate) mod results;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -5,6 +5,7 @@
 pub mod baseline;
 pub mod check;
 pub mod checkpoint;
+pub mod collected;
 pub mod coupling;
 pub mod course;
 pub mod exchange;

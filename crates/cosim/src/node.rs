@@ -6,6 +6,7 @@ mod apart;
 mod faulty;
 mod fmu;
 mod isolated;
+mod kept;
 mod paced;
 mod refusal;
 mod source;
@@ -13,7 +14,7 @@ mod source;
 use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
-use fmu_import::{CallError, Message};
+use fmu_import::{CallError, Instance, Message};
 use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
 use crate::course::Course;
@@ -22,6 +23,7 @@ pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
 use isolated::{IsolatedNode, Making};
+pub use kept::Kept;
 use paced::Paced;
 pub use refusal::Refusal;
 pub use source::{Source, SourceNode};
@@ -184,6 +186,11 @@ pub trait Node: Send {
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
     }
+
+    /// The instance of an FMU in this process, for another run.
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        None
+    }
 }
 
 /// Inputs that hold the mean of their courses between two times [s].
@@ -233,13 +240,25 @@ fn state_error(what: &str) -> CallError {
 /// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
 /// value.
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
+    instantiate_again(system, host, &mut Kept::default())
+}
+
+/// The same with instances of an earlier run, where there are some.
+///
+/// # Errors
+/// As of [`instantiate`].
+pub fn instantiate_again(
+    system: &mut System,
+    host: Option<&Host>,
+    kept: &mut Kept,
+) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
     let nodes = system.nodes.iter_mut().map(|plan| {
         // The last step of its own may end a unit in the last place later.
         let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
         let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
-        let node = node(plan, ((times.0, stop), tolerance), host)?;
+        let node = node(plan, ((times.0, stop), tolerance), host, kept)?;
         Ok(paced(node, plan, clock))
     });
     let mut nodes = Mistakes::all(nodes)?;
@@ -273,6 +292,7 @@ fn node(
     plan: &mut NodePlan,
     (times, tolerance): ((f64, Option<f64>), Option<f64>),
     host: Option<&Host>,
+    kept: &mut Kept,
 ) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
@@ -283,7 +303,10 @@ fn node(
                 return Ok(Box::new(IsolatedNode::new(making, isolation, host)?));
             }
             let told = |refusal: Refusal| refusal.told(name, times.0);
-            let mut node = FmuNode::new(fmu, name, log, ports).map_err(told)?;
+            let mut node = match kept.take(name, fmu, &starts) {
+                Some(instance) => FmuNode::of(instance, name, ports),
+                None => FmuNode::new(fmu, name, log, ports).map_err(told)?,
+            };
             node.prepare(times, tolerance, starts).map_err(told)?;
             Box::new(node)
         }

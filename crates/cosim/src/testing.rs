@@ -124,6 +124,7 @@ pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u6
         columns: columns(next, ValueKind::Real),
         analyses: Vec::new(),
         checks: Vec::new(),
+        collected: Vec::new(),
         baselines: Vec::new(),
         recorded: Selection::default(),
         header,

@@ -336,6 +336,14 @@ impl<S> Monitor<S> {
         Some(holds)
     }
 
+    /// The value of a reduction after the samples so far; not a number without any, and of what is none.
+    #[must_use]
+    pub fn reduced(&self) -> f64 {
+        let reduced: Vec<f64> = self.accumulators.iter().map(Accumulator::result).collect();
+        Sample { reduced: &reduced, ..Sample::<S, _>::new(f64::NAN, &Empty) }
+            .value(&self.expression.root)
+    }
+
     /// What was compared at the samples so far; nothing for several reductions.
     #[must_use]
     pub fn trace(&self) -> &Trace {

@@ -20,6 +20,7 @@ pub mod resampling;
 pub mod scalar;
 pub mod simd_batch;
 pub mod simplex;
+pub mod sobol;
 pub mod sqp;
 pub mod statistics;
 pub mod student;

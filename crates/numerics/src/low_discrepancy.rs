@@ -7,22 +7,10 @@ use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// Dimensions that there are direction numbers for.
-const DIMENSIONS: usize = 8;
-const BITS: usize = 32;
+use crate::sobol::{Sobol, middle};
 
-/// Primitive polynomials, without their first and last coefficient, and first direction numbers of the dimensions from the
-/// second on: Joe and Kuo, "Constructing Sobol sequences with better two-dimensional projections", SIAM J. Sci. Comput. 30
-/// (2008), their set new-joe-kuo-6.
-const DIRECTIONS: [(u32, &[u32]); DIMENSIONS - 1] = [
-    (0, &[1]),
-    (1, &[1, 3]),
-    (1, &[1, 3, 1]),
-    (2, &[1, 1, 1]),
-    (1, &[1, 1, 3, 3]),
-    (4, &[1, 3, 5, 13]),
-    (2, &[1, 1, 5, 5, 17]),
-];
+/// The most dimensions of normal points.
+const DIMENSIONS: usize = 8;
 
 /// Points of the unit cube: the additive recurrence x_k = fract(x_0 + k α), with α_i = g^−i and g the root of g^(d+1) = g + 1, whose
 /// discrepancy is low in any dimension. The first point is the middle, unless a seed turns it.
@@ -53,9 +41,13 @@ pub fn normal_points(dimension: usize, count: usize, seed: u64) -> DMatrix<f64> 
     let half = count.div_ceil(2).max(dimension);
     let mut shift = Pcg64::seed_from_u64(seed);
     let shifts: [u32; DIMENSIONS] = std::array::from_fn(|_| shift.random());
+    let sequence = Sobol::of::<DIMENSIONS>();
     let mut points = DMatrix::zeros(dimension, 2 * half);
     for k in 0..half {
-        let uniform = sobol(k as u32, &shifts);
+        // Its bits turned over where those of the shifts are set.
+        let uniform = std::array::from_fn::<f64, DIMENSIONS, _>(|d| {
+            middle(sequence.number(k as u32, d) ^ shifts[d])
+        });
         for (pair, u) in uniform.as_chunks::<2>().0.iter().enumerate() {
             // Box and Muller.
             let (sin, cos) = (TAU * u[1]).sin_cos();
@@ -84,72 +76,11 @@ pub fn log_normal(e: &DVector<f64>) -> f64 {
     -0.5 * (e.norm_squared() + e.len() as f64 * TAU.ln())
 }
 
-/// A point of Sobol's sequence in the open unit cube, its bits turned over where those of the shifts are set.
-fn sobol(index: u32, shifts: &[u32; DIMENSIONS]) -> [f64; DIMENSIONS] {
-    std::array::from_fn(|dimension| {
-        let numbers = directions(dimension);
-        let bits = (0..BITS).filter(|bit| index >> bit & 1 == 1);
-        let number = bits.fold(shifts[dimension], |sum, bit| sum ^ numbers[bit]);
-        (f64::from(number) + 0.5) / 2.0_f64.powi(BITS as i32)
-    })
-}
-
-/// Direction numbers by the recurrence of Bratley and Fox (1988).
-fn directions(dimension: usize) -> [u32; BITS] {
-    let Some(&(polynomial, first)) = dimension.checked_sub(1).and_then(|d| DIRECTIONS.get(d))
-    else {
-        return std::array::from_fn(|bit| 1 << (BITS - 1 - bit));
-    };
-    let degree = first.len();
-    let mut numbers = [0; BITS];
-    for bit in 0..BITS {
-        numbers[bit] = if bit < degree {
-            first[bit] << (BITS - 1 - bit)
-        } else {
-            let last = numbers[bit - degree];
-            let taps = (1..degree).filter(|tap| polynomial >> (degree - 1 - tap) & 1 == 1);
-            taps.fold(last ^ (last >> degree), |sum, tap| sum ^ numbers[bit - tap])
-        };
-    }
-    numbers
-}
-
 #[cfg(test)]
 mod tests {
     use approx::assert_abs_diff_eq;
 
     use super::*;
-
-    #[test]
-    fn the_first_points_are_those_of_the_tables() {
-        // Points 1 to 3 in their natural order, as in Joe and Kuo's notes.
-        let none = [0; DIMENSIONS];
-        for (index, first) in [(1, [0.5; 3]), (2, [0.25, 0.75, 0.75]), (3, [0.75, 0.25, 0.25])] {
-            for (own, expected) in sobol(index, &none).into_iter().zip(first) {
-                assert_abs_diff_eq!(own, expected, epsilon = 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn each_power_of_two_of_points_fills_each_axis_evenly() {
-        let shifts = [0x1234_5678; DIMENSIONS];
-        for dimension in 0..DIMENSIONS {
-            let mut cells: Vec<usize> =
-                (0..64).map(|k| (64.0 * sobol(k, &shifts)[dimension]) as usize).collect();
-            cells.sort_unstable();
-            assert!(cells.into_iter().eq(0..64), "dimension {dimension}");
-        }
-        // Of the first two, 64 points are a net: one in each of 8 by 8 cells.
-        let mut cells: Vec<usize> = (0..64)
-            .map(|k| {
-                let u = sobol(k, &shifts);
-                8 * (8.0 * u[0]) as usize + (8.0 * u[1]) as usize
-            })
-            .collect();
-        cells.sort_unstable();
-        assert!(cells.into_iter().eq(0..64));
-    }
 
     #[test]
     fn the_additive_recurrence_leaves_no_gaps() {

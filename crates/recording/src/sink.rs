@@ -1,6 +1,6 @@
 //! Receives a run row by row: the trait of recordings and checks, and the values that they take and give.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use diagnostics::{Error, Source};
 
@@ -10,6 +10,7 @@ use crate::view::View;
 
 pub mod csv;
 pub mod mcap;
+pub mod parquet;
 pub mod threaded_sink;
 
 /// The description of a run, which every sink gets before the first row.
@@ -187,6 +188,13 @@ pub enum Notice {
     Serving(String),
     /// For the user: a problem that does not end the run, such as a closed viewer.
     Warning(String),
+}
+
+/// The name of a file that is not complete.
+fn partial(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".partial");
+    PathBuf::from(name)
 }
 
 /// A recording of a run.

@@ -14,6 +14,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
 
 use crate::build_request::Built;
+use crate::resolve;
 use crate::words::{self, Scenario};
 use files::Files;
 use paths::Role;
@@ -28,6 +29,8 @@ pub struct Layout<'a> {
     pub fmus: &'a str,
     /// The folder of all other files.
     pub others: &'a str,
+    /// The folder of plugins, when those of packages are gathered, too: as libraries for this platform.
+    pub plugins: Option<&'a str>,
 }
 
 /// A file of a bundle.
@@ -56,7 +59,7 @@ pub struct Bundle {
 
 impl Bundle {
     /// Gathers a scenario with what it extends and with the scenarios that it is validated by. FMUs of packages are those that were
-    /// `built`. Plugins of packages stay packages.
+    /// `built`. Plugins of packages stay packages, unless there is a folder for them.
     ///
     /// # Errors
     /// At each word that names a file that is not there, or a package that was not built.
@@ -127,7 +130,7 @@ impl Gathering<'_> {
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();
         let fmus = self.fmus(scenario, &mut table, beside, &mut mistakes);
-        self.note_packages(scenario);
+        self.plugins(scenario, &mut table, beside, &mut mistakes);
         paths::each(&mut table, &mut |role, word| {
             mistakes.take(self.file(scenario, role, word, beside));
         });
@@ -165,10 +168,7 @@ impl Gathering<'_> {
             let added = self.files.add(&path, self.layout.fmus);
             let added = added.map_err(|what| scenario.error(word, what));
             let Some(inside) = mistakes.take(added) else { continue };
-            ["crate", "example"].iter().for_each(|key| drop(entry.remove(*key)));
-            let key = Spanned::new(0..0, DeString::from("path"));
-            let value = DeValue::String(format!("{}{inside}", beside.back).into());
-            entry.insert(key, Spanned::new(0..0, value));
+            replace_package(entry, format!("{}{inside}", beside.back));
             if entry.remove("may_read").is_some() {
                 let name = fmu.name.get_ref();
                 self.notes.push(format!(
@@ -180,9 +180,26 @@ impl Gathering<'_> {
         paths
     }
 
-    fn note_packages(&mut self, scenario: &Scenario) {
-        for analysis in &scenario.document.analysis {
+    /// Replaces packages of plugins by libraries where there is a folder for them, and says what is not gathered.
+    fn plugins(
+        &mut self,
+        scenario: &Scenario,
+        table: &mut DeTable,
+        beside: Beside,
+        mistakes: &mut Mistakes,
+    ) {
+        let words = scenario.document.analysis.iter();
+        for (analysis, entry) in words.zip(paths::entries(table, "analysis")) {
             let Some(request) = analysis.build_request() else { continue };
+            let library = self.built.plugins.get(&request);
+            if let Some((folder, library)) = self.layout.plugins.zip(library) {
+                let added = self.files.add(library, folder);
+                let added = added.map_err(|what| scenario.error(&analysis.name, what));
+                if let Some(inside) = mistakes.take(added) {
+                    replace_package(entry, format!("{}{inside}", beside.back));
+                }
+                continue;
+            }
             let name = analysis.name.get_ref();
             self.notes.push(format!(
                 "the analysis `{name}` needs the package `{}` of a workspace, which is not gathered",
@@ -205,6 +222,14 @@ impl Gathering<'_> {
         let others = self.layout.others;
         let inside = match role {
             Role::File => self.files.add(&path, others).map_err(wrong)?,
+            Role::Draws(index) => {
+                let vary = scenario.document.sweep.iter().flat_map(|sweep| &sweep.vary).nth(index);
+                let name = vary.map_or("", |vary| vary.name.get_ref().as_str());
+                let path = resolve::draws_file(&path, name).map_err(wrong)?;
+                self.files.add(&path, others).map_err(wrong)?
+            }
+            Role::Archive if !text.ends_with(".fmu") => return Ok(()),
+            Role::Archive => self.files.add(&path, self.layout.fmus).map_err(wrong)?,
             Role::Validation(index) => {
                 let Some(child) = scenario.validations.get(index) else { return Ok(()) };
                 let folder = format!("{}/", others.trim_end_matches('/'));
@@ -230,4 +255,11 @@ impl Gathering<'_> {
         *word.get_mut() = DeValue::String(format!("{}{inside}", beside.back).into());
         Ok(())
     }
+}
+
+/// Puts a path in the place of a package.
+fn replace_package(entry: &mut DeTable, path: String) {
+    ["crate", "example"].iter().for_each(|key| drop(entry.remove(*key)));
+    let key = Spanned::new(0..0, DeString::from("path"));
+    entry.insert(key, Spanned::new(0..0, DeValue::String(path.into())));
 }

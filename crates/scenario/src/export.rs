@@ -26,7 +26,8 @@ use ends::Ends;
 const STRUCTURE: &str = "SystemStructure.ssd";
 /// The name of all sets of start values: Ecos applies those of one name.
 const VALUES: &str = "start_values";
-const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/org.trackside.scenario" };
+const LAYOUT: Layout =
+    Layout { fmus: "resources", others: "extra/org.trackside.scenario", plugins: None };
 
 /// What an export wrote.
 #[derive(Debug)]

@@ -8,6 +8,7 @@ mod check;
 mod coupling;
 mod input_chain;
 mod needed;
+mod sweep;
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -33,6 +34,7 @@ pub use coupling::{
     Block, BondPlan, CouplingPlan, CouplingRules, Division, Iteration, Link, Loop, Pace, Tear,
 };
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
+pub use sweep::{Axis, AxisValues, CollectPlan, Collected, Goal, SearchPlan, SweepPlan};
 
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
@@ -335,6 +337,8 @@ pub struct System {
     pub analyses: Vec<AnalysisPlan>,
     /// The checks.
     pub checks: Vec<CheckPlan>,
+    /// What the run leaves in the table of a sweep.
+    pub collected: Vec<CollectPlan>,
     /// The recordings that it is compared with.
     pub baselines: Vec<BaselinePlan>,
     /// The recorded variables.

@@ -6,12 +6,14 @@ mod arrays;
 mod baselines;
 mod call_faults;
 mod checks;
+mod collected;
 mod connection_units;
 mod connections;
 mod connectors;
 mod coupling;
 mod declared_units;
 mod isolation;
+mod joint;
 mod logs;
 mod nodes;
 mod order;
@@ -25,6 +27,7 @@ mod readings;
 mod recorded;
 mod signal_units;
 mod starts;
+mod sweep;
 mod terminals;
 mod types;
 mod unit;
@@ -38,9 +41,12 @@ use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
 use recording::{Columns, Full, RunHeader, StatusTrack};
 
+pub use self::archives::Opened;
 pub use self::isolation::Isolate;
+pub(crate) use self::joint::draws_file;
 pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
+pub use self::sweep::sweep;
 pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
@@ -94,6 +100,20 @@ impl System {
         overrides: &Overrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
+        Self::resolve_again(scenario, built, overrides, folder, &mut Opened::default())
+    }
+
+    /// The same with the archives that were opened before, which are not read again.
+    ///
+    /// # Errors
+    /// As of [`resolve`](Self::resolve).
+    pub fn resolve_again(
+        scenario: &Scenario,
+        built: &Built,
+        overrides: &Overrides,
+        folder: PathBuf,
+        opened: &mut Opened,
+    ) -> Result<Self, Error> {
         let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
         let (changed, starts) = overrides::apply(scenario, overrides, &mut mistakes);
         let scenario = changed.as_ref().unwrap_or(scenario);
@@ -101,7 +121,8 @@ impl System {
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
         let timed = (clock, overrides.seed.unwrap_or(scenario.document.seed));
         let notes = (&mut mistakes, &mut warnings);
-        let mut unplaced = nodes::unplaced(scenario, &built.archives, &starts, timed, notes);
+        let archives = (&built.archives, opened);
+        let mut unplaced = nodes::unplaced(scenario, archives, &starts, timed, notes);
         let notes = (&mut mistakes, &mut warnings);
         let connects = connectors::connects(scenario, &mut unplaced, notes);
         let conversions =
@@ -119,6 +140,7 @@ impl System {
         let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
+        let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let header = RunHeader {
@@ -152,6 +174,7 @@ impl System {
             columns,
             analyses,
             checks,
+            collected,
             baselines: baselines.unwrap_or_default(),
             recorded,
             header: RunHeader { view, ..header },

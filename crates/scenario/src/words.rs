@@ -15,6 +15,7 @@ mod results;
 mod sizes;
 mod subsystem;
 mod subsystems;
+mod sweep;
 mod system;
 mod view;
 
@@ -41,6 +42,8 @@ pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
+pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};
+pub(crate) use sweep::{Lognormal, Normal, Range, Truncated};
 pub use system::{Imported, quoted};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
@@ -128,6 +131,8 @@ pub struct Document {
     /// Choice of the recorded variables.
     #[serde(default)]
     pub record: Record,
+    /// Variants of the scenario, for `trackside sweep`.
+    pub sweep: Option<Sweep>,
     /// Layout of the replay.
     #[serde(default)]
     pub view: View,

@@ -5,9 +5,9 @@ use std::path::Path;
 use clap::Args;
 use diagnostics::Error;
 use diagnostics::suggest::Unknown;
-use orchestrator::package::{BuildProgress, Workspace};
+use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
-use scenario::{BuildRequest, reference, words};
+use scenario::{reference, words};
 
 use super::print;
 use super::progress::BuildLine;
@@ -47,14 +47,8 @@ pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
         _ => {
             let mut building = BuildLine::default();
             let mut progress = |progress: BuildProgress| building.show(&progress);
-            let request = BuildRequest { package: name.to_owned(), example: None };
-            let built = Workspace::around(Path::new("."))
-                .and_then(|workspace| {
-                    workspace.make(&[], std::slice::from_ref(&request), &mut progress)
-                })
-                .map_err(|error| wrong(error.to_string()))?;
-            let library = built.plugins.get(&request);
-            library.cloned().ok_or_else(|| wrong("it makes no library".to_owned()))?
+            let library = package::library(name, &[Path::new(".")], &mut progress);
+            library.map_err(|error| wrong(error.to_string()))?
         }
     };
     let path = std::path::absolute(&path).unwrap_or(path);

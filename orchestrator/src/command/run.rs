@@ -25,6 +25,9 @@ pub struct Arguments {
     /// Write run.csv too.
     #[arg(long)]
     csv: bool,
+    /// Write run.parquet too, a table for pandas, polars, DuckDB and MATLAB.
+    #[arg(long)]
+    parquet: bool,
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
@@ -164,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
-fn program_of_guests() -> Result<PathBuf, Error> {
+pub(super) fn program_of_guests() -> Result<PathBuf, Error> {
     match cfg!(target_os = "linux") {
         true => Ok(PathBuf::from("/proc/self/exe")),
         false => this_program(),
@@ -194,6 +197,7 @@ impl Arguments {
         Ok(RunOptions {
             out: None,
             csv: self.csv,
+            parquet: self.parquet,
             bless: self.bless,
             variant: self.variant.clone(),
             overrides: Overrides {
@@ -267,7 +271,7 @@ impl Arguments {
 }
 
 /// Start values of `--set`.
-fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
+pub(super) fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     let starts = set.iter().map(|entry| {
         let given = Override::parse(entry, |file| file.into());
         given.map_err(|message| Error::input(format!("--set: {message}")))

@@ -41,6 +41,14 @@ pub enum BuildError {
         /// What cargo says.
         what: String,
     },
+    /// No workspace makes the package, and it was not installed.
+    #[error("{why},\n{installed}")]
+    Missing {
+        /// What is wrong with the workspace.
+        why: String,
+        /// Where it would have been installed.
+        installed: String,
+    },
     /// A library could not be packed.
     #[error(transparent)]
     Pack(#[from] fmu_export::pack::PackError),

@@ -1,11 +1,13 @@
-//! Collects the `crate` keys of scenarios and has their packages built.
+//! Collects the `crate` keys of scenarios, and has their packages built or takes those that were installed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use diagnostics::{Error, Mistakes, Spanned};
 use scenario::{BuildRequest, Built, Scenario};
 
+use super::installed::Installed;
 use super::{BuildError, OnProgress, Workspace};
 
 /// A `crate` key of a scenario.
@@ -38,41 +40,68 @@ impl<'a> Request<'a> {
     }
 
     /// The workspace around the file that names it, or else around the current folder.
-    fn workspace(&self) -> Result<Workspace, Error> {
+    fn workspace(&self) -> Result<Workspace, BuildError> {
         Workspace::around(self.folder())
             .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
-            .map_err(|error| {
-                let key = if self.is_plugin { "path = \"x.so\"" } else { "path = \"x.fmu\"" };
-                let help = format!(
-                    "`crate` names a package of the cargo workspace that the scenario is in; a file needs `{key}`"
-                );
-                self.scenario.error(self.package, error.to_string()).help(help)
-            })
     }
 
-    /// Whether the workspace has the package and its example.
-    fn check(&self, workspace: &Workspace) -> Result<(), Error> {
-        workspace.check(&self.product).map_err(|error| {
-            let example = matches!(error, BuildError::UnknownExample { .. });
-            let word = self.example.filter(|_| example).unwrap_or(self.package);
-            self.scenario.error(word, error.to_string())
-        })
+    /// The error that no workspace makes the package, and that none was installed either.
+    fn missing(&self, error: &BuildError, installed: &Installed) -> Error {
+        let example = matches!(error, BuildError::UnknownExample { .. });
+        let word = self.example.filter(|_| example).unwrap_or(self.package);
+        let lacks = match example {
+            true => String::new(),
+            false => format!(",\n{}", installed.lacks(self.package.get_ref(), self.is_plugin)),
+        };
+        let error_here = self.scenario.error(word, format!("{error}{lacks}"));
+        if !matches!(error, BuildError::Workspace { .. }) {
+            return error_here;
+        }
+        let key = if self.is_plugin { "path = \"x.so\"" } else { "path = \"x.fmu\"" };
+        error_here.help(format!(
+            "`crate` names a package of the cargo workspace that the scenario is in; a file needs `{key}`"
+        ))
     }
 }
 
+/// The library of a package, from the first of these folders whose workspace makes it, or else from what was installed.
+///
+/// # Errors
+/// When there is none, with what was wrong with the first folder.
+pub fn library(
+    package: &str,
+    folders: &[&Path],
+    progress: OnProgress,
+) -> Result<PathBuf, BuildError> {
+    let request = BuildRequest { package: package.to_owned(), example: None };
+    let mut first = None;
+    for folder in folders {
+        let built = Workspace::around(folder).and_then(|workspace| {
+            workspace.check(&request)?;
+            workspace.make(&[], std::slice::from_ref(&request), progress)
+        });
+        match built.map(|mut built| built.plugins.remove(&request)) {
+            Ok(Some(library)) => return Ok(library),
+            Ok(None) => {}
+            Err(error) => drop(first.get_or_insert(error)),
+        }
+    }
+    let installed = Installed::with_program();
+    let why = first.map_or_else(|| "no workspace makes it".to_owned(), |error| error.to_string());
+    let missing = || BuildError::Missing { why, installed: installed.lacks(package, true) };
+    installed.file(&request, true).ok_or_else(missing)
+}
+
 /// Builds the packages that the scenario and its validations name by `crate`, and packs the FMUs among them.
-/// The workspace is that around the file with the key, or else around the current folder.
+/// The workspace is that around the file with the key, or else around the current folder. A package that it does not have is
+/// taken from the files that were installed with this program.
 ///
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
 pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
-    let workspaces = by_workspace(scenario)?;
-    let all = workspaces.iter().flat_map(|(workspace, requests)| {
-        requests.iter().map(move |request| request.check(workspace))
-    });
-    Mistakes::all(all)?;
+    let Makers { workspaces, installed } = Makers::of(scenario)?;
     let mut built = Built::default();
-    for (workspace, requests) in workspaces {
+    for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
         refuse_twins(&built, &requests)?;
         let products = |plugins: bool| {
             let products = requests.iter().filter(|it| it.is_plugin == plugins);
@@ -85,36 +114,69 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> 
         built.archives.extend(made.archives);
         built.plugins.extend(made.plugins);
     }
+    let (requests, files): (Vec<_>, Vec<_>) = installed.into_iter().unzip();
+    refuse_twins(&built, &requests)?;
+    for (Request { product, is_plugin, .. }, file) in requests.into_iter().zip(files) {
+        let all = if is_plugin { &mut built.plugins } else { &mut built.archives };
+        all.insert(product, file);
+    }
     Ok(built)
 }
 
-/// The requests of a scenario by the workspace that makes them.
-fn by_workspace(scenario: &Scenario) -> Result<Vec<(Workspace, Vec<Request<'_>>)>, Error> {
-    let mut roots: BTreeMap<&Path, PathBuf> = BTreeMap::new();
-    let mut workspaces: BTreeMap<PathBuf, (Workspace, Vec<Request>)> = BTreeMap::new();
-    for request in Request::all(scenario) {
-        let root = match roots.get(request.folder()) {
-            Some(root) => root.clone(),
-            None => {
-                let workspace = request.workspace()?;
-                let root = workspace.0.workspace_root.clone();
-                roots.insert(request.folder(), root.clone());
-                workspaces.entry(root.clone()).or_insert((workspace, Vec::new()));
-                root
-            }
-        };
-        workspaces.entry(root).and_modify(|(_, all)| all.push(request));
-    }
-    Ok(workspaces.into_values().collect())
+/// Who makes what a scenario needs.
+#[derive(Default)]
+struct Makers<'a> {
+    /// Workspaces by their roots, with their requests.
+    workspaces: BTreeMap<PathBuf, (Workspace, Vec<Request<'a>>)>,
+    /// Requests for files that were installed, with their paths.
+    installed: Vec<(Request<'a>, PathBuf)>,
 }
 
-/// Refuses a package of a second workspace with the name of one that is built already.
+impl<'a> Makers<'a> {
+    /// # Errors
+    /// With the places in the files, for all packages that nobody makes.
+    fn of(scenario: &'a Scenario) -> Result<Self, Error> {
+        let (mut makers, mut mistakes) = (Makers::default(), Mistakes::default());
+        let installed = Installed::with_program();
+        // The root of the workspace that serves a folder, or why there is none.
+        let mut roots: BTreeMap<&Path, Result<PathBuf, Rc<BuildError>>> = BTreeMap::new();
+        let workspaces = &mut makers.workspaces;
+        for request in Request::all(scenario) {
+            let root = roots.entry(request.folder()).or_insert_with(|| {
+                let workspace = request.workspace()?;
+                let root = workspace.0.workspace_root.clone();
+                workspaces.entry(root.clone()).or_insert((workspace, Vec::new()));
+                Ok(root)
+            });
+            let has = |root: PathBuf| match workspaces[&root].0.check(&request.product) {
+                Ok(()) => Ok(root),
+                Err(error) => Err(Rc::new(error)),
+            };
+            let error = match root.clone().and_then(has) {
+                Ok(root) => {
+                    workspaces.entry(root).and_modify(|(_, all)| all.push(request));
+                    continue;
+                }
+                Err(error) => error,
+            };
+            match installed.file(&request.product, request.is_plugin) {
+                Some(file) => makers.installed.push((request, file)),
+                None => mistakes.push(request.missing(&error, &installed)),
+            }
+        }
+        mistakes.finish().map(|()| makers)
+    }
+}
+
+/// Refuses a package of a second place with the name of one that is built already.
 fn refuse_twins(built: &Built, requests: &[Request]) -> Result<(), Error> {
     let known = |it: &&Request| {
         built.archives.contains_key(&it.product) || built.plugins.contains_key(&it.product)
     };
     let Some(twin) = requests.iter().find(known) else { return Ok(()) };
     let name = twin.package.get_ref();
-    let message = format!("two workspaces have a package `{name}` that the scenario needs");
+    let message = format!(
+        "two workspaces, or one and the installed files, have a package `{name}` that the scenario needs"
+    );
     Err(twin.scenario.error(twin.package, message))
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use diagnostics::Error;
-use fmu_import::{CallError, Message, MessageLevel, Version};
+use fmu_import::{CallError, Instance, Message, MessageLevel, Version};
 use scenario::plan::{Body, CallFault, CallFaultKind, Clock, Start, System};
 
 use super::{Node, NodeState};
@@ -74,6 +74,10 @@ impl FaultyNode {
 }
 
 impl Node for FaultyNode {
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        self.node.into_instance()
+    }
+
     fn take_faults(&mut self, faults: &[CallFault], clock: &Clock) {
         (self.faults, self.clock) = (faults.to_vec(), *clock);
         self.not_numbers.clear();

@@ -57,8 +57,13 @@ impl FmuNode {
             .load()
             .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
         let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
+        Ok(Self::of(instance, name, (inputs, outputs)))
+    }
+
+    /// Takes an instance that is new, or as good as new.
+    pub(super) fn of(instance: Instance, name: &str, (inputs, outputs): (Ports, Ports)) -> Self {
         let early = instance.description().returns_early();
-        Ok(FmuNode {
+        FmuNode {
             name: name.to_owned(),
             plain: if early { None } else { Plain::of(&inputs, &outputs) },
             begin: 0.0,
@@ -70,7 +75,7 @@ impl FmuNode {
             inputs,
             outputs,
             starts: Vec::new(),
-        })
+        }
     }
 
     /// Tells the instance the experiment with its start and stop [s], and then its start values: some FMUs forget what they were
@@ -185,6 +190,10 @@ fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<S
 }
 
 impl Node for FmuNode {
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        Some(self.instance)
+    }
+
     fn enter(&mut self) -> Result<Vec<String>, Error> {
         self.initialise().map_err(|refusal| refusal.told(&self.name, self.begin))
     }

@@ -1,7 +1,7 @@
 //! Steps a node by a step of its own: several times in each communication step, or once in several of them.
 
 use diagnostics::Error;
-use fmu_import::{CallError, Message};
+use fmu_import::{CallError, Instance, Message};
 use scenario::plan::{Clock, NodePlan, Pace, Start};
 use scenario::words::At;
 
@@ -114,6 +114,10 @@ impl Paced {
 }
 
 impl Node for Paced {
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        self.inner.into_instance()
+    }
+
     fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.clear();
         self.inputs.extend_from_slice(inputs);

@@ -3,11 +3,11 @@
 
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
 
-use super::{RunHeader, Sink};
+use super::{RunHeader, Sink, partial};
 use crate::columns::Column;
 use crate::row::{Recorded, Row};
 use expression::{IntegerIndex, NumberIndex};
@@ -31,11 +31,19 @@ impl CsvSink {
     /// # Errors
     /// When the file cannot be created.
     pub fn new(header: &RunHeader) -> Result<Self, Error> {
-        let path = header.folder.join("run.csv");
-        let partial = header.folder.join("run.csv.partial");
+        Self::create(header, &header.folder.join("run.csv"))
+    }
+
+    /// Begins a file of any name. Until it is complete it has the ending `.partial` as well.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
+    pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
+        let partial = partial(path);
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
         let names = header.columns.iter().map(title);
         let (out, integers) = (BufWriter::new(file), header.columns.integers().collect());
+        let path = path.to_owned();
         let mut sink = CsvSink { path, partial, out, line: String::new(), integers };
         sink.line = names.fold("time [s]".to_owned(), |line, name| line + "," + &name);
         sink.write_line()?;

@@ -8,6 +8,10 @@ use toml::de::{DeTable, DeValue};
 pub(super) enum Role {
     /// A file that is read as it is.
     File,
+    /// An archive of an FMU among the values of a sweep.
+    Archive,
+    /// Draws that a sweep varies, by the place of the entry that names them.
+    Draws(usize),
     /// The scenario of a validation, by its place among them.
     Validation(usize),
     /// An entry of `set`: a file behind `@`, or a value.
@@ -49,6 +53,17 @@ pub(super) fn each<'a>(
         }
         if let Some(files) = inner(analysis, "files") {
             files.iter_mut().for_each(|(_, file)| take(Role::File, file));
+        }
+    }
+    if let Some(sweep) = inner(root, "sweep") {
+        one(sweep, "list", Role::File, take);
+        for (index, vary) in entries(sweep, "vary").enumerate() {
+            one(vary, "draws", Role::Draws(index), take);
+            let archives = vary.get("name").and_then(|name| name.get_ref().as_str());
+            let archives = archives.is_some_and(|name| name.ends_with(".path"));
+            if let Some(DeValue::Array(values)) = vary.get_mut("values").map(Spanned::get_mut) {
+                values.iter_mut().filter(|_| archives).for_each(|it| take(Role::Archive, it));
+            }
         }
     }
     let track = inner(root, "view").and_then(|view| inner(view, "track"));

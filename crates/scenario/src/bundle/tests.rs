@@ -5,7 +5,7 @@ use std::path::Path;
 use super::*;
 use crate::build_request::BuildRequest;
 
-const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/files" };
+const LAYOUT: Layout = Layout { fmus: "resources", others: "extra/files", plugins: None };
 
 fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");

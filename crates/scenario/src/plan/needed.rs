@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use recording::{ColumnIndex, Full, NumberIndex, TextIndex};
 
-use super::{Body, Condition, Group, Origin, System};
+use super::{Body, Collected, Condition, Group, Origin, System};
 
 /// The columns of a run that somebody uses.
 #[derive(Default)]
@@ -27,6 +27,12 @@ impl Needed {
         }
         for check in &system.checks {
             if let Condition::Run(expression) = &check.condition {
+                needed.numbers.extend(expression.numbers());
+                needed.texts.extend(expression.texts());
+            }
+        }
+        for collected in &system.collected {
+            if let Collected::Run(expression) = &collected.origin {
                 needed.numbers.extend(expression.numbers());
                 needed.texts.extend(expression.texts());
             }

@@ -37,8 +37,8 @@ pub(super) fn archive<'w>(
     }
 }
 
-/// The FMUs that nodes share, by their paths: a thousand nodes of one FMU unpack it once.
-pub(super) type Opened = HashMap<PathBuf, Arc<Fmu>>;
+/// The FMUs that nodes share, by their paths: a thousand nodes of one FMU, or as many runs, unpack it once.
+pub type Opened = HashMap<PathBuf, Arc<Fmu>>;
 
 /// The FMU of a node. Its arrays may have sizes of their own; then it has it for itself.
 pub(super) fn open_for(

@@ -167,7 +167,7 @@ fn malformed(
 }
 
 /// The result that a name means when it begins with an analysis or a validation.
-fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
+pub(super) fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);

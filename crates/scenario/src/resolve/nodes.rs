@@ -86,7 +86,7 @@ impl UnplacedNode {
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
 pub(super) fn unplaced(
     scenario: &Scenario,
-    archives: &BTreeMap<BuildRequest, PathBuf>,
+    (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
     overrides: &Overrides,
     (clock, seed): (Option<Clock>, u64),
     (mistakes, warnings): Notes,
@@ -94,9 +94,9 @@ pub(super) fn unplaced(
     let document = &scenario.document;
     let mut unplaced = signals(scenario, clock, seed, mistakes);
     // A table is read as the inputs of FMUs want its columns.
-    let (mut fmus, mut opened) = (Vec::new(), Opened::default());
+    let mut fmus = Vec::new();
     for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, (archives, &mut opened), overrides, mistakes);
+        let node = self::fmu(scenario, fmu, (archives, &mut *opened), overrides, mistakes);
         fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
     }
     for table in &document.table {

@@ -38,7 +38,11 @@ impl Override {
         let Some(((node, variable), value)) = parts else {
             return Err(format!("expected node.variable=value or @FILE, found `{entry}`"));
         };
-        let (node, variable, value) = (node.to_owned(), variable.to_owned(), value.to_owned());
+        // The archive of an FMU lies where its giver is, not where the scenario is.
+        let is_archive = variable == "path" && value.ends_with(".fmu");
+        let path = is_archive.then(|| std::path::absolute(find(value)).ok()).flatten();
+        let value = path.map_or(value.to_owned(), |path| path.to_string_lossy().into_owned());
+        let (node, variable) = (node.to_owned(), variable.to_owned());
         Ok(vec![Override { node, variable, value, place: None }])
     }
 
@@ -68,7 +72,10 @@ pub(super) fn apply(
     overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> (Option<Scenario>, Overrides) {
-    let is_word = |given: &Override| scenario.has_word(&given.name());
+    let is_word = |given: &Override| {
+        let name = given.name();
+        scenario.has_word(&name) || scenario.is_archive(&name, &given.value)
+    };
     let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
     let rest = Overrides { starts, ..overrides.clone() };
     if words.is_empty() {

@@ -14,7 +14,7 @@ use crate::schema::{self, Finding};
 /// Another value for something that a scenario has.
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
-    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std` or `estimator.a_y.fault.value`.
+    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value` or `plant.path`.
     pub name: String,
     /// The value as it is typed.
     pub value: String,
@@ -41,6 +41,17 @@ impl Scenario {
     /// Whether a name means a signal, a sensor effect or a fault: none of them is a variable of an FMU.
     pub(crate) fn has_word(&self, name: &str) -> bool {
         self.named(name).is_some()
+    }
+
+    /// Whether a value of this name is the archive of a node.
+    pub(crate) fn is_archive(&self, name: &str, value: &str) -> bool {
+        value.ends_with(".fmu") && self.archive(name).is_some()
+    }
+
+    fn archive<'n>(&self, name: &'n str) -> Option<Named<'n>> {
+        let (node, key) = name.rsplit_once('.').filter(|(_, key)| *key == "path")?;
+        let index = self.document.fmu.iter().position(|fmu| fmu.name.get_ref() == node)?;
+        Some(Named { list: "fmu", index, keys: vec![key] })
     }
 
     /// What a name means. Of two signals, the one with the longer name.
@@ -112,7 +123,9 @@ impl Scenario {
         value: &'t str,
     ) -> Result<(), String> {
         self.is_alone(change)?;
-        set(table, &self.named(&change.name).ok_or("there is no such word")?, value)
+        let archive = self.archive(&change.name).filter(|_| value.ends_with(".fmu"));
+        let named = self.named(&change.name).or(archive);
+        set(table, &named.ok_or("there is no such word")?, value)
     }
 
     /// An input may have several faults, which have no names.
@@ -194,6 +207,10 @@ fn set<'t>(table: &mut DeTable<'t>, named: &Named, value: &'t str) -> Result<(),
         return Err("expected a table".to_owned());
     };
     let value = parsed(value, &place);
+    if named.list == "fmu" {
+        // The archive takes the place of the package.
+        ["crate", "example"].iter().for_each(|key| drop(inner.remove(*key)));
+    }
     match named.keys[..] {
         [] => {
             let kept = ["name", "unit"].into_iter().filter_map(|key| inner.remove_entry(key));

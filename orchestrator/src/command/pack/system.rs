@@ -105,7 +105,7 @@ fn gather(
 ) -> Result<Made, Error> {
     let overrides = Overrides::default();
     let original = System::resolve(scenario, built, &overrides, PathBuf::new())?;
-    let layout = Layout { fmus: "fmus", others: "files" };
+    let layout = Layout { fmus: "fmus", others: "files", plugins: None };
     let bundle = Bundle::gather(scenario, built, layout)?;
     bundle.write(folder)?;
     let apart = |node: &&NodePlan| matches!(node.body, Body::Fmu { isolation: Some(_), .. });

@@ -1,0 +1,101 @@
+//! Reads values that belong together from a CSV file: a line for each variant, or for each draw from a posterior.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::{Error, Spanned};
+
+use crate::plan::{Axis, AxisValues};
+use crate::words::Scenario;
+
+/// The largest file [bytes].
+const LARGEST: u64 = 1 << 30;
+
+/// The lines of a file that the scenario names.
+pub(super) fn read(scenario: &Scenario, word: &Spanned<String>) -> Result<Axis, Error> {
+    let path = scenario.source.resolve(word);
+    lines(&path).map_err(|what| scenario.error(word, what))
+}
+
+/// The draws in a file, or those that the identification of a run left beside its report.
+pub(super) fn draws(
+    scenario: &Scenario,
+    name: &str,
+    word: &Spanned<String>,
+) -> Result<Axis, Error> {
+    let path = scenario.source.resolve(word);
+    let axis = draws_file(&path, name).and_then(|path| lines(&path));
+    axis.map_err(|what| scenario.error(word, what))
+}
+
+/// The file of draws itself, when what is named is the report of a run.
+///
+/// # Errors
+/// In words, when that run has none.
+pub(crate) fn draws_file(path: &Path, name: &str) -> Result<PathBuf, String> {
+    let is_report = path.extension().is_some_and(|ending| ending == "json");
+    if is_report { beside(path, name) } else { Ok(path.to_owned()) }
+}
+
+/// The file of draws that the analysis of this name left beside a report.
+fn beside(report: &Path, name: &str) -> Result<PathBuf, String> {
+    let text = diagnostics::read_text_bounded(report, LARGEST);
+    let text = text.map_err(|error| format!("cannot read {}: {error}", report.display()))?;
+    let parsed: serde_json::Value = serde_json::from_str(&text)
+        .map_err(|error| format!("{}: expected a report of a run: {error}", report.display()))?;
+    let file = format!("{name}_draws.csv");
+    let files = parsed["files"].as_array().into_iter().flatten().filter_map(|it| it.as_str());
+    if files.clone().any(|known| known == file) {
+        return Ok(report.with_file_name(file));
+    }
+    let known: Vec<_> = files.filter_map(|it| it.strip_suffix("_draws.csv")).collect();
+    let hint = match known.as_slice() {
+        [] => "no analysis of that run left draws from a posterior".to_owned(),
+        known => {
+            format!("that run has draws of `{}`: give the analysis as the name", known.join("`, `"))
+        }
+    };
+    Err(format!("{}: expected the file {file} among those of the run; {hint}", report.display()))
+}
+
+/// The columns of a file by their names, the unit of each in brackets behind it.
+fn lines(path: &Path) -> Result<Axis, String> {
+    let wrong = |what: String| format!("{}: {what}", path.display());
+    let text = diagnostics::read_text_bounded(path, LARGEST);
+    let text = text.map_err(|error| wrong(format!("cannot read it: {error}")))?;
+    let mut reader = csv::ReaderBuilder::new()
+        .comment(Some(b'#'))
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let header = reader.headers().map_err(|error| wrong(error.to_string()))?.clone();
+    let (mut names, mut units) = (Vec::new(), Vec::new());
+    for title in &header {
+        let unit = title.strip_suffix(']').and_then(|title| title.rsplit_once('['));
+        let (name, unit) = match unit {
+            Some((name, unit)) if name.ends_with(' ') => (name.trim_end(), Some(unit.to_owned())),
+            _ => (title, None),
+        };
+        if name != "seed" && !name.contains('.') {
+            return Err(wrong(format!(
+                "expected the names of what the columns set, such as plant.body.m or seed, found `{title}`"
+            )));
+        }
+        if names.iter().any(|known| known == name) {
+            return Err(wrong(format!("two columns set `{name}`")));
+        }
+        names.push(name.to_owned());
+        units.push(unit);
+    }
+    let mut levels = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(|error| wrong(error.to_string()))?;
+        if let Some(place) = record.iter().position(str::is_empty) {
+            let line = record.position().map_or(0, csv::Position::line);
+            return Err(wrong(format!("line {line}: `{}` has no value", names[place])));
+        }
+        levels.push(record.iter().map(str::to_owned).collect());
+    }
+    match levels.is_empty() {
+        true => Err(wrong("it has no line with values".to_owned())),
+        false => Ok(Axis { names, units, values: AxisValues::Levels(levels) }),
+    }
+}

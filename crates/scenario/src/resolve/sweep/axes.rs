@@ -1,0 +1,141 @@
+//! Checks what an entry of `[[sweep.vary]]` varies.
+
+use diagnostics::{Error, Mistakes, Spanned};
+
+use super::super::joint;
+use crate::plan::{Axis, AxisValues};
+use crate::words::{Design, Lognormal, Normal, Range, Scenario, Sweep, Truncated, Vary};
+
+/// The most values of one name.
+const MOST_LEVELS: u32 = 1_000_000;
+
+/// What one entry varies.
+pub(super) fn axis(scenario: &Scenario, words: &Sweep, vary: &Vary) -> Result<Axis, Error> {
+    let name = vary.name.get_ref();
+    let values = values(scenario, vary)?;
+    let wrong = |message: &str| Err(scenario.error(&vary.name, format!("`{name}`: {message}")));
+    let is_discrete = matches!(values, Values::One(AxisValues::Levels(_)) | Values::Joint(_));
+    let bounded = matches!(values, Values::One(AxisValues::Uniform(_) | AxisValues::Truncated(_)));
+    match words.design {
+        Design::Grid if words.search.is_none() && !is_discrete => {
+            return wrong(
+                "a grid needs `values`, `range` or `draws`; a distribution goes with another design, such as design = \"latin_hypercube\"",
+            );
+        }
+        Design::Corners if !is_discrete && !bounded => {
+            return wrong("this distribution has no lowest and no highest number to be a corner");
+        }
+        _ => {}
+    }
+    if words.search.is_some() && !matches!(values, Values::One(AxisValues::Uniform(_))) {
+        return wrong("a search needs the range of each name as `uniform`");
+    }
+    let unit = vary.unit.as_ref().map(|unit| unit.get_ref().clone());
+    match values {
+        Values::Joint(axis) if unit.is_none() => Ok(axis),
+        Values::Joint(_) => wrong("draws have their units in the file"),
+        Values::One(_) if name != "seed" && !name.contains('.') => {
+            wrong("expected node.variable, or `seed`")
+        }
+        Values::One(values) => Ok(Axis { names: vec![name.clone()], units: vec![unit], values }),
+    }
+}
+
+/// The values of one name, or those of several that are drawn together.
+enum Values {
+    One(AxisValues),
+    Joint(Axis),
+}
+
+fn values(scenario: &Scenario, vary: &Vary) -> Result<Values, Error> {
+    let name = vary.name.get_ref();
+    let Vary { values, range, uniform, normal, lognormal, truncated, draws, .. } = vary;
+    let given = [
+        values.is_some(),
+        range.is_some(),
+        uniform.is_some(),
+        normal.is_some(),
+        lognormal.is_some(),
+        truncated.is_some(),
+        draws.is_some(),
+    ];
+    if given.into_iter().filter(|it| *it).count() != 1 {
+        let message = format!(
+            "`{name}` needs one of `values`, `range`, `uniform`, `normal`, `lognormal`, `truncated` and `draws`"
+        );
+        return Err(scenario.error(&vary.name, message));
+    }
+    if let Some(file) = draws {
+        return joint::draws(scenario, name, file).map(Values::Joint);
+    }
+    if let Some(list) = values {
+        let texts = list.get_ref().iter().map(|value| level(scenario, value));
+        let texts = Mistakes::all(texts)?;
+        if texts.is_empty() {
+            return Err(scenario.error(list, format!("`{name}` has no values")));
+        }
+        return Ok(Values::One(AxisValues::Levels(texts.into_iter().map(|it| vec![it]).collect())));
+    }
+    let wrong = |word: std::ops::Range<usize>, expected: &str| {
+        scenario.source.error(word, format!("`{name}`: expected {expected}"), "")
+    };
+    let values = match (range, uniform, normal, lognormal, truncated) {
+        (Some(word), ..) => levels(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (_, Some(word), ..) => between(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (_, _, Some(word), ..) => bell(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (.., Some(word), _) => skewed(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (.., Some(word)) => bounded(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        _ => Err(Error::follow_up()),
+    };
+    values.map(Values::One)
+}
+
+fn levels(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> {
+    if !(from.is_finite() && to.is_finite() && (1..=MOST_LEVELS).contains(&count)) {
+        return Err("finite numbers, and a count from 1 to 1,000,000");
+    }
+    let number = |k: u32| {
+        let share = f64::from(k) / f64::from((count - 1).max(1));
+        // Both ends are what is written.
+        vec![format!("{:?}", from * (1.0 - share) + to * share)]
+    };
+    Ok(AxisValues::Levels((0..count).map(number).collect()))
+}
+
+fn between([low, high]: [f64; 2]) -> Result<AxisValues, &'static str> {
+    let fits = (high - low).is_finite() && low < high;
+    if fits { Ok(AxisValues::Uniform([low, high])) } else { Err("[low, high], finite") }
+}
+
+fn bell(Normal { mean, std }: Normal) -> Result<AxisValues, &'static str> {
+    let fits = mean.is_finite() && std.is_finite() && std > 0.0;
+    let expected = "a finite mean and a positive standard deviation";
+    if fits { Ok(AxisValues::Normal([mean, std])) } else { Err(expected) }
+}
+
+fn skewed(Lognormal { median, std_log }: Lognormal) -> Result<AxisValues, &'static str> {
+    let fits = [median, std_log].iter().all(|it| *it > 0.0 && it.is_finite());
+    let expected = "a positive median and a positive standard deviation of its logarithm";
+    if fits { Ok(AxisValues::Lognormal([median, std_log])) } else { Err(expected) }
+}
+
+fn bounded(Truncated { mean, std, low, high }: Truncated) -> Result<AxisValues, &'static str> {
+    bell(Normal { mean, std })?;
+    between([low, high])?;
+    Ok(AxisValues::Truncated([mean, std, low, high]))
+}
+
+/// A value as `--set` takes it.
+fn level(scenario: &Scenario, value: &Spanned<toml::Value>) -> Result<String, Error> {
+    match value.get_ref() {
+        toml::Value::String(text) => Ok(text.clone()),
+        toml::Value::Integer(_) | toml::Value::Float(_) | toml::Value::Boolean(_) => {
+            Ok(value.get_ref().to_string())
+        }
+        other => {
+            let message =
+                format!("expected a number, a text, true or false, found {}", other.type_str());
+            Err(scenario.error(value, message))
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! Writes pages of sweeps that never ran, to be looked at: `cargo run -p sweep --example pages -- FOLDER [MOST]`.
+
+use std::path::PathBuf;
+
+use sweep::design::{Axis, Design, Method};
+use sweep::distribution::Distribution;
+use sweep::page::{About, page};
+use sweep::summary::Summary;
+use sweep::table::{Column, Role, Table, Values, write};
+
+const NAMES: [(&str, &str); 6] = [
+    ("plant.body.m", "kg"),
+    ("plant.tire_front.friction_coefficient", "1"),
+    ("signal.driver_speed.value", "m/s"),
+    ("plant.body.i_zz", "kg·m²"),
+    ("controller.gain", "1/m"),
+    ("effect.imu_yaw_rate.noise.std", "rad/s"),
+];
+
+fn design(method: Method, variants: u64) -> Design {
+    let ranges = [(1400., 1900.), (0.6, 1.1), (18., 32.), (2000., 3200.), (0.1, 0.4), (0.0, 0.02)];
+    let axes = NAMES.iter().zip(ranges).map(|((name, _), (low, high))| Axis {
+        name: (*name).to_owned(),
+        distribution: Distribution::Uniform { low, high },
+    });
+    Design { method, axes: axes.collect(), variants, seed: 4, correlations: Vec::new() }
+}
+
+/// Two margins and a collected value of a variant; nothing when it crashes.
+fn run(x: &[f64]) -> Option<[f64; 3]> {
+    let grip = x[1] * 9.81 - x[2] * x[2] / 110.0;
+    let yaw = 0.09 - 0.0045 * (x[0] / x[3]) * x[2] * (0.4 + x[4]) - 0.4 * x[5];
+    (x[4] < 0.385 || x[2] < 29.0).then_some([grip, yaw, x[2] / (1.0 + x[1]) + 3.0 * x[4]])
+}
+
+fn table(design: &Design) -> Table {
+    let points = design.points().expect("a design");
+    let all: Vec<Vec<f64>> = (0..points.count()).map(|index| points.point(index)).collect();
+    let runs: Vec<_> = all.iter().map(|x| run(x)).collect();
+    let result = |k: usize| runs.iter().map(|it| it.map_or(f64::NAN, |it| it[k])).collect();
+    let passed = |k: usize| runs.iter().map(|it| it.map(|it| it[k] >= 0.0)).collect();
+    let verdict = runs.iter().map(|it| match it {
+        Some(it) if it[0] >= 0.0 && it[1] >= 0.0 => "passed",
+        Some(_) => "failed",
+        None => "error",
+    });
+    let of_errors = |text: &str| {
+        let some = |it: &Option<_>| it.is_none().then(|| text.to_owned());
+        Values::Texts(runs.iter().map(some).collect())
+    };
+    let numbers = (0..all.len() as i64).collect();
+    let mut columns = vec![Column::new("variant", Role::Variant, Values::Integers(numbers))];
+    for (axis, (name, unit)) in NAMES.iter().enumerate() {
+        let values = all.iter().map(|x| x[axis]).collect();
+        let column = Column::new(name, Role::Parameter, Values::Numbers(values));
+        columns.push(column.with_unit(Some(unit)));
+    }
+    let verdicts = verdict.map(|it| Some(it.to_owned())).collect();
+    columns.push(Column::new("verdict", Role::Verdict, Values::Texts(verdicts)));
+    let text = "node `controller`: fmi3DoStep at t = 2.31 s a floating point exception <SIGFPE>";
+    for (name, text) in
+        [("error", text), ("error.node", "controller"), ("error.call", "fmi3DoStep")]
+    {
+        columns.push(Column::new(name, Role::Error, of_errors(text)));
+    }
+    let times = all.iter().zip(&runs).map(|(x, it)| it.map_or(60.0 / x[2], |_| f64::NAN)).collect();
+    columns
+        .push(Column::new("error.time", Role::Error, Values::Numbers(times)).with_unit(Some("s")));
+    for (k, (name, unit)) in
+        [("stays in its lane", "m/s²"), ("yaw is damped", "1")].iter().enumerate()
+    {
+        let check = format!("check.{name}");
+        columns.push(Column::new(&check, Role::Check, Values::Booleans(passed(k))));
+        let margin =
+            Column::new(&format!("margin.{name}"), Role::Margin, Values::Numbers(result(k)));
+        columns.push(margin.with_unit(Some(unit)));
+    }
+    let name = "collect.largest_side_slip";
+    columns.push(
+        Column::new(name, Role::Collected, Values::Numbers(result(2))).with_unit(Some("deg")),
+    );
+    Table { columns }
+}
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let folder = PathBuf::from(arguments.next().expect("a folder"));
+    let most = arguments.next().map_or(1000, |count| count.parse().expect("a count"));
+    for (name, method, variants) in [
+        ("one", Method::Sobol, 1),
+        ("saltelli", Method::Saltelli, 4096),
+        ("ranks", Method::LatinHypercube, most),
+    ] {
+        let design = design(method, variants);
+        let table = table(&design);
+        let axes: Vec<String> = design.axes.iter().map(|axis| axis.name.clone()).collect();
+        let summary = Summary::of(&table, (method == Method::Saltelli).then_some(&axes), 1);
+        let about = About {
+            title: "Sweep of double_lane_change".to_owned(),
+            plan: "target/sweeps/double_lane_change".to_owned(),
+            design: format!("{} variants, {}, seed 4.", table.rows(), method.name()),
+        };
+        let html = page(&about, &table, &summary);
+        std::fs::write(folder.join(format!("{name}.html")), html).expect("it is written");
+        write(&folder.join(format!("{name}.parquet")), &table).expect("it is written");
+    }
+}

@@ -1,0 +1,161 @@
+//! Makes the points of a design, any of them at any time.
+
+use diagnostics::Error;
+use numerics::sobol::{DIMENSIONS, ScrambledSobol};
+use rand::seq::SliceRandom;
+use rand::{Rng, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::copula::Copula;
+use super::{Design, Method};
+use crate::distribution::{Distribution, standard_normal};
+
+/// The points of a design. Latin hypercubes keep 4 bytes for each value, all others nothing.
+#[derive(Clone, Debug)]
+pub struct Points {
+    axes: Vec<Distribution>,
+    count: u64,
+    source: Source,
+    copula: Option<Copula>,
+}
+
+#[derive(Clone, Debug)]
+enum Source {
+    /// The levels of each axis.
+    Product(Vec<Vec<f64>>),
+    /// Random numbers, and for each axis which share of it a variant has.
+    Strata(Pcg64, Vec<Vec<u32>>),
+    Random(Pcg64),
+    Sobol(ScrambledSobol),
+    /// A sequence of twice as many dimensions as there are axes.
+    Saltelli(ScrambledSobol),
+}
+
+impl Points {
+    pub(super) fn new(design: &Design) -> Result<Self, Error> {
+        let axes: Vec<_> = design.axes.iter().map(|axis| axis.distribution.clone()).collect();
+        let copula = Copula::new(&design.axes, &design.correlations)?;
+        let mut random = Pcg64::seed_from_u64(design.seed);
+        let (count, source) = match design.method {
+            Method::Grid | Method::Corners => {
+                let levels = design.levels()?;
+                (design.product(&levels)?, Source::Product(levels))
+            }
+            Method::LatinHypercube => {
+                let count = design.blocks(1)?;
+                let shuffled: Vec<Vec<u32>> = (0..axes.len())
+                    .map(|_| {
+                        let mut shares: Vec<u32> = (0..=(count - 1) as u32).collect();
+                        shares.shuffle(&mut random);
+                        shares
+                    })
+                    .collect();
+                (count, Source::Strata(random, shuffled))
+            }
+            Method::MonteCarlo => (design.blocks(1)?, Source::Random(random)),
+            Method::Sobol => (design.blocks(1)?, Source::Sobol(sequence(design, axes.len())?)),
+            Method::Saltelli => {
+                let size = axes.len() as u64 + 2;
+                let sequence = sequence(design, 2 * axes.len())?;
+                (design.blocks(size)? * size, Source::Saltelli(sequence))
+            }
+        };
+        Ok(Self { axes, count, source, copula })
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// How many variants, one after the other, are one sample of Sobol's indices: only a Saltelli design has such. What is random in
+    /// a run besides its values must be the same in all of a block.
+    #[must_use]
+    pub fn block(&self) -> Option<u64> {
+        matches!(self.source, Source::Saltelli(_)).then_some(self.axes.len() as u64 + 2)
+    }
+
+    /// A point: a value for each axis, the index of one where the axis has a list.
+    #[must_use]
+    pub fn point(&self, index: u64) -> Vec<f64> {
+        let mut point = vec![0.0; self.axes.len()];
+        self.fill(index, &mut point);
+        point
+    }
+
+    /// The same into a slice of as many values as there are axes.
+    pub fn fill(&self, index: u64, point: &mut [f64]) {
+        match &self.source {
+            Source::Product(levels) => {
+                let mut left = index;
+                for (value, levels) in point.iter_mut().zip(levels).rev() {
+                    let count = levels.len() as u64;
+                    *value = levels[(left % count) as usize];
+                    left /= count;
+                }
+                return;
+            }
+            Source::Strata(random, shares) => {
+                self.random(random, index, point);
+                let count = self.count as f64;
+                for (place, shares) in point.iter_mut().zip(shares) {
+                    // The largest sum would round to 1.
+                    let share = (f64::from(shares[index as usize]) + *place) / count;
+                    *place = share.min(1.0 - f64::EPSILON / 2.0);
+                }
+            }
+            Source::Random(random) => self.random(random, index, point),
+            Source::Sobol(sequence) => sequence.point(index as u32, point),
+            Source::Saltelli(sequence) => {
+                let axes = self.axes.len();
+                let (block, member) = (index / (axes as u64 + 2), index % (axes as u64 + 2));
+                let mut both = vec![0.0; 2 * axes];
+                sequence.point(block as u32, &mut both);
+                let (a, b) = both.split_at(axes);
+                point.copy_from_slice(if member == 1 { b } else { a });
+                if let Some(changed) = member.checked_sub(2) {
+                    point[changed as usize] = b[changed as usize];
+                }
+            }
+        }
+        self.place(point);
+    }
+
+    /// Numbers of the open unit interval: those that the stream has at this point.
+    fn random(&self, stream: &Pcg64, index: u64, point: &mut [f64]) {
+        let mut stream = stream.clone();
+        stream.advance(u128::from(index) * self.axes.len() as u128);
+        for place in point {
+            // 52 bits and a half: the sum is exact, and never 0 or 1.
+            *place = ((stream.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64;
+        }
+    }
+
+    /// Turns a point of the unit cube into values.
+    fn place(&self, point: &mut [f64]) {
+        let Some(copula) = &self.copula else {
+            for (place, axis) in point.iter_mut().zip(&self.axes) {
+                *place = axis.quantile(*place);
+            }
+            return;
+        };
+        let scores: Vec<f64> = point.iter().map(|&u| standard_normal::quantile(u)).collect();
+        for (index, (place, axis)) in point.iter_mut().zip(&self.axes).enumerate() {
+            *place = match copula.mixes(index) {
+                true => axis.at_score(copula.score(index, &scores)),
+                false => axis.quantile(*place),
+            };
+        }
+    }
+}
+
+fn sequence(design: &Design, dimensions: usize) -> Result<ScrambledSobol, Error> {
+    ScrambledSobol::new(dimensions, design.seed).ok_or_else(|| {
+        let (method, axes) = (design.method.name(), design.axes.len());
+        let message = format!(
+            "expected at most {DIMENSIONS} dimensions in a design `{method}`, found {dimensions} of {axes} axes"
+        );
+        Error::input(message).help("vary fewer values, or use the method latin_hypercube")
+    })
+}

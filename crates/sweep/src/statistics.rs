@@ -1,0 +1,20 @@
+//! Says how sure shares are, and what drives what.
+
+mod indices;
+mod ranks;
+mod share;
+
+pub use indices::{Indices, indices};
+pub use ranks::{rank_correlation, ranks};
+pub use share::Share;
+
+use serde::Serialize;
+
+/// A number with the interval that holds the true one 95 % of the time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The best guess.
+    pub value: f64,
+    /// Lower and upper end.
+    pub interval: [f64; 2],
+}

@@ -1,0 +1,122 @@
+//! Sums a table up: shares that pass, worst variants, what drives what, and what ended early.
+
+mod effects;
+mod failures;
+
+pub use effects::{Effect, Method, Output};
+pub use failures::Failures;
+
+use serde::Serialize;
+
+use crate::statistics::Share;
+use crate::table::{Column, Role, Table};
+
+/// The names of the columns of checks and their margins begin with these.
+const CHECK: &str = "check.";
+const MARGIN: &str = "margin.";
+/// The verdict of a variant that passes all its checks, and of one that did not end.
+const PASSED: &str = "passed";
+const ERROR: &str = "error";
+/// Worst variants that are told of a check.
+const WORST: usize = 10;
+
+/// What came of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Of all variants, how many pass all checks. One that did not end does not pass.
+    pub share: Share,
+    /// Variants that did not end.
+    pub errors: u64,
+    /// In the order of the table.
+    pub checks: Vec<Check>,
+    /// What drives each margin, check without a margin, and collected value.
+    pub outputs: Vec<Output>,
+    /// Values that vary but have no order, such as files: only a Saltelli design judges them.
+    pub not_ordered: Vec<String>,
+    /// Variants that did not end, by what failed; the most frequent first.
+    pub failures: Vec<Failures>,
+}
+
+/// What came of a check.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// Its name in the scenario.
+    pub name: String,
+    /// Of the variants in which it was judged.
+    pub share: Share,
+    /// The unit of its margin.
+    pub unit: Option<String>,
+    /// The variants with the smallest margins, or some that fail where there are no margins; the worst first.
+    pub worst: Vec<Worst>,
+}
+
+/// One of the worst variants of a check.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// The row of the table.
+    pub row: usize,
+    /// The number of the variant.
+    pub variant: i64,
+    /// Its margin; NaN where there is none.
+    pub margin: f64,
+    /// Whether the check passed.
+    pub passed: Option<bool>,
+}
+
+impl Summary {
+    /// Of a table in the order of its design. Of a Saltelli design, `axes` are the names of its axes in their order; of others there is
+    /// nothing. `seed` is that of the intervals.
+    #[must_use]
+    pub fn of(table: &Table, axes: Option<&[String]>, seed: u64) -> Self {
+        let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
+        let (outputs, not_ordered) = effects::outputs(table, axes, seed);
+        Self {
+            share: Share::of(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),
+            errors: verdicts.iter().filter(|it| it.as_deref() == Some(ERROR)).count() as u64,
+            checks: table.of(Role::Check).map(|column| Check::of(table, column)).collect(),
+            outputs,
+            not_ordered,
+            failures: failures::grouped(table),
+        }
+    }
+}
+
+impl Check {
+    fn of(table: &Table, column: &Column) -> Self {
+        let name = column.name.strip_prefix(CHECK).unwrap_or(&column.name).to_owned();
+        let verdicts = column.booleans().unwrap_or_default();
+        let margin = table.column(&format!("{MARGIN}{name}"));
+        let margins = margin.and_then(Column::numbers);
+        let at = |row: usize| margins.and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
+        // A check that never came to a margin failed worse than any that did.
+        let failed = |row: &usize| verdicts[*row] == Some(false) && at(*row).is_nan();
+        let judged = |row: &usize| verdicts[*row].is_some() && !at(*row).is_nan();
+        let mut rows: Vec<usize> = (0..verdicts.len()).filter(failed).take(WORST).collect();
+        let mut with_margin: Vec<usize> = (0..verdicts.len()).filter(judged).collect();
+        // Of equal ones the first, whatever the sort does with them.
+        let order = |&a: &usize, &b: &usize| at(a).total_cmp(&at(b)).then(a.cmp(&b));
+        if with_margin.len() > WORST {
+            with_margin.select_nth_unstable_by(WORST, order);
+            with_margin.truncate(WORST);
+        }
+        with_margin.sort_by(order);
+        rows.extend(with_margin);
+        rows.truncate(WORST);
+        let worst = rows.into_iter().map(|row| {
+            let variant = variant(table, row);
+            Worst { row, variant, margin: at(row), passed: verdicts[row] }
+        });
+        Self {
+            worst: worst.collect(),
+            share: Share::of(verdicts.iter().copied().flatten()),
+            unit: margin.and_then(|it| it.unit.clone()),
+            name,
+        }
+    }
+}
+
+/// The number of the variant in a row.
+fn variant(table: &Table, row: usize) -> i64 {
+    let numbers = table.of(Role::Variant).next().and_then(Column::integers);
+    numbers.and_then(|it| it.get(row)).copied().unwrap_or(row as i64)
+}

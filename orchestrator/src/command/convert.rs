@@ -1,0 +1,52 @@
+//! `trackside convert`: writes the signals of a recording as a table, Parquet or CSV.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnostics::Error;
+use recording::{CsvSink, ParquetSink, Recording, Sink};
+
+use super::{print, tell};
+
+/// Arguments of `trackside convert`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The folder of the run, or its run.mcap.
+    run: PathBuf,
+    /// The new file; its ending, `.parquet` or `.csv`, says which form it gets [default: run.parquet beside the recording].
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+/// Writes the table, and prints its path.
+///
+/// # Errors
+/// When the recording cannot be read, the ending is another one, or the table cannot be written.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let recording = Recording::open(&arguments.run)?;
+    let beside = || recording.header.folder.join("run.parquet");
+    let out = arguments.out.clone().unwrap_or_else(beside);
+    let mut sink = sink(&recording, &out)?;
+    recording.play(&mut *sink)?;
+    sink.finish("", true)?;
+    if recording.cut {
+        let path = recording.path().display();
+        tell(&format!("note: {path} was cut off; the table ends where it does"));
+    }
+    print(&format!("{}\n", out.display()));
+    Ok(0)
+}
+
+/// The table that the ending of its name asks for.
+fn sink(recording: &Recording, out: &Path) -> Result<Box<dyn Sink>, Error> {
+    let header = &recording.header;
+    let ending = out.extension().map(|it| it.to_string_lossy().to_ascii_lowercase());
+    match ending.as_deref() {
+        Some("parquet") => Ok(Box::new(ParquetSink::create(header, out)?)),
+        Some("csv") => Ok(Box::new(CsvSink::create(header, out)?)),
+        _ => Err(Error::input(format!(
+            "--out: expected a file that ends in .parquet or .csv, found {}",
+            out.display()
+        ))),
+    }
+}

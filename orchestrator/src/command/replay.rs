@@ -1,0 +1,86 @@
+//! `trackside replay`: runs a variant of a sweep again, with everything recorded.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diagnostics::Error;
+use orchestrator::sweep::{self, Plan};
+use orchestrator::{Remains, Replay, RunOptions};
+
+use super::run::program_of_guests;
+use super::{print, progress, sweep as sweeps, tell};
+
+/// Arguments of `trackside replay`.
+#[derive(Args)]
+pub struct Arguments {
+    /// The variant: the folder of the sweep and its number, such as `target/sweeps/lane_change/17`.
+    #[arg(value_name = "SWEEP/VARIANT")]
+    variant: PathBuf,
+    /// The folder for the files [default: variants/VARIANT in the folder of the sweep].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Write run.csv too.
+    #[arg(long)]
+    csv: bool,
+    /// Write no file for the Rerun viewer.
+    #[arg(long)]
+    no_rerun: bool,
+}
+
+/// Runs the variant, and says whether it gave what it gave in the sweep.
+///
+/// # Errors
+/// When there is no such variant, or its run fails.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    let (plan, variant) = sweeps::variant_of(&arguments.variant)?;
+    let replay = if arguments.no_rerun { Replay::Off } else { Replay::Save };
+    let out = arguments.out.clone().unwrap_or_else(|| folder(&plan, variant));
+    let options =
+        RunOptions { replay, csv: arguments.csv, out: Some(out), ..RunOptions::default() };
+    again(&plan, variant, options)
+}
+
+/// Runs a variant of a sweep that is over, unless it was recorded before.
+///
+/// # Errors
+/// When its run fails by the input.
+pub(super) fn record(plan: &Plan, variant: u64) -> Result<(), Error> {
+    let out = folder(plan, variant);
+    if out.join(scenario::plan::REPORT).exists() {
+        return Ok(());
+    }
+    match again(plan, variant, RunOptions { out: Some(out), ..RunOptions::default() }) {
+        // A variant that fails was chosen because it does.
+        Err(error @ (Error::Input(_) | Error::Interrupted(_) | Error::Output { .. })) => Err(error),
+        _ => Ok(()),
+    }
+}
+
+fn folder(plan: &Plan, variant: u64) -> PathBuf {
+    plan.folder.join("variants").join(variant.to_string())
+}
+
+fn again(plan: &Plan, variant: u64, options: RunOptions) -> Result<u8, Error> {
+    let settings = plan.settings_of(variant)?;
+    let overrides = plan.with(&plan.overrides()?, &settings)?;
+    let program = Some(program_of_guests()?);
+    let options = RunOptions { overrides, program, ..options };
+    let said: Vec<_> = settings.iter().map(|it| format!("{}={}", it.name, it.value)).collect();
+    tell(&format!("variant {variant}: {}", said.join(" ")));
+    let mut remains = Remains::default();
+    let scenario: &Path = &plan.scenario_file();
+    let run = progress::run(scenario, &options, &mut remains, |_, _| {})?;
+    run.report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    print(&run.report.lines());
+    match sweep::differences(plan, variant, &run.report)? {
+        None => tell("the sweep has no result of this variant yet"),
+        Some(found) if found.is_empty() => {
+            print("  the same results as in the sweep, to the last bit\n")
+        }
+        Some(found) => tell(&format!(
+            "warning: the sweep had other results: {}; an FMU that depends on more than its inputs gives such differences",
+            found.join(", ")
+        )),
+    }
+    Ok(run.report.exit_code())
+}

@@ -1,0 +1,335 @@
+//! `trackside sweep`: runs variants of a scenario on this machine, or in chunks on a cluster.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use clap::{Args, Subcommand};
+use diagnostics::{Error, shown};
+use indicatif::{ProgressBar, ProgressStyle};
+use orchestrator::sweep::{self, Gathered, Plan, PlanOptions, Setting, Tally};
+use scenario::resolve::Overrides;
+
+use super::progress::BuildLine;
+use super::run::{program_of_guests, starts};
+use super::{print, replay, submit, tell, this_program};
+
+/// Arguments of `trackside sweep`.
+#[derive(Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    step: Option<Step>,
+    #[command(flatten)]
+    here: Here,
+}
+
+/// The steps of a sweep on a cluster.
+#[derive(Subcommand)]
+enum Step {
+    /// Write the plan of a sweep: its variants, and the scenario with all its files.
+    Plan(Planned),
+    /// Run a chunk of a plan; exit code 0 when all of its variants are done, whatever came of them.
+    Run(Chunk),
+    /// Put the results of all chunks of a plan together.
+    Gather {
+        /// The folder of the plan.
+        plan: PathBuf,
+    },
+    /// Let Slurm, HyperQueue or processes of this machine run the chunks, follow them, and put their results together.
+    Submit(Submitted),
+    /// For sweeps: run variants for the program that started this one.
+    #[command(hide = true)]
+    Worker {
+        /// The number of the process that started this one.
+        host: u32,
+    },
+}
+
+/// Arguments of a sweep on this machine.
+#[derive(Args)]
+struct Here {
+    #[command(flatten)]
+    planned: Planned,
+    /// Variants at a time [default: as many as this machine has cores].
+    #[arg(long)]
+    jobs: Option<usize>,
+}
+
+/// What a plan is made of.
+#[derive(Args)]
+struct Planned {
+    /// The scenario file, with [sweep]; for `submit` also the folder of a plan.
+    #[arg(required = true)]
+    scenario: Option<PathBuf>,
+    /// The folder of the sweep [default: target/sweeps/SCENARIO].
+    #[arg(long)]
+    out: Option<PathBuf>,
+    /// Set something in all variants: a start value `plant.body.m=800`, a signal, a sensor effect, a fault, as for `trackside run`. What is
+    /// set does not vary. May be repeated.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// The seed of every random stream in all variants, instead of the scenario's.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Relative tolerance of the integration inside the FMUs, instead of the scenario's and the FMUs' own.
+    #[arg(long, value_name = "RELATIVE")]
+    tolerance: Option<f64>,
+    /// Variants of a chunk, which is the unit of work on a cluster [default: at most 1000].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    chunk_size: Option<u64>,
+    /// Replace the results of another sweep in the folder.
+    #[arg(long)]
+    replace: bool,
+}
+
+/// A plan, or what to make it of, and how to submit it.
+#[derive(Args)]
+struct Submitted {
+    #[command(flatten)]
+    planned: Planned,
+    #[command(flatten)]
+    how: submit::How,
+}
+
+/// A chunk of a plan.
+#[derive(Args)]
+struct Chunk {
+    /// The folder of the plan.
+    plan: PathBuf,
+    /// The chunk, from 0 on.
+    #[arg(long)]
+    chunk: u64,
+    /// Variants at a time.
+    #[arg(long, default_value_t = 1)]
+    jobs: usize,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When the input is wrong, or a result cannot be written.
+pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    fmu_import::note_requests_to_end();
+    match &arguments.step {
+        None => arguments.here.run(),
+        Some(Step::Plan(planned)) => {
+            let plan = planned.plan()?;
+            let about = &plan.about;
+            print(&format!(
+                "{} variants in {} chunks\n{}\n",
+                about.variants,
+                plan.chunks(),
+                plan.folder.display()
+            ));
+            Ok(0)
+        }
+        Some(Step::Run(chunk)) => chunk.run(),
+        Some(Step::Gather { plan }) => {
+            let plan = Plan::look_at(plan)?;
+            conclude(&sweep::gather(&plan)?)
+        }
+        Some(Step::Submit(submitted)) => {
+            let plan = submitted.plan()?;
+            match submit::run(&plan, &submitted.how)? {
+                true => conclude(&sweep::gather(&plan)?),
+                false => Ok(0),
+            }
+        }
+        Some(Step::Worker { host }) => sweep::serve(*host, &program_of_guests()?).map(|()| 0),
+    }
+}
+
+impl Planned {
+    fn plan(&self) -> Result<Plan, Error> {
+        let set = starts(&self.set)?;
+        let options = PlanOptions {
+            out: self.out.clone(),
+            set: set.iter().map(Setting::of).collect(),
+            overrides: Overrides {
+                starts: set,
+                seed: self.seed,
+                tolerance: self.tolerance,
+                ..Overrides::default()
+            },
+            chunk: self.chunk_size,
+            replace: self.replace,
+        };
+        let Some(scenario) = &self.scenario else { return Err(Error::follow_up()) };
+        let mut building = BuildLine::default();
+        sweep::make(scenario, &options, &this_program()?, &mut |progress| building.show(&progress))
+    }
+}
+
+impl Submitted {
+    /// The plan in a folder, or that of a scenario.
+    fn plan(&self) -> Result<Plan, Error> {
+        let Some(folder) = self.planned.scenario.as_ref().filter(|it| it.is_dir()) else {
+            return self.planned.plan();
+        };
+        let Planned { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
+        let given = [
+            ("--out", out.is_some()),
+            ("--set", !set.is_empty()),
+            ("--seed", seed.is_some()),
+            ("--tolerance", tolerance.is_some()),
+            ("--chunk-size", chunk_size.is_some()),
+            ("--replace", *replace),
+        ];
+        if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+            let folder = folder.display();
+            return Err(Error::input(format!(
+                "{option}: {folder} is a plan, which is made already"
+            ))
+            .help("name the scenario instead to make another plan"));
+        }
+        Plan::open(folder, &this_program()?)
+    }
+}
+
+impl Here {
+    fn run(&self) -> Result<u8, Error> {
+        let plan = self.planned.plan()?;
+        for warning in &plan.about.warnings {
+            tell(&format!("warning: {warning}"));
+        }
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let all: Vec<u64> = (0..plan.chunks()).collect();
+        let progress = Progress::new(&plan);
+        let program = program_of_guests()?;
+        let jobs = self.jobs.unwrap_or(cores);
+        let ended = sweep::run_chunks(&plan, &all, jobs, &program, &|tally| progress.show(tally));
+        progress.bar.finish_and_clear();
+        if ended?.stopped {
+            return interrupted(&plan);
+        }
+        let gathered = sweep::gather(&plan)?;
+        let code = conclude(&gathered)?;
+        for variant in &gathered.recorded {
+            if fmu_import::requested_end().is_some() {
+                return interrupted(&plan);
+            }
+            replay::record(&plan, *variant)?;
+        }
+        Ok(code)
+    }
+}
+
+/// What is done is kept.
+fn interrupted(plan: &Plan) -> Result<u8, Error> {
+    tell(&format!(
+        "the sweep ended before its end; what is done is in {}, and the same command goes on",
+        plan.folder.display()
+    ));
+    Err(Error::Interrupted(fmu_import::requested_end().unwrap_or_default()))
+}
+
+impl Chunk {
+    fn run(&self) -> Result<u8, Error> {
+        let plan = Plan::open(&self.plan, &this_program()?)?;
+        if self.chunk >= plan.chunks() {
+            let (found, last) = (self.chunk, plan.chunks().saturating_sub(1));
+            let message =
+                format!("--chunk: expected 0 to {last}, the chunks of the plan, found {found}");
+            return Err(Error::input(message));
+        }
+        let program = program_of_guests()?;
+        let ended = sweep::run_chunks(&plan, &[self.chunk], self.jobs, &program, &|_| {})?;
+        if ended.stopped {
+            return interrupted(&plan);
+        }
+        let Tally { done, passed, failed_to_run } = ended.tally;
+        print(&format!(
+            "chunk {}: {done} variants done, {passed} passed, {failed_to_run} did not come to their end\n",
+            self.chunk
+        ));
+        Ok(0)
+    }
+}
+
+/// Prints what came of a sweep.
+fn conclude(gathered: &Gathered) -> Result<u8, Error> {
+    print(&lines(gathered));
+    Ok(gathered.exit_code())
+}
+
+fn lines(gathered: &Gathered) -> String {
+    let Gathered { variants, passed, failed, errors, title, folder, .. } = gathered;
+    let mut text = format!("{title}\n");
+    text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
+    if *failed > 0 {
+        text += &format!("  in {failed} a check failed\n");
+    }
+    if *errors > 0 {
+        text += &format!("  {errors} did not come to their end\n");
+    }
+    for variant in &gathered.shown {
+        text += &format!(
+            "  {}  trackside replay {}/{}\n",
+            variant.why,
+            folder.display(),
+            variant.variant
+        );
+    }
+    text + &format!("  {}\n", folder.display())
+}
+
+/// In a pipe a line is written this often.
+const PERIOD: Duration = Duration::from_secs(30);
+
+/// Shows how far a sweep is.
+struct Progress {
+    bar: ProgressBar,
+    variants: u64,
+    told: Mutex<Instant>,
+}
+
+impl Progress {
+    fn new(plan: &Plan) -> Self {
+        use std::io::IsTerminal as _;
+        let variants = plan.about.variants;
+        let bar = match std::io::stderr().is_terminal() {
+            false => ProgressBar::hidden(),
+            true => {
+                let form = "{prefix} {pos}/{len} {wide_bar} {msg} {eta:>4}";
+                let style = ProgressStyle::with_template(form);
+                let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+                ProgressBar::new(variants).with_style(style)
+            }
+        };
+        bar.set_prefix(shown(&plan.about.scenario).into_owned());
+        Progress { bar, variants, told: Mutex::new(Instant::now()) }
+    }
+
+    fn show(&self, tally: &Tally) {
+        let Tally { done, passed, failed_to_run } = *tally;
+        let share = 100.0 * passed as f64 / done.max(1) as f64;
+        let errors = match failed_to_run {
+            0 => String::new(),
+            errors => format!(", {errors} did not come to their end"),
+        };
+        let message = format!("{share:.1} % pass{errors}");
+        if self.bar.is_hidden() {
+            let Ok(mut told) = self.told.try_lock() else { return };
+            if told.elapsed() > PERIOD {
+                *told = Instant::now();
+                tell(&format!("{done} of {} variants done, {message}", self.variants));
+            }
+            return;
+        }
+        self.bar.set_message(message);
+        self.bar.set_position(done);
+    }
+}
+
+/// The plan and the variant that a path such as `target/sweeps/lane_change/17` names.
+pub(super) fn variant_of(path: &Path) -> Result<(Plan, u64), Error> {
+    let variant = path.file_name().and_then(|name| name.to_str()?.parse().ok());
+    let Some((folder, variant)) = path.parent().zip(variant) else {
+        return Err(Error::input(format!(
+            "expected the folder of a sweep and the number of a variant, such as target/sweeps/lane_change/17, found {}",
+            path.display()
+        )));
+    };
+    Ok((Plan::look_at(folder)?, variant))
+}

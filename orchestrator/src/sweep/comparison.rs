@@ -1,0 +1,50 @@
+//! Compares a variant that ran again with what it gave in the sweep.
+
+use diagnostics::Error;
+
+use super::chunk;
+use super::plan::Plan;
+use super::variant::Outcome;
+use crate::report::RunReport;
+
+/// What differs in a run of a variant from what the sweep has of it; nothing when the sweep does not have it.
+///
+/// # Errors
+/// When the results of the sweep cannot be read.
+pub fn differences(
+    plan: &Plan,
+    variant: u64,
+    report: &RunReport,
+) -> Result<Option<Vec<String>>, Error> {
+    let chunk = variant / plan.about.chunk;
+    let Some(rows) = chunk::part(plan, chunk)? else { return Ok(None) };
+    let found = rows.into_iter().find(|(number, _)| *number == variant);
+    Ok(found.map(|(_, outcome)| compare(plan, &outcome, report)))
+}
+
+fn compare(plan: &Plan, outcome: &Outcome, report: &RunReport) -> Vec<String> {
+    let mut found = Vec::new();
+    if let Some(failure) = &outcome.failure {
+        if report.error.is_none() {
+            found.push(format!("it did not come to its end: {}", failure.what));
+        }
+        return found;
+    }
+    let bits = |number: Option<f64>| number.filter(|it| !it.is_nan()).map(f64::to_bits);
+    let told = |number: Option<f64>| number.map_or("none".to_owned(), |it| format!("{it:?}"));
+    for ((name, (passed, margin)), now) in
+        plan.about.checks.iter().zip(&outcome.checks).zip(&report.checks)
+    {
+        if *passed != now.passed || bits(*margin) != bits(now.margin) {
+            let (then, now) = (told(*margin), told(now.margin));
+            found.push(format!("`{name}` had the margin {then}, now {now}"));
+        }
+    }
+    for ((name, _), then) in plan.about.collected.iter().zip(&outcome.collected) {
+        let now = report.collected.get(name).copied();
+        if bits(Some(*then)) != bits(now) {
+            found.push(format!("`{name}` was {}, now {}", told(Some(*then)), told(now)));
+        }
+    }
+    found
+}

@@ -1,0 +1,173 @@
+//! Puts the results of all chunks into one table, and sums them up.
+
+use std::path::PathBuf;
+
+use ::sweep::table::{self, Groups, Table, Values, Writer};
+use diagnostics::Error;
+use serde::Serialize;
+
+use super::chunk;
+use super::crew::Tally;
+use super::look::{Shown, look};
+use super::plan::Plan;
+use super::rows;
+use crate::fresh;
+
+/// The table of a sweep.
+pub const TABLE: &str = "sweep.parquet";
+/// Its summary.
+const SUMMARY: &str = "sweep.json";
+
+/// What became of a sweep.
+#[derive(Debug, Serialize)]
+pub struct Gathered {
+    /// The name of the scenario.
+    pub scenario: String,
+    /// Its title.
+    pub title: String,
+    /// The digest of the plan.
+    pub plan: String,
+    /// How the variants were chosen.
+    pub design: String,
+    /// All variants.
+    pub variants: u64,
+    /// Those in which all checks passed.
+    pub passed: u64,
+    /// Those in which a check failed.
+    pub failed: u64,
+    /// Those that did not come to their end.
+    pub errors: u64,
+    /// Share that passed.
+    pub share: f64,
+    /// Share that must pass.
+    pub pass_share: f64,
+    /// SHA-256 of all that does not depend on the time by the clock: two sweeps with the same results have the same.
+    pub results: String,
+    /// Variants that are to run again with everything recorded.
+    pub recorded: Vec<u64>,
+    /// Variants that are worth a look.
+    pub shown: Vec<Shown>,
+    /// What is odd, but no error.
+    pub warnings: Vec<String>,
+    /// Where the files are.
+    #[serde(skip)]
+    pub folder: PathBuf,
+}
+
+impl Gathered {
+    /// The exit code of the program.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match (self.share >= self.pass_share, self.errors) {
+            (true, _) => 0,
+            (false, 0) => 1,
+            (false, _) => 3,
+        }
+    }
+}
+
+/// Puts the results of all chunks into one table. Missing chunks are an error that names them.
+///
+/// # Errors
+/// When chunks are missing, or a file cannot be read or written.
+pub fn gather(plan: &Plan) -> Result<Gathered, Error> {
+    let mut missing = Vec::new();
+    for number in 0..plan.chunks() {
+        if chunk::part(plan, number)?.is_none() {
+            missing.push(number);
+        }
+    }
+    if !missing.is_empty() {
+        return Err(incomplete(plan, &missing));
+    }
+    let path = plan.folder.join(TABLE);
+    let mut writer: Option<Writer> = None;
+    let mut digest = String::new();
+    let mut tally = Tally::default();
+    for number in 0..plan.chunks() {
+        let table = table::read(&plan.part(number))?;
+        for (_, outcome) in rows::outcomes(&plan.about, &table).unwrap_or_default() {
+            tally.count(&outcome);
+        }
+        digest = fmu_import::sha256(format!("{digest}{}", digest_of(&table)).as_bytes());
+        match &mut writer {
+            Some(writer) => writer.append(&table)?,
+            None => {
+                let mut new = Writer::create(&path, &table, Groups::Even)?;
+                new.append(&table)?;
+                writer = Some(new);
+            }
+        }
+    }
+    if let Some(writer) = writer {
+        writer.finish()?;
+    }
+    let (shown, recorded) = look(&path, plan.recorded())?;
+    let gathered = Gathered {
+        scenario: plan.about.scenario.clone(),
+        title: plan.about.title.clone(),
+        plan: plan.about.digest.clone(),
+        design: plan.about.design.clone(),
+        variants: tally.done,
+        passed: tally.passed,
+        failed: tally.done - tally.passed - tally.failed_to_run,
+        errors: tally.failed_to_run,
+        share: tally.passed as f64 / tally.done.max(1) as f64,
+        pass_share: plan.about.pass_share,
+        results: digest,
+        recorded,
+        shown,
+        warnings: plan.about.warnings.clone(),
+        folder: plan.folder.clone(),
+    };
+    let path = plan.folder.join(SUMMARY);
+    let text = serde_json::to_string_pretty(&gathered)
+        .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+    fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    Ok(gathered)
+}
+
+fn incomplete(plan: &Plan, missing: &[u64]) -> Error {
+    const NAMED: usize = 20;
+    let names: Vec<_> = missing.iter().take(NAMED).map(ToString::to_string).collect();
+    let more = if missing.len() > NAMED { ", ..." } else { "" };
+    Error::input(format!(
+        "{} of {} chunks of {} are not done: {}{more}",
+        missing.len(),
+        plan.chunks(),
+        plan.folder.display(),
+        names.join(", ")
+    ))
+    .help(format!(
+        "run them: trackside sweep run {} --chunk {}",
+        plan.folder.display(),
+        missing[0]
+    ))
+}
+
+/// A digest of all columns but the times by the clock.
+fn digest_of(table: &Table) -> String {
+    let mut bytes = Vec::new();
+    for column in table.columns.iter().filter(|column| column.name != "seconds") {
+        bytes.extend_from_slice(column.name.as_bytes());
+        match &column.values {
+            Values::Integers(all) => all.iter().for_each(|it| bytes.extend(it.to_le_bytes())),
+            Values::Numbers(all) => {
+                // Missing numbers are equal, whatever their bits.
+                let bits = |it: &f64| if it.is_nan() { f64::NAN.to_bits() } else { it.to_bits() };
+                all.iter().for_each(|it| bytes.extend(bits(it).to_le_bytes()));
+            }
+            Values::Booleans(all) => {
+                bytes.extend(all.iter().map(|it| it.map_or(2, u8::from)));
+            }
+            Values::Texts(all) => {
+                for text in all {
+                    bytes.push(u8::from(text.is_some()));
+                    bytes.extend_from_slice(text.as_deref().unwrap_or_default().as_bytes());
+                    bytes.push(0);
+                }
+            }
+        }
+    }
+    fmu_import::sha256(&bytes)
+}

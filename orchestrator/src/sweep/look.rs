@@ -1,0 +1,115 @@
+//! Finds the variants that are worth a look: the worst of each check, those that failed, and those that the scenario wants recorded.
+
+use std::path::Path;
+
+use ::sweep::table::{Reader, Role, Table};
+use diagnostics::Error;
+use scenario::words::Recorded;
+use serde::Serialize;
+
+use super::rows::{ERROR, PASSED};
+
+/// A variant that is worth a look.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Shown {
+    /// Its number.
+    pub variant: u64,
+    /// Why.
+    pub why: String,
+}
+
+/// The variants of a table that are worth a look, and those that are to run again with everything recorded.
+///
+/// # Errors
+/// When the table cannot be read.
+pub(super) fn look(path: &Path, wanted: Recorded) -> Result<(Vec<Shown>, Vec<u64>), Error> {
+    let mut look = Look { wanted, ..Look::default() };
+    let reader = Reader::open(path)?;
+    for group in 0..reader.groups() {
+        look.take(&reader.group(group)?);
+    }
+    Ok((look.shown(), look.recorded()))
+}
+
+#[derive(Default)]
+struct Look {
+    wanted: Recorded,
+    /// The smallest margin of each check, and its variant.
+    smallest: Vec<(String, f64, u64)>,
+    /// The smallest margin of variants: the smallest and the largest ones, as many as are wanted.
+    worst: Vec<(f64, u64)>,
+    best: Vec<(f64, u64)>,
+    /// The first ones that did not pass.
+    failed: Vec<u64>,
+    every: Vec<u64>,
+    /// The first one that did not come to its end, with the reason.
+    error: Option<(u64, String)>,
+}
+
+impl Look {
+    fn take(&mut self, table: &Table) {
+        let texts = |name: &str| table.column(name).and_then(|it| it.texts()).unwrap_or_default();
+        let variants = table.column("variant").and_then(|it| it.integers()).unwrap_or_default();
+        let margins: Vec<_> = table.of(Role::Margin).collect();
+        if self.smallest.is_empty() {
+            let named = |name: &str| name.trim_start_matches("margin.").to_owned();
+            let none = margins.iter().map(|it| (named(&it.name), f64::INFINITY, 0));
+            self.smallest = none.collect();
+        }
+        for (row, variant) in variants.iter().map(|it| it.cast_unsigned()).enumerate() {
+            let verdict = texts("verdict").get(row).cloned().flatten().unwrap_or_default();
+            let mut least = f64::INFINITY;
+            for (column, smallest) in margins.iter().zip(&mut self.smallest) {
+                let margin = column.numbers().and_then(|all| all.get(row)).copied();
+                let Some(margin) = margin.filter(|margin| !margin.is_nan()) else { continue };
+                least = least.min(margin);
+                if margin < smallest.1 {
+                    (smallest.1, smallest.2) = (margin, variant);
+                }
+            }
+            if verdict == ERROR && self.error.is_none() {
+                let what = texts("error").get(row).cloned().flatten().unwrap_or_default();
+                self.error = Some((variant, what));
+            }
+            let Recorded { failed, every, .. } = self.wanted;
+            if verdict != PASSED && self.failed.len() < failed as usize {
+                self.failed.push(variant);
+            }
+            if every > 0 && variant.is_multiple_of(every.into()) {
+                self.every.push(variant);
+            }
+            if verdict != ERROR && least.is_finite() {
+                self.worst.push((least, variant));
+                self.best.push((-least, variant));
+            }
+        }
+        keep(&mut self.worst, self.wanted.worst);
+        keep(&mut self.best, self.wanted.best);
+    }
+
+    fn shown(&self) -> Vec<Shown> {
+        let worst = self.smallest.iter().filter(|(_, margin, _)| margin.is_finite());
+        let worst = worst.map(|(name, margin, variant)| {
+            let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
+            Shown { variant: *variant, why: format!("{name}: {how} {:.4e}", margin.abs()) }
+        });
+        let error = self.error.iter();
+        let error = error.map(|(variant, what)| Shown { variant: *variant, why: what.clone() });
+        worst.chain(error).collect()
+    }
+
+    fn recorded(&self) -> Vec<u64> {
+        let of = |list: &[(f64, u64)]| list.iter().map(|it| it.1).collect::<Vec<_>>();
+        let mut all =
+            [of(&self.worst), of(&self.best), self.failed.clone(), self.every.clone()].concat();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+}
+
+/// Keeps the smallest ones.
+fn keep(list: &mut Vec<(f64, u64)>, count: u32) {
+    list.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    list.truncate(count as usize);
+}

@@ -1,0 +1,103 @@
+//! Lets an engine run the chunks of a plan, follows it, and submits anew what it lost.
+
+mod engine;
+mod follow;
+mod hyperqueue;
+mod local;
+mod slurm;
+mod submission;
+
+use std::fs::File;
+use std::path::Path;
+
+use diagnostics::Error;
+
+use self::engine::Engine;
+use self::follow::Follow;
+pub use self::follow::{Followed, Watched};
+use self::submission::Submissions;
+use super::plan::Plan;
+
+/// Who runs the chunks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EngineKind {
+    /// Slurm, by `sbatch`.
+    Slurm,
+    /// HyperQueue, by `hq`.
+    HyperQueue,
+    /// Processes of this machine.
+    Local,
+}
+
+/// How to submit.
+#[derive(Debug, Clone)]
+pub struct SubmitOptions {
+    /// Who runs the chunks.
+    pub engine: EngineKind,
+    /// Chunks at a time.
+    pub jobs: Option<usize>,
+    /// Whether to return when they are submitted.
+    pub detach: bool,
+    /// Options for the command that submits.
+    pub options: Vec<String>,
+}
+
+/// Submits the chunks of a plan that are not done, and follows them to their end. `program` is what the tasks run; `show` gets how far they
+/// are, again and again.
+///
+/// # Errors
+/// When the engine refuses, a task fails for a reason that stays, or a chunk failed three times.
+pub fn submit(
+    plan: &Plan,
+    options: &SubmitOptions,
+    program: &Path,
+    show: &mut dyn FnMut(&Watched),
+) -> Result<Followed, Error> {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let given = options.options.clone();
+    let (engine, name, task): (Box<dyn Engine>, _, _) = match options.engine {
+        EngineKind::Slurm => {
+            (Box::new(slurm::Slurm { jobs: options.jobs, options: given }), "slurm", slurm::TASK)
+        }
+        EngineKind::HyperQueue => {
+            (Box::new(hyperqueue::HyperQueue { options: given }), "hyperqueue", hyperqueue::TASK)
+        }
+        EngineKind::Local => {
+            let jobs = options.jobs.unwrap_or(cores);
+            (Box::new(local::Local::new(jobs)), "local", local::TASK)
+        }
+    };
+    options.check(engine.outlives())?;
+    let submissions = Submissions::open(plan, name, task, program)?;
+    let alone = submissions.try_lock();
+    if !engine.outlives() && alone.is_none() {
+        let folder = plan.folder.display();
+        let message = format!("another trackside sweep submit runs the chunks of {folder} here");
+        return Err(Error::input(message).help("wait for its end, or end it"));
+    }
+    let mut follow = Follow::new(plan, engine, submissions)?;
+    let followed = follow.run(options.detach, show);
+    drop::<Option<File>>(alone);
+    followed
+}
+
+impl SubmitOptions {
+    fn check(&self, outlives: bool) -> Result<(), Error> {
+        if self.detach && !outlives {
+            let message = "--detach: the chunks of --engine local run in this program only";
+            return Err(Error::input(message).help("leave --detach out, or name another engine"));
+        }
+        if !self.options.is_empty() && self.engine == EngineKind::Local {
+            let message =
+                format!("--engine local takes no options, found {}", self.options.join(" "));
+            return Err(Error::input(message).help("leave out what follows `--`"));
+        }
+        if self.jobs.is_some() && self.engine == EngineKind::HyperQueue {
+            return Err(Error::input(
+                "--jobs: HyperQueue runs as many tasks as its workers have cores for",
+            )
+            .help("leave --jobs out; hq worker start --cpus N gives a worker fewer cores"));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,85 @@
+//! What an engine does for a sweep: it takes arrays of tasks, and says which of them wait and which run.
+
+use std::collections::HashMap;
+use std::ffi::OsStr;
+use std::process::{Command, Stdio};
+
+use diagnostics::{Error, shown};
+
+use super::submission::Submission;
+
+/// What a task that has not ended does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    Waiting,
+    Running,
+}
+
+/// The tasks that have not ended, by the number of the submission and by their place in it.
+pub(super) type Queue = HashMap<(u32, usize), State>;
+
+/// Why an engine did not do what it was asked for.
+#[derive(Debug)]
+pub(super) enum Refusal {
+    /// Its program is not there.
+    Missing(&'static str),
+    /// What it said.
+    Said(String),
+}
+
+/// Something that runs tasks, on this machine or on others.
+pub(super) trait Engine {
+    /// How many tasks an array may have.
+    fn largest(&mut self) -> usize;
+
+    /// Starts the tasks of a submission.
+    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal>;
+
+    /// Which tasks of these submissions have not ended.
+    fn queue(&mut self, submissions: &[Submission]) -> Result<Queue, Refusal>;
+
+    /// Ends the tasks of these submissions.
+    fn cancel(&mut self, submissions: &[Submission]);
+
+    /// Whether its tasks go on when this program ends.
+    fn outlives(&self) -> bool {
+        true
+    }
+
+    /// What to do when it is not there.
+    fn remedy(&self) -> &'static str;
+}
+
+/// Calls a program of an engine, and gives what it printed.
+pub(super) fn ask<A: AsRef<OsStr>>(
+    program: &'static str,
+    arguments: impl IntoIterator<Item = A>,
+) -> Result<String, Refusal> {
+    let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
+    let output = output.map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => Refusal::Missing(program),
+        _ => Refusal::Said(format!("{program} does not start: {error}")),
+    })?;
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
+    if output.status.success() {
+        return Ok(text(&output.stdout));
+    }
+    let said = [text(&output.stderr), text(&output.stdout)];
+    let said = said.into_iter().find(|said| !said.is_empty());
+    Err(Refusal::Said(said.unwrap_or_else(|| format!("{program} ended with {}", output.status))))
+}
+
+impl Refusal {
+    /// In words.
+    pub fn what(&self) -> String {
+        match self {
+            Refusal::Missing(program) => format!("the program {program} is not on the path"),
+            Refusal::Said(said) => shown(said).into_owned(),
+        }
+    }
+
+    /// The error of a sweep that cannot go on because of it.
+    pub fn error(&self, remedy: &str) -> Error {
+        Error::input(format!("the chunks cannot be submitted: {}", self.what())).help(remedy)
+    }
+}

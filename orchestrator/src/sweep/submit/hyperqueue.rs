@@ -1,0 +1,120 @@
+//! Lets HyperQueue run chunks, as task arrays.
+
+use serde_json::Value;
+
+use super::engine::{Engine, Queue, Refusal, State, ask};
+use super::submission::Submission;
+
+/// The engine.
+pub(super) struct HyperQueue {
+    /// Options of `hq submit` that the user gives.
+    pub options: Vec<String>,
+}
+
+/// The variable that tells a task its number.
+pub(super) const TASK: &str = "HQ_TASK_ID";
+/// It has no limit; lists of tasks stay of a size that is read at once.
+const LARGEST: usize = 100_000;
+const JSON: &str = "--output-mode=json";
+
+impl HyperQueue {
+    /// The numbers of jobs with the names of these submissions, each with the number of its submission.
+    fn jobs(submissions: &[Submission]) -> Result<Vec<(u64, u32)>, Refusal> {
+        let jobs = json(&ask("hq", ["job", "list", "--all", JSON])?)?;
+        let named = |job: &Value| {
+            let name = job["name"].as_str()?;
+            let submission = submissions.iter().find(|it| it.name == name)?;
+            Some((job["id"].as_u64()?, submission.number))
+        };
+        Ok(jobs.as_array().into_iter().flatten().filter_map(named).collect())
+    }
+}
+
+impl Engine for HyperQueue {
+    fn largest(&mut self) -> usize {
+        LARGEST
+    }
+
+    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
+        // A colon would end a path, so logs are named from the folder of the plan on.
+        let log = format!("%{{CWD}}/{}", submission.log("%{TASK_ID}"));
+        let mut arguments = vec![
+            "submit".to_owned(),
+            JSON.to_owned(),
+            format!("--name={}", submission.name),
+            format!("--array={}", submission.range()),
+            "--cwd".to_owned(),
+            submission.plan.to_string_lossy().into_owned(),
+            format!("--stdout={log}"),
+            "--stderr=none".to_owned(),
+        ];
+        arguments.extend(self.options.iter().cloned());
+        arguments.extend(["--".to_owned(), "/bin/sh".to_owned()]);
+        for path in [&submission.script, &submission.folder] {
+            arguments.push(path.to_string_lossy().into_owned());
+        }
+        let said = ask("hq", arguments)?;
+        // For people; the server is asked by the name.
+        let job = json(&said)?["id"].as_u64().unwrap_or_default();
+        let _ = std::fs::write(submission.folder.join("job"), format!("{job}\n"));
+        Ok(())
+    }
+
+    fn queue(&mut self, submissions: &[Submission]) -> Result<Queue, Refusal> {
+        let jobs = Self::jobs(submissions)?;
+        if jobs.is_empty() {
+            return Ok(Queue::new());
+        }
+        let numbers: Vec<_> = jobs.iter().map(|(job, _)| job.to_string()).collect();
+        let tasks = json(&ask("hq", ["task", "list", &numbers.join(","), JSON])?)?;
+        Ok(queue(&jobs, &tasks))
+    }
+
+    fn cancel(&mut self, submissions: &[Submission]) {
+        for (job, _) in Self::jobs(submissions).unwrap_or_default() {
+            let _ = ask("hq", ["job", "cancel", &job.to_string()]);
+        }
+    }
+
+    fn remedy(&self) -> &'static str {
+        "start a server and workers: hq server start, and hq worker start on each machine, or hq alloc add slurm; options of hq submit follow `--`"
+    }
+}
+
+fn json(text: &str) -> Result<Value, Refusal> {
+    serde_json::from_str(text)
+        .map_err(|error| Refusal::Said(format!("hq gave an answer that is no JSON: {error}")))
+}
+
+/// The tasks of a list such as `{"3": [{"id": 0, "state": "running"}]}`.
+fn queue(jobs: &[(u64, u32)], tasks: &Value) -> Queue {
+    let mut queue = Queue::new();
+    for (job, submission) in jobs {
+        for task in tasks[job.to_string()].as_array().into_iter().flatten() {
+            let state = match task["state"].as_str() {
+                Some("waiting") => State::Waiting,
+                Some("running") => State::Running,
+                _ => continue,
+            };
+            if let Some(task) = task["id"].as_u64() {
+                queue.insert((*submission, task as usize), state);
+            }
+        }
+    }
+    queue
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tasks_that_have_not_ended_are_in_the_queue() {
+        let tasks = serde_json::json!({
+            "3": [{"id": 0, "state": "running"}, {"id": 1, "state": "finished"}],
+            "5": [{"id": 0, "state": "failed"}, {"id": 7, "state": "waiting"}],
+        });
+        let expected = [((1, 0), State::Running), ((2, 7), State::Waiting)];
+        assert_eq!(queue(&[(3, 1), (5, 2)], &tasks), Queue::from(expected));
+    }
+}

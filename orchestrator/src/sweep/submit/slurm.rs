@@ -1,0 +1,110 @@
+//! Lets Slurm run chunks, as job arrays.
+
+use super::engine::{Engine, Queue, Refusal, State, ask};
+use super::submission::Submission;
+
+/// The engine.
+pub(super) struct Slurm {
+    /// Tasks at a time.
+    pub jobs: Option<usize>,
+    /// Options of `sbatch` that the user gives.
+    pub options: Vec<String>,
+}
+
+/// The variable that tells a task its number.
+pub(super) const TASK: &str = "SLURM_ARRAY_TASK_ID";
+/// `MaxArraySize` of Slurm where its configuration does not say: the numbers of tasks are below it.
+const LARGEST: usize = 1001;
+
+impl Engine for Slurm {
+    fn largest(&mut self) -> usize {
+        let said = ask("scontrol", ["show", "config"]).unwrap_or_default();
+        largest(&said).unwrap_or(LARGEST)
+    }
+
+    fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
+        let at_a_time = self.jobs.map(|jobs| format!("%{jobs}")).unwrap_or_default();
+        let mut arguments = vec![
+            "--parsable".to_owned(),
+            // What is lost is submitted anew: a job that Slurm itself takes back waits for minutes.
+            "--no-requeue".to_owned(),
+            format!("--job-name={}", submission.name),
+            format!("--array={}{at_a_time}", submission.range()),
+            format!("--output={}", submission.log("%a")),
+            "--chdir".to_owned(),
+            submission.plan.to_string_lossy().into_owned(),
+        ];
+        arguments.extend(self.options.iter().cloned());
+        for path in [&submission.script, &submission.folder] {
+            arguments.push(path.to_string_lossy().into_owned());
+        }
+        let job = ask("sbatch", arguments)?;
+        // For people; the queue is asked by the name.
+        let _ = std::fs::write(submission.folder.join("job"), format!("{job}\n"));
+        Ok(())
+    }
+
+    fn queue(&mut self, submissions: &[Submission]) -> Result<Queue, Refusal> {
+        if submissions.is_empty() {
+            return Ok(Queue::new());
+        }
+        let names: Vec<_> = submissions.iter().map(|it| it.name.as_str()).collect();
+        let names = format!("--name={}", names.join(","));
+        ask("squeue", ["--noheader", "--array", "--me", &names, "--format=%j %K %t"])
+            .map(|said| queue(&said))
+    }
+
+    fn cancel(&mut self, submissions: &[Submission]) {
+        for submission in submissions {
+            let _ = ask("scancel", ["--me", &format!("--name={}", submission.name)]);
+        }
+    }
+
+    fn remedy(&self) -> &'static str {
+        "submit on a machine where sbatch works; options of sbatch, such as its partition, follow `--`: trackside sweep submit PLAN --engine slurm -- --partition=NAME"
+    }
+}
+
+/// The most tasks of an array by the configuration of Slurm.
+fn largest(config: &str) -> Option<usize> {
+    let line = config.lines().find_map(|line| line.trim().strip_prefix("MaxArraySize"))?;
+    let size: usize = line.trim_start_matches([' ', '=']).trim().parse().ok()?;
+    Some(size.max(1))
+}
+
+/// The tasks of lines such as `trackside-0f3c-0002 17 R`.
+fn queue(lines: &str) -> Queue {
+    let task = |line: &str| {
+        let mut words = line.split_whitespace();
+        let number = words.next()?.rsplit('-').next()?.parse().ok()?;
+        let task = words.next()?.parse().ok()?;
+        let state = match words.next()? {
+            "PD" | "CF" | "RQ" | "RH" | "RS" | "S" | "ST" => State::Waiting,
+            _ => State::Running,
+        };
+        Some(((number, task), state))
+    };
+    lines.lines().filter_map(task).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_queue_is_read_line_by_line() {
+        let found =
+            queue("trackside-ab12-0001 0 R\n trackside-ab12-0001 17 PD\ntrackside-ab12-0002 3 CG");
+        let expected =
+            [((1, 0), State::Running), ((1, 17), State::Waiting), ((2, 3), State::Running)];
+        assert_eq!(found, Queue::from(expected));
+    }
+
+    #[test]
+    fn the_size_of_arrays_stands_in_the_configuration() {
+        let config =
+            "Licenses                = (null)\nMaxArraySize            = 1001\nMaxDBDMsgs = 20008";
+        assert_eq!(largest(config), Some(1001));
+        assert_eq!(largest("MaxJobCount = 10000"), None);
+    }
+}

@@ -1,0 +1,211 @@
+//! Keeps what was submitted in the folder of a plan: the script of the tasks, the chunks of each submission, and how its tasks ended.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+
+use super::super::plan::Plan;
+
+/// The folder of all that is submitted.
+const FOLDER: &str = "submit";
+/// What the tasks print.
+const LOGS: &str = "logs";
+/// The chunks of a submission: that of task 0 in the first line.
+const CHUNKS: &str = "chunks";
+/// An empty file for each task that ended, named by its chunk and its exit code.
+const ENDED: &str = "ended";
+/// How much of the end of a log a message has [bytes].
+const TOLD: usize = 2000;
+
+/// An array of tasks, a chunk each.
+#[derive(Debug, Clone)]
+pub(super) struct Submission {
+    /// Its number, from 1 on.
+    pub number: u32,
+    /// What the engine calls it: no other plan has a submission with this name.
+    pub name: String,
+    /// The folder with its files.
+    pub folder: PathBuf,
+    /// The script that each task runs, which gets the folder.
+    pub script: PathBuf,
+    /// The folder of the plan, which the tasks begin in.
+    pub plan: PathBuf,
+    /// The chunks, by the numbers of the tasks.
+    pub chunks: Vec<u64>,
+}
+
+impl Submission {
+    /// The numbers of its tasks, as engines take them.
+    pub fn range(&self) -> String {
+        format!("0-{}", self.chunks.len().saturating_sub(1))
+    }
+
+    /// The log of a task, from the folder of the plan on; `task` is its number or what an engine has for it.
+    pub fn log(&self, task: &str) -> String {
+        format!("{FOLDER}/{LOGS}/{:04}_{task}.log", self.number)
+    }
+
+    /// The tasks that ended: chunks and exit codes.
+    pub fn ended(&self) -> Vec<(u64, u8)> {
+        let files = std::fs::read_dir(self.folder.join(ENDED)).into_iter().flatten().flatten();
+        let parsed = files.filter_map(|file| {
+            let name = file.file_name().into_string().ok()?;
+            let (chunk, code) = name.split_once('.')?;
+            Some((chunk.parse().ok()?, code.parse().ok()?))
+        });
+        parsed.collect()
+    }
+
+    /// The end of what the task of a chunk printed, and the file of it.
+    pub fn last_words(&self, chunk: u64) -> (PathBuf, String) {
+        let place = self.chunks.iter().position(|it| *it == chunk).unwrap_or_default();
+        let path = self.plan.join(self.log(&place.to_string()));
+        let bytes = std::fs::read(&path).unwrap_or_default();
+        let end = &bytes[bytes.len().saturating_sub(TOLD)..];
+        let text = String::from_utf8_lossy(end).trim().to_owned();
+        (path, text)
+    }
+}
+
+/// The submissions of a plan to one engine.
+pub(super) struct Submissions {
+    plan: PathBuf,
+    folder: PathBuf,
+    engine: &'static str,
+    /// A short name for the plan in its folder.
+    mark: String,
+}
+
+impl Submissions {
+    /// Opens those of a plan; `number_of_task` is the variable that tells a task its number.
+    ///
+    /// # Errors
+    /// When the folder cannot be made.
+    pub fn open(
+        plan: &Plan,
+        engine: &'static str,
+        number_of_task: &str,
+        program: &Path,
+    ) -> Result<Self, Error> {
+        let wrong = |error: std::io::Error| Error::output(&plan.folder, error);
+        let root = plan.folder.canonicalize().map_err(wrong)?;
+        let folder = root.join(FOLDER);
+        for inner in [engine, LOGS] {
+            std::fs::create_dir_all(folder.join(inner)).map_err(wrong)?;
+        }
+        let mark = format!("{} {}", plan.about.digest, root.display());
+        let mark = fmu_import::sha256(mark.as_bytes())[..12].to_owned();
+        let made = Submissions { plan: root, folder, engine, mark };
+        made.write_script(number_of_task, program)?;
+        Ok(made)
+    }
+
+    fn script(&self) -> PathBuf {
+        self.folder.join(format!("{}.sh", self.engine))
+    }
+
+    /// Writes the script, unless one is there: it is the user's to change.
+    fn write_script(&self, number_of_task: &str, program: &Path) -> Result<(), Error> {
+        let path = self.script();
+        if path.exists() {
+            return Ok(());
+        }
+        let text = format!(
+            r#"#!/bin/sh
+# Runs one chunk of a sweep as a task of an array: $1 is the folder of the submission.
+# You may change this file (modules, scratch folders): it is not written again while it is there.
+exec 2>&1
+submission=$1
+task=${number_of_task}
+chunk=$(sed -n "$((task + 1))p" "$submission/{CHUNKS}")
+# A request to end is for the program, which keeps what is done; this script then says how it ended.
+trap : TERM
+{program} sweep run {plan} --chunk "$chunk" --jobs "${{SLURM_CPUS_PER_TASK:-1}}"
+code=$?
+: > "$submission/{ENDED}/$chunk.$code"
+exit $code
+"#,
+            program = quoted(program),
+            plan = quoted(&self.plan),
+        );
+        let draft = self.folder.join(format!(".{}.{}", self.engine, std::process::id()));
+        let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, &path));
+        written.map_err(|error| Error::output(&path, error))
+    }
+
+    /// Lets nobody else submit until the file is dropped, where the file system can do that. Without, a chunk may run twice at a time, which
+    /// costs time and nothing else.
+    pub fn lock(&self) -> Option<File> {
+        let file = File::create(self.folder.join("lock")).ok()?;
+        file.lock().ok()?;
+        Some(file)
+    }
+
+    /// The same, unless somebody else has it.
+    pub fn try_lock(&self) -> Option<File> {
+        let file = File::create(self.folder.join(format!("{}.lock", self.engine))).ok()?;
+        file.try_lock().ok()?;
+        Some(file)
+    }
+
+    /// All of them, in their order.
+    pub fn list(&self) -> Vec<Submission> {
+        let files = std::fs::read_dir(self.folder.join(self.engine));
+        let names = files.into_iter().flatten().flatten().map(|file| file.file_name());
+        let numbers = names.filter_map(|name| name.to_str()?.parse().ok());
+        let mut numbers: Vec<u32> = numbers.collect();
+        numbers.sort_unstable();
+        numbers.into_iter().filter_map(|number| self.read(number)).collect()
+    }
+
+    fn read(&self, number: u32) -> Option<Submission> {
+        let mut submission = self.named(number, Vec::new());
+        let text = std::fs::read_to_string(submission.folder.join(CHUNKS)).ok()?;
+        submission.chunks = text.lines().filter_map(|line| line.parse().ok()).collect();
+        Some(submission)
+    }
+
+    fn named(&self, number: u32, chunks: Vec<u64>) -> Submission {
+        Submission {
+            number,
+            name: format!("trackside-{}-{number:04}", self.mark),
+            folder: self.folder.join(self.engine).join(format!("{number:04}")),
+            script: self.script(),
+            plan: self.plan.clone(),
+            chunks,
+        }
+    }
+
+    /// Writes the files of a new one.
+    ///
+    /// # Errors
+    /// When they cannot be written.
+    pub fn add(&self, chunks: Vec<u64>) -> Result<Submission, Error> {
+        let last = self.list().last().map_or(0, |it| it.number);
+        for number in last + 1.. {
+            let submission = self.named(number, chunks.clone());
+            let wrong = |error: std::io::Error| Error::output(&submission.folder, error);
+            match std::fs::create_dir(&submission.folder) {
+                // Somebody submits at the same moment, where nothing locks.
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => continue,
+                made => made.map_err(wrong)?,
+            }
+            std::fs::create_dir(submission.folder.join(ENDED)).map_err(wrong)?;
+            let lines: String = chunks.iter().map(|chunk| format!("{chunk}\n")).collect();
+            std::fs::write(submission.folder.join(CHUNKS), lines).map_err(wrong)?;
+            return Ok(submission);
+        }
+        Err(Error::follow_up())
+    }
+
+    /// Removes the files of one that the engine did not take.
+    pub fn remove(submission: &Submission) {
+        let _ = std::fs::remove_dir_all(&submission.folder);
+    }
+}
+
+/// A path as a word of a shell.
+fn quoted(path: &Path) -> String {
+    format!("'{}'", path.to_string_lossy().replace('\'', r"'\''"))
+}

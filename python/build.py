@@ -1,0 +1,133 @@
+#!/usr/bin/env python3
+"""Build the wheel: the program, its FMUs, plugins and scenarios, and the package `trackside`.
+
+    python3 python/build.py [--out DIR]
+
+needs Rust, gcc and network for maturin and auditwheel, which go into an environment of their own below `target/wheel`.
+It prints the path of the wheel and what auditwheel says about it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+WORK = ROOT / "target" / "wheel"
+SHARE = WORK / "trackside.data" / "data" / "share" / "trackside"
+# The packages that scenarios name by `crate`, with the archives that `trackside pack` makes of them.
+FMUS = {"plant-fmu": "plant.fmu", "controller": "controller.fmu", "estimator": "estimator.fmu"}
+# Libraries that the program loads: an analysis, and what `trackside pack --fmu` puts into an archive.
+PLUGINS = ["identify", "python-fmu", "system-fmu"]
+TOOLS = ["maturin==1.16.0", "auditwheel==6.8.2"]
+
+
+def main() -> None:
+    """Build everything, and print where it is."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=WORK / "dist", help="folder for the wheel (default: %(default)s)")
+    out = parser.parse_args().out.resolve()
+    build = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")).resolve() / "wheel-build"
+    environment = environment_of_builds(build)
+    packages = ["orchestrator", *FMUS, *PLUGINS]
+    names = [word for package in packages for word in ("--package", package)]
+    run(["cargo", "build", "--release", "--locked", "--features", "orchestrator/portable", *names], environment)
+    gather(build / "release", environment)
+    tools = tools_folder()
+    out.mkdir(parents=True, exist_ok=True)
+    before = set(out.glob("*.whl"))
+    run([tools / "maturin", "build", "--release", "--out", out], environment, ROOT / "python")
+    made = sorted(set(out.glob("*.whl")), key=lambda path: path.stat().st_mtime)
+    if not made:
+        sys.exit(f"expected a wheel in {out}, found {sorted(before)}")
+    wheel = made[-1]
+    refuse_paths_of_this_machine(wheel)
+    run([tools / "auditwheel", "show", wheel], environment)
+    print(wheel)
+
+
+def environment_of_builds(build: Path) -> dict[str, str]:
+    """Variables for cargo: nothing in the files tells where they were built, and nothing else is built anew."""
+    home = Path(os.environ.get("CARGO_HOME", Path.home() / ".cargo"))
+    sysroot = subprocess.run(["rustc", "--print", "sysroot"], check=True, capture_output=True, text=True).stdout.strip()
+    places = {str(build): "/build", str(ROOT): "/trackside", str(home): "/cargo", sysroot: "/rust"}
+    flags = "\x1f".join(f"--remap-path-prefix={place}={name}" for place, name in places.items())
+    c_flags = " ".join(f"-ffile-prefix-map={place}={name}" for place, name in places.items())
+    return os.environ | {
+        "CARGO_TARGET_DIR": str(build),
+        "CARGO_ENCODED_RUSTFLAGS": flags,
+        "CARGO_PROFILE_RELEASE_STRIP": "symbols",
+        "CFLAGS": f"{os.environ.get('CFLAGS', '')} {c_flags}".strip(),
+    }
+
+
+def gather(release: Path, environment: dict[str, str]) -> None:
+    """Put FMUs, plugins and scenarios where an installed program looks for them."""
+    shutil.rmtree(WORK / "trackside.data", ignore_errors=True)
+    packed = WORK / "fmu"
+    shutil.rmtree(packed, ignore_errors=True)
+    run([release / "trackside", "pack", "--out", packed, *FMUS], environment)
+    for folder in ("fmu", "plugin"):
+        (SHARE / folder).mkdir(parents=True)
+    for package, archive in FMUS.items():
+        shutil.copy2(packed / archive, SHARE / "fmu" / f"{package}.fmu")
+    for package in PLUGINS:
+        library = release / f"lib{package.replace('-', '_')}.so"
+        shutil.copy2(library, SHARE / "plugin" / f"{package}.so")
+    for scenario in sorted((ROOT / "scenarios").rglob("*.toml")):
+        if reads_only_scenarios(scenario):
+            copy = SHARE / "scenarios" / scenario.relative_to(ROOT / "scenarios")
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(scenario, copy)
+    shutil.copy2(ROOT / "LICENSE", SHARE / "LICENSE")
+
+
+def reads_only_scenarios(scenario: Path) -> bool:
+    """Tell whether a scenario needs no log: those of others are not part of the repository."""
+    def files(value: object) -> bool:
+        if isinstance(value, dict):
+            return "path" in value or any(files(inner) for inner in value.values())
+        return isinstance(value, list) and any(files(inner) for inner in value)
+
+    return not files(tomllib.loads(scenario.read_text()))
+
+
+def tools_folder() -> Path:
+    """Make an environment with maturin and auditwheel; return the folder of its programs."""
+    programs = WORK / "tools" / "bin"
+    marker = WORK / "tools" / "complete"
+    if not marker.exists() or marker.read_text() != str(TOOLS):
+        run([sys.executable, "-m", "venv", "--clear", programs.parent])
+        run([programs / "python", "-m", "pip", "install", "--quiet", *TOOLS])
+        marker.write_text(str(TOOLS))
+    return programs
+
+
+def refuse_paths_of_this_machine(wheel: Path) -> None:
+    """End when a file of the wheel has the path of this repository or of the user's folder in it."""
+    places = {str(ROOT), str(Path.home() / ".cargo"), str(Path.home() / ".rustup")}
+    with zipfile.ZipFile(wheel) as files:
+        for name in files.namelist():
+            content = files.read(name)
+            found = [place for place in places if place.encode() in content]
+            if found:
+                sys.exit(f"{wheel}: expected no paths of this machine, found {found} in {name}")
+
+
+def run(command: list[object], environment: dict[str, str] | None = None, folder: Path = ROOT) -> None:
+    """Run a command; end with its exit code when it fails."""
+    words = [str(word) for word in command]
+    print("$", *words, file=sys.stderr, flush=True)
+    code = subprocess.run(words, cwd=folder, env=environment).returncode
+    if code != 0:
+        sys.exit(f"expected exit code 0, found {code}: {' '.join(words)}")
+
+
+if __name__ == "__main__":
+    main()
