@@ -10,12 +10,14 @@ It prints the path of the wheel and what auditwheel says about it.
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import shutil
 import subprocess
 import sys
 import tomllib
 import zipfile
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -112,12 +114,21 @@ def tools_folder() -> Path:
 def refuse_paths_of_this_machine(wheel: Path) -> None:
     """End when a file of the wheel has the path of this repository or of the user's folder in it."""
     places = {str(ROOT), str(Path.home() / ".cargo"), str(Path.home() / ".rustup")}
-    with zipfile.ZipFile(wheel) as files:
-        for name in files.namelist():
-            content = files.read(name)
-            found = [place for place in places if place.encode() in content]
-            if found:
-                sys.exit(f"{wheel}: expected no paths of this machine, found {found} in {name}")
+    for name, content in contents(zipfile.ZipFile(wheel)):
+        found = [place for place in places if place.encode() in content]
+        if found:
+            sys.exit(f"{wheel}: expected no paths of this machine, found {found} in {name}")
+
+
+def contents(archive: zipfile.ZipFile) -> Iterator[tuple[str, bytes]]:
+    """Read all files of an archive, and those of the archives in it."""
+    with archive:
+        for name in archive.namelist():
+            content = archive.read(name)
+            yield name, content
+            if name.endswith(".fmu"):
+                for inner, bytes_of_inner in contents(zipfile.ZipFile(io.BytesIO(content))):
+                    yield f"{name}/{inner}", bytes_of_inner
 
 
 def run(command: list[object], environment: dict[str, str] | None = None, folder: Path = ROOT) -> None:

@@ -102,7 +102,11 @@ def tried(python: str, wheel: Path, source: list[str]) -> bool:
             run(programs / "python", "-c", FIRST_RUN)
             picture = time.monotonic()
             run(programs / "python", "-c", MORE)
-            run(programs / "trackside", "--version")
+            scenarios = folder / "venv" / "share" / "trackside" / "scenarios"
+            run(programs / "trackside", "explain", "--plugin", "identify", "task")
+            run(programs / "trackside", "pack", scenarios / "step_steer.toml", "--fmu", "steer", "--out", folder / "packed")
+            if not (folder / "packed" / "steer.fmu").is_file():
+                raise RuntimeError(f"expected {folder}/packed/steer.fmu, found none")
         except RuntimeError as error:
             print(f"{python}: FAILED: {error}", flush=True)
             return False

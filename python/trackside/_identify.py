@@ -47,7 +47,7 @@ class Identification:
     @property
     def result(self) -> dict[str, Any]:
         """All that the identification says, as in the report: docs/identification.md has the keys."""
-        return self.run.report["analyses"]["tires"]
+        return dict(self.run.report["analyses"]["tires"])
 
     @property
     def summary(self) -> list[str]:

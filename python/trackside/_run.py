@@ -61,7 +61,7 @@ class Check:
     @classmethod
     def of(cls, entry: Mapping[str, Any]) -> Check:
         """Read a check of a report."""
-        known = {name: entry.get(name) for name in cls.__dataclass_fields__}
+        known: dict[str, Any] = {name: entry.get(name) for name in cls.__dataclass_fields__}
         known["during"] = tuple(entry.get("during") or (0.0, 0.0))
         return cls(**known)
 

@@ -50,7 +50,7 @@ class Sweep:
     @property
     def summary(self) -> dict[str, Any]:
         """All of `sweep.json`."""
-        return json.loads((self.folder / "sweep.json").read_text(encoding="utf-8"))
+        return dict(json.loads((self.folder / "sweep.json").read_text(encoding="utf-8")))
 
     def arrow(self, columns: str | Iterable[str] | None = None) -> pa.Table:
         """Return the variants as a table of Arrow: `variant`, the varied values, `verdict`, checks, collected words.
@@ -102,7 +102,7 @@ class Sweep:
     def variants(self, verdict: str) -> list[int]:
         """Return the variants with this verdict: `passed`, `failed` or `error`."""
         table = self.arrow("verdict")
-        return table.filter(pc.equal(table["verdict"], verdict))["variant"].to_pylist()
+        return list(table.filter(pc.equal(table["verdict"], verdict))["variant"].to_pylist())
 
     def replay(self, variant: int) -> Run:
         """Run one variant again, with everything recorded.
@@ -118,7 +118,7 @@ class Sweep:
         return Run(folder)
 
     def __len__(self) -> int:
-        return pq.read_metadata(self.parquet).num_rows
+        return int(pq.read_metadata(self.parquet).num_rows)
 
     def __repr__(self) -> str:
         return f"<Sweep of {len(self)} variants: {self.share:.1%} passed, {self.folder}>"

@@ -86,6 +86,9 @@ class Variable:
         self.tunable, self.discrete = tunable, discrete
         self.depends = None if depends is None else list(depends)
         self.attribute = None
+        # The line of the script that calls `input` or the like, which called this.
+        frame = sys._getframe(2)
+        self.place = [os.path.basename(frame.f_code.co_filename), frame.f_lineno]
 
     def __set_name__(self, owner, attribute):
         if attribute == "time":
@@ -96,7 +99,7 @@ class Variable:
     def described(self):
         """The variable as a description has it."""
         words = ("name", "causality", "kind", "start", "unit", "doc", "min", "max", "nominal", "display_unit", "tunable",
-                 "discrete", "depends")
+                 "discrete", "depends", "place")
         return {word: getattr(self, word) for word in words}
 
 

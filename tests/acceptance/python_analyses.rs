@@ -5,6 +5,7 @@ use std::process::Command;
 
 use super::harness::{Ended, Lab, ROOT, trackside};
 use super::python::python;
+use super::signals::{signal, start};
 
 tests! {
     a_script_gets_signals_in_its_units_and_what_it_finds_is_checked,
@@ -14,6 +15,7 @@ tests! {
     a_script_that_does_not_fit_is_pointed_at,
     a_script_that_fails_ends_the_run_with_its_line,
     a_script_that_goes_on_too_long_is_ended,
+    a_signal_ends_a_script_and_the_run,
 }
 
 /// A ramp from 0 to 36 km/h within a second, and the analysis that `more` completes.
@@ -205,4 +207,19 @@ fn a_script_that_goes_on_too_long_is_ended() {
     let process = printed.unwrap_or_else(|| panic!("{}", ended.stderr)).trim().to_owned();
     assert!(ended.message().contains("its time limit"), "{}", ended.stderr);
     assert!(!Path::new("/proc").join(process).exists());
+}
+
+fn a_signal_ends_a_script_and_the_run() {
+    let lab = Lab::new();
+    let script = "import os, time\ndef analyse(signals, config):\n    open('process.part', 'w').write(str(os.getpid()))\n    os.rename('process.part', 'process')\n    time.sleep(1e6)\n";
+    lab.write("mine.py", script);
+    lab.write("case.toml", scenario(SPEED));
+    let child = start(&lab, &["run", "case.toml", "--out", "out", "--rerun", "off"], "process");
+    let process = Path::new("/proc").join(lab.read("process"));
+    assert!(process.exists());
+    signal(&child, "INT");
+    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(130);
+    ended.says(&["a signal ended the run: SIGINT"]);
+    assert_eq!(lab.report("out")["verdict"], "interrupted");
+    assert!(!process.exists());
 }

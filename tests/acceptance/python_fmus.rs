@@ -16,6 +16,8 @@ tests! {
     fmpy_runs_a_script_with_the_same_numbers: Python,
     a_loop_with_a_script_follows_its_formula_to_the_last_bit,
     a_script_goes_on_from_a_checkpoint_and_in_another_process,
+    a_direct_script_follows_inputs_and_tunable_parameters_without_a_step: Python,
+    a_loop_of_direct_scripts_is_solved,
     values_of_all_types_go_through_a_script,
     a_script_that_fails_is_told_with_its_line,
     a_script_that_ends_the_run_or_talks_is_heard,
@@ -63,7 +65,7 @@ fn a_script_keeps_all_rules_of_both_versions() {
         assert_eq!(problems.stdout.trim(), "[]");
     }
     // Copies of the state, also as bytes and in another instance, as fmpy makes them.
-    let ended = python().run("state.py", &[lab.path("cruise.fmu")]);
+    let ended = python().run("state.py", &[odd().path("odd.fmu")]);
     assert!(ended.stdout.contains("restored from bytes"), "{}", ended.stdout);
 }
 
@@ -132,6 +134,44 @@ fn a_script_goes_on_from_a_checkpoint_and_in_another_process() {
         assert_eq!(lab.read("apart/run.csv"), lab.read("whole/run.csv"), "{keys}");
     }
     assert!(!from(&lab, "whole", 0.5).is_empty());
+}
+
+/// Outputs that follow the inputs, and a state.
+const DIRECT: &str = "from trackside.fmu import *\n\nclass Direct(Model):\n    k = parameter(3.0, tunable=True)\n    u = input(0.0)\n    y = output()\n    sum = output(depends=[])\n    def initialise(self):\n        self.sum = self.time\n    def step(self, t, h):\n        self.sum += self.k * self.u * h\n    def outputs(self):\n        self.y = self.k * self.u\n";
+
+fn a_direct_script_follows_inputs_and_tunable_parameters_without_a_step() {
+    let lab = Lab::new();
+    let script = lab.write("direct.py", DIRECT);
+    pack(&lab, &script, &[]).expect(0);
+    let ended = lab.trackside(&["inspect", "direct.fmu"]).expect(0);
+    let line = |name: &str| {
+        let line =
+            ended.stdout.lines().find(|line| line.split_whitespace().any(|word| word == name));
+        line.unwrap_or_else(|| panic!("no {name} in {}", ended.stdout)).to_owned()
+    };
+    assert!(line("sum").ends_with("follows nothing"), "{}", ended.stdout);
+    assert!(!line("y").contains("follows nothing"), "{}", ended.stdout);
+    python().run("direct.py", &[lab.path("direct.fmu")]);
+}
+
+/// y = u / 2 + 1 twice, in a circle: 2 at each point.
+fn a_loop_of_direct_scripts_is_solved() {
+    let lab = Lab::new();
+    let script = lab.write(
+        "half.py",
+        "from trackside.fmu import *\n\nclass Half(Model):\n    u = input(0.0)\n    y = output()\n    def outputs(self):\n        self.y = self.u / 2 + 1\n",
+    );
+    pack(&lab, &script, &[]).expect(0);
+    let text = Scenario::new()
+        .time(0.1, 1.0)
+        .section("[coupling]\nalgorithm = \"iterate\"")
+        .fmu("a", "half.fmu", "")
+        .fmu("b", "half.fmu", "")
+        .connect("a.y", "b.u")
+        .connect("b.y", "a.u")
+        .check("solved", "max(abs(a.y - 2)) < 1e-6 and max(abs(b.y - 2)) < 1e-6");
+    lab.write("case.toml", text.text());
+    run(&lab, "case.toml", "out", &[]).expect(0);
 }
 
 fn values_of_all_types_go_through_a_script() {
@@ -204,8 +244,8 @@ fn a_script_that_does_not_load_is_told_when_it_is_packed() {
         (format!("import helper\n{}", model("y = output()")), 1, "--with"),
         (model("y = output(0, unit='m')"), 3, "write 0.0 instead of 0"),
         (model("y = output([1.0])"), 3, "expected a start value of type float, int, bool or str"),
-        (model("y = output(unit='parsec')"), 0, "`y`: "),
-        (model("y = output(name='1y')"), 0, "no structured name"),
+        (model("y = output(unit='parsec')"), 3, "`y`: "),
+        (model("y = output(name='1y')"), 3, "no structured name"),
         (model("k = parameter(3.0, max=2.0); y = output()"), 0, "outside of its limits"),
         (model("y = output(depends=['x'])\n    def outputs(self): pass"), 0, "which is no input"),
         (

@@ -16,6 +16,7 @@ tests! {
     without_a_viewer_the_page_opens: Python,
     recordings_without_parquet_are_converted: Python,
     a_frame_becomes_tires_with_intervals_and_verdicts: Python,
+    frames_of_all_kinds_become_the_same_log: Python,
     a_sweep_is_a_table_and_its_variants_are_replayed: Compiler + Python,
     everything_public_has_types_and_a_docstring: Python,
 }
@@ -80,6 +81,10 @@ fn recordings_without_parquet_are_converted() {
 
 fn a_frame_becomes_tires_with_intervals_and_verdicts() {
     run_in(&Lab::new(), "identification");
+}
+
+fn frames_of_all_kinds_become_the_same_log() {
+    run_in(&Lab::new(), "logs");
 }
 
 fn a_sweep_is_a_table_and_its_variants_are_replayed() {

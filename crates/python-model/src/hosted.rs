@@ -1,5 +1,7 @@
 //! Drives a script as an instance of FMI: variables, times, and the calls of its importer.
 
+mod state;
+
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -12,12 +14,9 @@ use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process};
 
 use crate::INTERFACE;
 use crate::answers::{read, write};
-use crate::interface::{Exposed, Interface, Role};
+use crate::interface::{CATEGORIES, Exposed, Interface, PRINTED, Role};
 use crate::script::{self, SERVE};
-use crate::state::Saved;
-
-/// The log category of what a script prints.
-const PRINTED: &str = "logPython";
+use state::Saved;
 
 /// Steps that differ by less than this share are the same step: masters compute it as the difference of two times.
 const STEP_TOLERANCE: f64 = 1e-9;
@@ -221,7 +220,7 @@ impl CoSimulation for Hosted {
     type State = Saved;
 
     fn log_categories() -> Categories {
-        &[(PRINTED, "What the Python script prints")]
+        CATEGORIES
     }
 
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {

@@ -1,7 +1,13 @@
 //! Lists what the library of the FMU has to know about the script: its variables, and what it can do.
 
-use fmu_export::Cell;
+use fmu_export::{Categories, Cell};
 use serde::{Deserialize, Serialize};
+
+/// The log category of what a script prints.
+pub(crate) const PRINTED: &str = "logPython";
+
+/// The log categories of all such FMUs.
+pub(crate) const CATEGORIES: Categories = &[(PRINTED, "What the Python script prints")];
 
 /// What the library knows. A variable's place in the list is its value reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,6 @@ mod answers;
 mod hosted;
 mod interface;
 mod script;
-mod state;
 
 pub use hosted::Hosted;
 pub use interface::{Exposed, Interface, Role};

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use fmu_export::description::{self, Capabilities, Table};
 use fmu_export::{Causality, Cell, Depends, Info, Initial, Kind, Row, Variability};
-use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process};
+use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process, Raised};
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::interface::{Exposed, Interface, Role};
+use crate::interface::{CATEGORIES, Exposed, Interface, Role};
 
 /// The word for the process of an instance.
 pub(crate) const SERVE: &str = "serve";
@@ -51,6 +51,8 @@ struct Variable {
     tunable: bool,
     discrete: bool,
     depends: Option<Vec<String>>,
+    /// File and line.
+    place: (String, usize),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -149,7 +151,8 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
     for variable in &said.variables {
         let Some(start) = cell(variable) else {
             let (name, start) = (&variable.name, &variable.start);
-            wrong.push(format!("`{name}`: expected a start value of 32 bits, found {start}"));
+            let problem = format!("`{name}`: expected a start value of 32 bits, found {start}");
+            wrong.push((Some(&variable.place), problem));
             continue;
         };
         let row = row(variable, start.kind(), said.direct);
@@ -162,9 +165,7 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
     let text = |text: &str| -> &'static str { text.to_owned().leak() };
     let mut info = Info::new(text(name), text(&said.doc), said.step_size);
     info.stop = said.stop_time;
-    info = info
-        .version(text(&said.version))
-        .log_categories(<crate::Hosted as fmu_export::CoSimulation>::log_categories());
+    info = info.version(text(&said.version)).log_categories(CATEGORIES);
     info.author = said.author.as_deref().map(text);
     let capabilities = Capabilities {
         variable_step: said.variable_step,
@@ -175,15 +176,17 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
     };
     let table = Table { info, variables: described, capabilities, arrays: false };
     wrong.extend(table.problems().into_iter().map(|(place, problem)| match place {
-        Some(place) => format!("`{}`: {problem}", table.variables[place].row.name),
-        None => problem,
+        Some(place) => {
+            let name = table.variables[place].row.name;
+            let variable = said.variables.iter().find(|variable| variable.name == name);
+            (variable.map(|it| &it.place), format!("`{name}`: {problem}"))
+        }
+        None => (None, problem),
     }));
     if said.patience.is_nan() || said.patience <= 0.0 {
-        wrong.push(format!("expected a positive `patience`, found {}", said.patience));
+        wrong.push((None, format!("expected a positive `patience`, found {}", said.patience)));
     }
-    if !wrong.is_empty() {
-        return Err(Failure::Ended(format!("the class {}: {}", said.class, wrong.join("; "))));
-    }
+    refuse(&said.class, &wrong)?;
     let interface = Interface {
         name: name.to_owned(),
         guid: String::new(),
@@ -197,6 +200,21 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
         variables,
     };
     Ok((interface, table))
+}
+
+/// Tells all that is wrong, at the first place that is known.
+fn refuse(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(), Failure> {
+    if wrong.is_empty() {
+        return Ok(());
+    }
+    let problems: Vec<_> = wrong.iter().map(|(_, problem)| problem.as_str()).collect();
+    let place = wrong.iter().find_map(|(place, _)| *place);
+    Err(Failure::Raised(Raised {
+        message: format!("the class {class}: {}", problems.join("; ")),
+        file: place.map(|(file, _)| file.clone()),
+        line: place.map(|(_, line)| *line),
+        function: None,
+    }))
 }
 
 /// The attributes of a variable. Its texts live as long as the program, which packs one FMU.

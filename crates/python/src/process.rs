@@ -261,6 +261,9 @@ impl Process {
             std::thread::sleep(Duration::from_millis(5));
             self.hear();
         }
+        // Python writes line by line, and the one that matters may not be the first.
+        std::thread::sleep(Duration::from_millis(20));
+        self.hear();
         let place = self.said.place_after(before);
         self.end(&place.map_or_else(|| what.to_owned(), |place| format!("{what}, at {place}")))
     }

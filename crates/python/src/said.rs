@@ -66,14 +66,18 @@ impl Said {
     /// The place in the script that Python names, in a line after so many.
     pub fn place_after(&self, count: usize) -> Option<String> {
         let new = self.last.iter().rev().take(self.count - count).rev();
-        // `  File "/folder/script.py", line 12 in step`, the innermost first.
-        let mut places = new.filter_map(|line| {
+        // `  File "/folder/script.py", line 12 in step`, the innermost first; that of a package says less than who called it.
+        let places = new.filter_map(|line| {
             let (path, rest) = line.trim().strip_prefix("File \"")?.split_once("\", line ")?;
             let (line, function) = rest.split_once(" in ")?;
             let file = path.rsplit('/').next()?;
-            Some(format!("{file}:{line}, in {function}"))
+            let own = !path.contains("/lib/python") && !path.contains("site-packages");
+            Some((own, format!("{file}:{line}, in {function}")))
         });
-        places.next()
+        let mut places: Vec<_> = places.collect();
+        // Stable: the innermost one of the script comes first.
+        places.sort_by_key(|(own, _)| !own);
+        places.into_iter().next().map(|(_, place)| place)
     }
 
     fn close(&mut self) {
@@ -122,7 +126,10 @@ mod tests {
         said.add(b"  File \"/a/old.py\", line 1 in f\n");
         let before = said.count();
         assert_eq!(said.place_after(before), None);
-        said.add(b"Current thread 0x1 (most recent call first):\n  File \"/b/c.py\", line 12 in step\n  File \"/b/fmu.py\", line 3 in x\n");
+        said.add(b"Current thread 0x1 (most recent call first):\n");
+        said.add(b"  File \"/usr/lib/python3.11/queue.py\", line 7 in get\n");
+        assert_eq!(said.place_after(before).expect("a place"), "queue.py:7, in get");
+        said.add(b"  File \"/b/c.py\", line 12 in step\n  File \"/b/fmu.py\", line 3 in x\n");
         assert_eq!(said.place_after(before).expect("a place"), "c.py:12, in step");
     }
 }

@@ -115,10 +115,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => arguments.here.run(),
         Some(Step::Plan(planned)) => {
             let plan = planned.plan()?;
-            let about = &plan.about;
             print(&format!(
                 "{} variants in {} chunks\n{}\n",
-                about.variants,
+                plan.variants(),
                 plan.chunks(),
                 plan.folder.display()
             ));
@@ -127,12 +126,12 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         Some(Step::Run(chunk)) => chunk.run(),
         Some(Step::Gather { plan }) => {
             let plan = Plan::look_at(plan)?;
-            conclude(&sweep::gather(&plan)?)
+            conclude(&sweep::gather(&plan, None)?)
         }
         Some(Step::Submit(submitted)) => {
             let plan = submitted.plan()?;
             match submit::run(&plan, &submitted.how)? {
-                true => conclude(&sweep::gather(&plan)?),
+                true => conclude(&sweep::gather(&plan, None)?),
                 false => Ok(0),
             }
         }
@@ -189,7 +188,7 @@ impl Submitted {
 
 impl Here {
     fn run(&self) -> Result<u8, Error> {
-        let plan = self.planned.plan()?;
+        let mut plan = self.planned.plan()?;
         for warning in &plan.about.warnings {
             tell(&format!("warning: {warning}"));
         }
@@ -198,12 +197,19 @@ impl Here {
         let progress = Progress::new(&plan);
         let program = program_of_guests()?;
         let jobs = self.jobs.unwrap_or(cores);
-        let ended = sweep::run_chunks(&plan, &all, jobs, &program, &|tally| progress.show(tally));
+        let show = |tally: &Tally| progress.show(tally);
+        let found = match plan.about.is_search {
+            true => sweep::search(&mut plan, jobs, &program, &show)
+                .map(|found| (found.is_none(), found)),
+            false => sweep::run_chunks(&plan, &all, jobs, &program, &show)
+                .map(|ended| (ended.stopped, None)),
+        };
         progress.bar.finish_and_clear();
-        if ended?.stopped {
+        let (stopped, found) = found?;
+        if stopped {
             return interrupted(&plan);
         }
-        let gathered = sweep::gather(&plan)?;
+        let gathered = sweep::gather(&plan, found)?;
         let code = conclude(&gathered)?;
         for variant in &gathered.recorded {
             if fmu_import::requested_end().is_some() {
@@ -257,6 +263,9 @@ fn lines(gathered: &Gathered) -> String {
     let Gathered { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
     text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
+    if let Some(found) = &gathered.search {
+        text += &format!("  {}\n", found.line());
+    }
     if *failed > 0 {
         text += &format!("  in {failed} a check failed\n");
     }
@@ -287,7 +296,7 @@ struct Progress {
 impl Progress {
     fn new(plan: &Plan) -> Self {
         use std::io::IsTerminal as _;
-        let variants = plan.about.variants;
+        let variants = plan.variants();
         let bar = match std::io::stderr().is_terminal() {
             false => ProgressBar::hidden(),
             true => {

@@ -9,14 +9,16 @@ use diagnostics::Error;
 use scenario::plan::{Axis, AxisValues, SweepPlan};
 use scenario::words::Design;
 
-use super::plan::is_seed;
-use super::settings::Setting;
+use super::settings::{SEED, Setting};
+
+/// What the sample of Saltelli is called.
+const SALTELLI: &str = "saltelli";
 
 /// The values of all variants.
 pub(super) struct Assignment {
     axes: Vec<Axis>,
     /// One number for each axis: of levels the index, else the value.
-    points: Points,
+    points: Option<Points>,
     design: &'static str,
     fixed: Vec<String>,
 }
@@ -50,13 +52,18 @@ impl Assignment {
             seed: words.seed,
             correlations: correlations.collect(),
         };
-        let points = design_of.points()?;
+        // A search asks for its points as it goes on.
+        let points = match words.search {
+            None => Some(design_of.points()?),
+            Some(_) => None,
+        };
+        let design = if words.search.is_some() { "search" } else { design };
         Ok(Assignment { axes, points, design, fixed })
     }
 
     /// How many there are.
     pub fn count(&self) -> u64 {
-        self.points.count()
+        self.points.as_ref().map_or(0, Points::count)
     }
 
     /// What the design is called.
@@ -69,10 +76,53 @@ impl Assignment {
         self.fixed.iter().map(String::as_str)
     }
 
+    /// The names that vary.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let names = self.axes.iter().flat_map(|axis| &axis.names);
+        names.filter(|name| !self.fixed.contains(name)).map(String::as_str)
+    }
+
+    /// The names that get the value of another one.
+    pub fn also(&self) -> impl Iterator<Item = &str> {
+        let axes = self.axes.iter().filter(|axis| !axis.is_joint);
+        axes.flat_map(|axis| axis.names.iter().skip(1)).map(String::as_str)
+    }
+
+    /// The axes of the blocks of a sample of Saltelli.
+    pub fn blocks(&self) -> Option<Vec<String>> {
+        let name = |axis: &Axis| match axis.is_joint {
+            true => axis.names.join(", "),
+            false => axis.names[0].clone(),
+        };
+        (self.design == SALTELLI).then(|| self.axes.iter().map(name).collect())
+    }
+
+    /// The values of the first variant or the last one; of a search, those at the ends of its ranges.
+    pub fn end(&self, last: bool) -> Table {
+        match self.count() {
+            0 => {
+                let ends = self.axes.iter().map(|axis| match axis.values {
+                    AxisValues::Uniform(ends) => ends[usize::from(last)],
+                    _ => 0.0,
+                });
+                self.table(0, &[ends.collect()])
+            }
+            count => {
+                let row = if last { count - 1 } else { 0 };
+                self.rows(row..row + 1)
+            }
+        }
+    }
+
     /// The values of some variants.
     pub fn rows(&self, range: Range<u64>) -> Table {
-        let points: Vec<_> = range.clone().map(|variant| self.points.point(variant)).collect();
-        let numbers = range.map(|variant| variant as i64).collect();
+        let point = |variant| self.points.as_ref().map(|points| points.point(variant));
+        self.table(range.start, &range.filter_map(point).collect::<Vec<_>>())
+    }
+
+    /// The values at some points, as variants from this number on.
+    pub fn table(&self, first: u64, points: &[Vec<f64>]) -> Table {
+        let numbers = (first..).take(points.len()).map(u64::cast_signed).collect();
         let mut columns = vec![Column::new("variant", Role::Variant, Values::Integers(numbers))];
         for (place, axis) in self.axes.iter().enumerate() {
             for (inner, (name, unit)) in axis.names.iter().zip(&axis.units).enumerate() {
@@ -84,11 +134,11 @@ impl Assignment {
                         let all = levels.iter().map(|row| row[inner].as_str());
                         let taken =
                             points.iter().map(|row| levels[row[place] as usize][inner].as_str());
-                        typed(all, taken, is_seed(name))
+                        typed(all, taken, name == SEED)
                     }
                     _ => Values::Numbers(points.iter().map(|row| row[place]).collect()),
                 };
-                let role = if is_seed(name) { Role::Seed } else { Role::Parameter };
+                let role = if name == SEED { Role::Seed } else { Role::Parameter };
                 columns.push(Column::new(name, role, values).with_unit(unit.as_deref()));
             }
         }
@@ -140,6 +190,6 @@ fn method(design: Design) -> (Method, &'static str) {
         Design::LatinHypercube => (Method::LatinHypercube, "latin_hypercube"),
         Design::Sobol => (Method::Sobol, "sobol"),
         Design::MonteCarlo => (Method::MonteCarlo, "monte_carlo"),
-        Design::Saltelli => (Method::Saltelli, "saltelli"),
+        Design::Saltelli => (Method::Saltelli, SALTELLI),
     }
 }

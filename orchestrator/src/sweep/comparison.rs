@@ -16,7 +16,7 @@ pub fn differences(
     variant: u64,
     report: &RunReport,
 ) -> Result<Option<Vec<String>>, Error> {
-    let chunk = variant / plan.about.chunk;
+    let chunk = plan.chunk_of(variant);
     let Some(rows) = chunk::part(plan, chunk)? else { return Ok(None) };
     let found = rows.into_iter().find(|(number, _)| *number == variant);
     Ok(found.map(|(_, outcome)| compare(plan, &outcome, report)))

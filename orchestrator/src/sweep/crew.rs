@@ -36,6 +36,16 @@ pub struct Tally {
 }
 
 impl Tally {
+    /// With those of another one.
+    #[must_use]
+    pub fn with(&self, other: &Tally) -> Tally {
+        Tally {
+            done: self.done + other.done,
+            passed: self.passed + other.passed,
+            failed_to_run: self.failed_to_run + other.failed_to_run,
+        }
+    }
+
     /// Counts one more.
     pub fn count(&mut self, outcome: &Outcome) {
         self.done += 1;

@@ -2,19 +2,23 @@
 
 use std::path::PathBuf;
 
+use ::sweep::search::Status;
 use ::sweep::table::{self, Groups, Table, Values, Writer};
 use diagnostics::Error;
 use serde::Serialize;
 
-use super::chunk;
 use super::crew::Tally;
 use super::look::{Shown, look};
 use super::plan::Plan;
 use super::rows;
+use super::search::Found;
+use super::{chunk, page};
 use crate::fresh;
 
 /// The table of a sweep.
 pub const TABLE: &str = "sweep.parquet";
+/// Its page.
+const PAGE: &str = "sweep.html";
 /// Its summary.
 const SUMMARY: &str = "sweep.json";
 
@@ -43,6 +47,9 @@ pub struct Gathered {
     pub pass_share: f64,
     /// SHA-256 of all that does not depend on the time by the clock: two sweeps with the same results have the same.
     pub results: String,
+    /// What a search found.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search: Option<Found>,
     /// Variants that are to run again with everything recorded.
     pub recorded: Vec<u64>,
     /// Variants that are worth a look.
@@ -58,6 +65,9 @@ impl Gathered {
     /// The exit code of the program.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
+        if let Some(found) = &self.search {
+            return u8::from(found.status != Status::Converged);
+        }
         match (self.share >= self.pass_share, self.errors) {
             (true, _) => 0,
             (false, 0) => 1,
@@ -66,11 +76,11 @@ impl Gathered {
     }
 }
 
-/// Puts the results of all chunks into one table. Missing chunks are an error that names them.
+/// Puts the results of all chunks into one table, and sums them up with what a search found. Missing chunks are an error that names them.
 ///
 /// # Errors
 /// When chunks are missing, or a file cannot be read or written.
-pub fn gather(plan: &Plan) -> Result<Gathered, Error> {
+pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
     let mut missing = Vec::new();
     for number in 0..plan.chunks() {
         if chunk::part(plan, number)?.is_none() {
@@ -115,11 +125,13 @@ pub fn gather(plan: &Plan) -> Result<Gathered, Error> {
         share: tally.passed as f64 / tally.done.max(1) as f64,
         pass_share: plan.about.pass_share,
         results: digest,
+        search: found,
         recorded,
         shown,
         warnings: plan.about.warnings.clone(),
         folder: plan.folder.clone(),
     };
+    page::write(plan, &path, &plan.folder.join(PAGE), gathered.search.as_ref())?;
     let path = plan.folder.join(SUMMARY);
     let text = serde_json::to_string_pretty(&gathered)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;

@@ -43,7 +43,11 @@ pub(super) fn table(about: &About, values: &Table, done: &[(usize, &Outcome)]) -
     if columns.len() == 1 {
         columns.push(Column::new("seed", Role::Seed, seeds));
     }
-    columns.extend(values.of(Role::Parameter).map(picked));
+    let varied = values.of(Role::Parameter).filter(|it| !about.also.contains(&it.name));
+    columns.extend(varied.map(|column| {
+        let own = column.unit.clone().or_else(|| about.units.get(&column.name).cloned());
+        Column { unit: own, ..picked(column) }
+    }));
     let verdicts = outcomes().map(|it| Some(verdict(it).to_owned())).collect();
     columns.push(Column::new("verdict", Role::Verdict, Values::Texts(verdicts)));
     columns.push(Column::new("error", Role::Error, text(|it| Some(it.what.clone()))));

@@ -193,6 +193,50 @@ def identification():
     assert "car" in no_car, no_car
 
 
+def logs():
+    """Frames of all kinds become the same log, and TOML says what Python says."""
+    import polars
+    from trackside import _identify
+
+    index = pandas.to_datetime(["2026-01-01T00:00:00", "2026-01-01T00:00:02"])
+    columns = {"v_x [km/h]": [1.0, 2.0], "r": [0.0, 1.0]}
+    seconds = {"time": [0.0, 2.0], **columns}
+    pandas.DataFrame(seconds).to_csv("log.csv", index=False)
+    pyarrow.parquet.write_table(pyarrow.table(seconds), "log.parquet")
+    frames = [
+        pandas.DataFrame(columns, index=index),
+        pandas.DataFrame(columns, index=[0.0, 2.0]),
+        pandas.DataFrame(seconds),
+        polars.DataFrame(seconds),
+        pyarrow.table(seconds),
+        seconds,
+        "log.csv",
+        Path("log.parquet"),
+    ]
+    for frame in frames:
+        table, units = _identify._table(frame, None)
+        assert table.select(["time", "v_x", "r"]).to_pydict() == {"time": [0.0, 2.0], "v_x": [1.0, 2.0], "r": [0.0, 1.0]}, frame
+        assert units["v_x"] == "km/h", units
+    car = {"body": {"m": 982, "I_zz": 1.6e3}}
+    for words, says in [
+        (dict(frame={"v_x": [1.0]}), "'time'"),
+        (dict(frame={"time [ms]": [1.0], "v_x": [1.0]}), "'ms'"),
+        (dict(frame={"time": [1.0], "speed": [1.0]}), "columns={...}"),
+        (dict(frame=seconds, columns={"v_x": "speed"}), "'speed'"),
+        (dict(frame=seconds, columns={"velocity": "v_x"}), "'velocity'"),
+        (dict(frame=seconds), "units={'r': 'rad/s'}"),
+        (dict(frame=seconds, units="imperial"), "'imperial'"),
+        (dict(frame=seconds, units="SI", task="curves"), "'curves'"),
+    ]:
+        message = raised(trackside.InputError, lambda: trackside.identify(car=car, **words))
+        assert says in message, message
+    value = {"a b": [1, 2.5, True, 'ü"\n\x7f'], "n": {"x": float("inf")}, "path": Path("/x")}
+    if sys.version_info >= (3, 11):
+        import tomllib
+
+        assert tomllib.loads("value = " + _identify.toml(value)) == {"value": value | {"path": "/x"}}
+
+
 def sweeps():
     """Vary when an FMU fails, and what its check asks for: one variant fails in each way, and one passes."""
     sweep = trackside.sweep("vary.toml", jobs=2, set={"tank.u": 0.25}, seed=7)

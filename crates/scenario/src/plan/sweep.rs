@@ -30,8 +30,10 @@ pub struct SweepPlan {
 /// Something that differs among the variants.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
-    /// The names that it sets, as `--set` takes them. Only joint draws set more than one.
+    /// The names that it sets, as `--set` takes them.
     pub names: Vec<String>,
+    /// Whether each name has values of its own, that are drawn together; else all get the same.
+    pub is_joint: bool,
     /// The unit of each, where the scenario gives it.
     pub units: Vec<Option<String>>,
     /// The values.

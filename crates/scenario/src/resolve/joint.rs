@@ -92,10 +92,15 @@ fn lines(path: &Path) -> Result<Axis, String> {
             let line = record.position().map_or(0, csv::Position::line);
             return Err(wrong(format!("line {line}: `{}` has no value", names[place])));
         }
+        let seed = names.iter().position(|name| name == "seed").and_then(|place| record.get(place));
+        if let Some(seed) = seed.filter(|text| !text.parse::<i64>().is_ok_and(|it| it >= 0)) {
+            let line = record.position().map_or(0, csv::Position::line);
+            return Err(wrong(format!("line {line}: expected a seed, a whole number from 0 on, found {seed}")));
+        }
         levels.push(record.iter().map(str::to_owned).collect());
     }
     match levels.is_empty() {
         true => Err(wrong("it has no line with values".to_owned())),
-        false => Ok(Axis { names, units, values: AxisValues::Levels(levels) }),
+        false => Ok(Axis { names, units, is_joint: true, values: AxisValues::Levels(levels) }),
     }
 }

@@ -115,7 +115,7 @@ fn correlations(
         let place = |word: &Spanned<String>| {
             let continuous = |axis: &&Axis| !matches!(axis.values, AxisValues::Levels(_));
             let name = word.get_ref();
-            let found = axes.iter().position(|axis| axis.names == [name.as_str()]);
+            let found = axes.iter().position(|axis| axis.names.first() == Some(name));
             let found = found.filter(|place| continuous(&&axes[*place]));
             found.ok_or_else(|| {
                 let message = format!("`{name}` is no distribution that is varied");

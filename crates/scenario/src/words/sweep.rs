@@ -99,6 +99,10 @@ pub struct Vary {
     /// that of the random streams.
     #[schemars(example = &"plant.body.m")]
     pub name: Spanned<String>,
+    /// Other names that get the same value.
+    #[serde(default)]
+    #[schemars(with = "Vec<String>", example = ["estimator.start.v_x"])]
+    pub also: Vec<Spanned<String>>,
     /// Unit of the numbers; that of the variable without it.
     #[schemars(with = "Option<String>", example = &"km/h")]
     pub unit: Option<Spanned<String>>,

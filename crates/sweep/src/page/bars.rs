@@ -81,7 +81,10 @@ fn bar(html: &mut String, place: &impl Fn(f64) -> f64, of: Estimate, class: &str
 }
 
 fn numbers(html: &mut String, effect: &Effect, middle: f64) {
-    let number = |estimate: Estimate| format!("{:.2}", estimate.value + 0.0).replace('-', "−");
+    let number = |estimate: Estimate| {
+        let text = format!("{:.2}", estimate.value);
+        if text == "-0.00" { "0.00".to_owned() } else { text.replace('-', "−") }
+    };
     let both = match effect.total {
         Some(total) => format!("{} / {}", number(effect.estimate), number(total)),
         None => number(effect.estimate),

@@ -6,7 +6,7 @@ use html_page::escape;
 use numerics::text::significant;
 
 use super::bars::shortened;
-use super::{Ended, ended, thinned, with_unit};
+use super::{Ended, ended, grouped, thinned, with_unit};
 use crate::summary::Summary;
 use crate::table::{Column, Role, Table};
 
@@ -52,8 +52,11 @@ pub fn write(html: &mut String, table: &Table, summary: &Summary) {
             Ended::Failed => "failed a check",
             Ended::Error => "did not end",
         };
-        let part =
-            if room < rows.len() { format!(", {room} of {}", rows.len()) } else { String::new() };
+        let part = if room < rows.len() {
+            format!(", {room} of {}", grouped(rows.len() as u64))
+        } else {
+            String::new()
+        };
         let class = ended.class();
         let _ =
             write!(html, "<span class=\"key\"><i class=\"line {class}\"></i>{word}{part}</span>");

@@ -32,13 +32,35 @@ pub(super) fn axis(scenario: &Scenario, words: &Sweep, vary: &Vary) -> Result<Ax
     }
     let unit = vary.unit.as_ref().map(|unit| unit.get_ref().clone());
     match values {
-        Values::Joint(axis) if unit.is_none() => Ok(axis),
-        Values::Joint(_) => wrong("draws have their units in the file"),
+        Values::Joint(axis) if unit.is_none() && vary.also.is_empty() => Ok(axis),
+        Values::Joint(_) => wrong("draws have their names and units in the file"),
+        Values::One(AxisValues::Levels(levels)) if name == "seed" && !seeds(&levels) => {
+            wrong("expected whole numbers from 0 on")
+        }
+        Values::One(values) if name == "seed" && !matches!(values, AxisValues::Levels(_)) => {
+            wrong("a seed is a whole number: give it `values` or a `range`")
+        }
         Values::One(_) if name != "seed" && !name.contains('.') => {
             wrong("expected node.variable, or `seed`")
         }
-        Values::One(values) => Ok(Axis { names: vec![name.clone()], units: vec![unit], values }),
+        Values::One(values) => {
+            let names: Vec<_> =
+                [&vary.name].into_iter().chain(&vary.also).map(|it| it.get_ref().clone()).collect();
+            let values = match values {
+                AxisValues::Levels(levels) => {
+                    let same = |level: &Vec<String>| vec![level[0].clone(); names.len()];
+                    AxisValues::Levels(levels.iter().map(same).collect())
+                }
+                other => other,
+            };
+            Ok(Axis { units: vec![unit; names.len()], is_joint: false, names, values })
+        }
     }
+}
+
+/// Whether all are seeds. The table has them as integers of 64 bits with a sign.
+fn seeds(levels: &[Vec<String>]) -> bool {
+    levels.iter().flatten().all(|text| text.parse::<i64>().is_ok_and(|seed| seed >= 0))
 }
 
 /// The values of one name, or those of several that are drawn together.
@@ -94,7 +116,13 @@ fn levels(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> 
     if !(from.is_finite() && to.is_finite() && (1..=MOST_LEVELS).contains(&count)) {
         return Err("finite numbers, and a count from 1 to 1,000,000");
     }
+    let apart = (to - from) / f64::from((count - 1).max(1));
+    // Integers take no text with a point.
+    let whole = [from, to, apart].iter().all(|it| it.fract() == 0.0 && it.abs() < 1e15);
     let number = |k: u32| {
+        if whole {
+            return vec![format!("{}", from + f64::from(k) * apart)];
+        }
         let share = f64::from(k) / f64::from((count - 1).max(1));
         // Both ends are what is written.
         vec![format!("{:?}", from * (1.0 - share) + to * share)]

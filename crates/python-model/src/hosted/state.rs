@@ -3,7 +3,7 @@
 use fmu_export::{Cell, Course, FmiResult, reject};
 use serde::{Deserialize, Serialize};
 
-use crate::hosted::{Hosted, Question};
+use super::{Hosted, Question};
 
 /// A state of the FMU.
 #[derive(Clone, Serialize, Deserialize)]

@@ -1,0 +1,41 @@
+//! Says by digests what the results of a sweep depend on.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+
+use super::plan::{About, VARIANTS};
+
+/// SHA-256 of a file.
+///
+/// # Errors
+/// When it cannot be read.
+pub(super) fn digest_of(path: &Path) -> Result<String, Error> {
+    let bytes = std::fs::read(path)
+        .map_err(|error| Error::input(format!("cannot read {}: {error}", path.display())))?;
+    Ok(fmu_import::sha256(&bytes))
+}
+
+/// One digest of the files of a gathered scenario with their names, of the values, and of what holds in all variants.
+pub(super) fn digest(bundle: &Path, variants: &Path, about: &About) -> Result<String, Error> {
+    let mut files = Vec::new();
+    list(bundle, &mut files)?;
+    files.sort();
+    files.push(variants.to_owned());
+    let mut all = format!("{:?} {:?} {:?}\n", about.set, about.seed, about.tolerance);
+    for file in files {
+        let name = file.strip_prefix(bundle).unwrap_or(Path::new(VARIANTS));
+        all += &format!("{} {}\n", name.display(), digest_of(&file)?);
+    }
+    Ok(fmu_import::sha256(all.as_bytes()))
+}
+
+fn list(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Error> {
+    let wrong =
+        |error: std::io::Error| Error::input(format!("cannot read {}: {error}", folder.display()));
+    for entry in std::fs::read_dir(folder).map_err(wrong)? {
+        let path = entry.map_err(wrong)?.path();
+        if path.is_dir() { list(&path, files)? } else { files.push(path) }
+    }
+    Ok(())
+}

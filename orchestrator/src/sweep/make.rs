@@ -1,0 +1,252 @@
+//! Makes the folder of a sweep: its variants with their values, and the scenario with all its files.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::sweep::table::{Groups, Writer};
+use diagnostics::{Error, Mistakes};
+use scenario::bundle::{Bundle, Layout, SCENARIO};
+use scenario::plan::{Body, SweepPlan, System};
+use scenario::resolve::{self, Overrides};
+use scenario::words::Recorded;
+use scenario::{Built, Scenario};
+
+use super::assignment::Assignment;
+use super::digest::{digest, digest_of};
+use super::plan::{About, GATHERED, PARTS, PLAN, Plan, SEARCHED, VARIANTS, VERSION};
+use super::settings::{Setting, overrides};
+use crate::{fresh, package};
+
+/// What a plan leaves besides, which another plan replaces.
+const RESULTS: [&str; 3] = ["sweep.parquet", "sweep.html", "sweep.json"];
+/// The fewest and the most variants of a chunk that nobody chose, and how many chunks there are in between.
+const LEAST: u64 = 50;
+const CHUNK: u64 = 1000;
+const PARTS_WANTED: u64 = 64;
+
+/// What to make a plan of.
+#[derive(Debug, Clone, Default)]
+pub struct PlanOptions {
+    /// The folder; `target/sweeps/SCENARIO` without it.
+    pub out: Option<PathBuf>,
+    /// What all variants have, besides the words of the scenario.
+    pub overrides: Overrides,
+    /// The texts of `--set` that make part of them.
+    pub set: Vec<Setting>,
+    /// Variants of a chunk.
+    pub chunk: Option<u64>,
+    /// Whether it may take the place of another plan with its results.
+    pub replace: bool,
+}
+
+/// Makes the plan of a scenario in its folder, or finds it there.
+///
+/// # Errors
+/// When the scenario is wrong, a variant cannot be resolved, or the folder has the results of another plan.
+pub fn make(
+    path: &Path,
+    options: &PlanOptions,
+    program: &Path,
+    progress: package::OnProgress,
+) -> Result<Plan, Error> {
+    let scenario = Scenario::read(path)?;
+    let words = resolve::sweep(&scenario)?.ok_or_else(|| {
+        Error::input(format!("{}: the scenario has no variants", path.display())).help(
+            "say what varies: add [sweep], or run it once by trackside run; trackside explain sweep tells more",
+        )
+    })?;
+    let default = || Path::new("target/sweeps").join(path.file_stem().unwrap_or_default());
+    let folder = options.out.clone().unwrap_or_else(default);
+    let built = package::build(&scenario, progress)?;
+    // All that is wrong is told with its places in the files of the user.
+    let system = try_out(&scenario, &built, &words, options)?;
+    let made = folder.with_extension("plan.partial");
+    clear(&made)?;
+    let result = write(&made, &scenario, &built, (&words, &system), options, program);
+    let result = result.and_then(|about| place(&made, &folder, &about, options));
+    let _ = std::fs::remove_dir_all(&made);
+    result?;
+    Plan::open(&folder, program)
+}
+
+/// Resolves the first variant and the last one, at the words that vary.
+fn try_out(
+    scenario: &Scenario,
+    built: &Built,
+    words: &SweepPlan,
+    options: &PlanOptions,
+) -> Result<System, Error> {
+    let assignment = Assignment::new(words, &options.set)?;
+    let folder = scenario.source.path().parent().unwrap_or(Path::new(""));
+    let place = |name: &str| {
+        let sweep = scenario.document.sweep.as_ref()?;
+        let vary = sweep.vary.iter().find(|vary| vary.name.get_ref() == name);
+        let word = vary.map(|vary| vary.name.span()).or(sweep.list.as_ref().map(|it| it.span()));
+        Some((std::sync::Arc::new(scenario.source.clone()), word?))
+    };
+    let resolve = |last: bool| {
+        let settings = Plan::settings(&assignment.end(last), 0);
+        let overrides = overrides(&options.overrides, &settings, folder, place);
+        System::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())
+    };
+    let mut mistakes = Mistakes::default();
+    let first = mistakes.take(resolve(false));
+    if first.is_some() {
+        mistakes.take(resolve(true));
+    }
+    mistakes.finish()?;
+    first.ok_or_else(Error::follow_up)
+}
+
+/// Writes all of a plan into a folder.
+fn write(
+    folder: &Path,
+    scenario: &Scenario,
+    built: &Built,
+    (words, system): (&SweepPlan, &System),
+    options: &PlanOptions,
+    program: &Path,
+) -> Result<About, Error> {
+    let bundle = folder.join(GATHERED);
+    std::fs::create_dir_all(&bundle).map_err(|error| Error::output(&bundle, error))?;
+    let layout = Layout { fmus: "fmus", others: "files", plugins: Some("plugins") };
+    let gathered = Bundle::gather(scenario, built, layout)?;
+    gathered.write(&bundle)?;
+    let named = bundle.join(format!("{}.toml", scenario.name));
+    let renamed = std::fs::rename(bundle.join(SCENARIO), &named);
+    renamed.map_err(|error| Error::output(&named, error))?;
+    let again = Scenario::read(&named)?;
+    let words = resolve::sweep(&again)?.unwrap_or_else(|| words.clone());
+    let assignment = Assignment::new(&words, &options.set)?;
+    let variants = assignment.count();
+    let is_search = words.search.is_some();
+    let chunk =
+        options.chunk.unwrap_or_else(|| variants.div_ceil(PARTS_WANTED).clamp(LEAST, CHUNK));
+    let path = folder.join(VARIANTS);
+    let mut writer = Writer::create(&path, &assignment.rows(0..0), Groups::Tables)?;
+    for first in (0..variants).step_by(chunk as usize) {
+        writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
+    }
+    writer.finish()?;
+    let mut warnings = gathered.notes;
+    if !scenario.document.validation.is_empty() {
+        warnings.push("validations run in no variant; `trackside replay` runs them".to_owned());
+    }
+    if !scenario.document.baseline.is_empty() {
+        warnings.push("no variant is compared with the baselines of the scenario".to_owned());
+    }
+    warnings.extend(
+        assignment
+            .fixed()
+            .map(|name| format!("--set {name} holds in all variants: it does not vary")),
+    );
+    let Recorded { worst, best, failed, every } = words.recorded;
+    let mut about = About {
+        version: VERSION,
+        scenario: scenario.name.clone(),
+        title: system.header.title.clone(),
+        digest: String::new(),
+        program: digest_of(program)?,
+        variants,
+        chunk,
+        design: assignment.design().to_owned(),
+        set: options.set.clone(),
+        seed: options.overrides.seed,
+        tolerance: options.overrides.tolerance,
+        blocks: assignment.blocks(),
+        also: assignment.also().map(str::to_owned).collect(),
+        units: units(scenario, system, assignment.names()),
+        is_search,
+        checks: system.checks.iter().map(|check| check.name.clone()).collect(),
+        collected: system
+            .collected
+            .iter()
+            .map(|it| (it.name.clone(), it.unit.as_ref().map(|(unit, _)| unit.clone())))
+            .collect(),
+        pass_share: words.pass_share,
+        recorded: [worst, best, failed, every],
+        warnings,
+    };
+    about.digest = digest(&bundle, &path, &about)?;
+    let path = folder.join(PLAN);
+    let text = serde_json::to_string_pretty(&about)
+        .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
+    fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    Ok(about)
+}
+
+/// Puts a plan that was made into its folder, unless the same one is there.
+fn place(made: &Path, folder: &Path, about: &About, options: &PlanOptions) -> Result<(), Error> {
+    let wrong = |error: std::io::Error| Error::output(folder, error);
+    if folder.join(PLAN).exists() {
+        let there = Plan::look_at(folder).ok().map(|plan| plan.about);
+        let same =
+            |there: &About| (&there.digest, &there.program) == (&about.digest, &about.program);
+        if there.as_ref().is_some_and(same) {
+            return Ok(());
+        }
+        let has_results =
+            std::fs::read_dir(folder.join(PARTS)).is_ok_and(|mut files| files.next().is_some());
+        if has_results && !options.replace {
+            let message = format!(
+                "{} has results of another sweep: the scenario, its files, --set or this program changed since",
+                folder.display()
+            );
+            return Err(Error::input(message)
+                .help("--replace replaces them; --out FOLDER leaves them where they are"));
+        }
+        for file in [PLAN, VARIANTS].iter().chain(&RESULTS) {
+            let _ = std::fs::remove_file(folder.join(file));
+        }
+        for inner in [GATHERED, PARTS, SEARCHED, "variants"] {
+            clear(&folder.join(inner))?;
+        }
+    } else if std::fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some()) {
+        return Err(Error::input(format!(
+            "the sweep cannot go to {}: it holds other files",
+            folder.display()
+        ))
+        .help("name another folder: --out FOLDER"));
+    }
+    std::fs::create_dir_all(folder).map_err(wrong)?;
+    // What says that there is a plan comes last.
+    for name in [GATHERED, VARIANTS, PLAN] {
+        std::fs::rename(made.join(name), folder.join(name)).map_err(wrong)?;
+    }
+    Ok(())
+}
+
+/// Removes a folder, if it is there.
+fn clear(folder: &Path) -> Result<(), Error> {
+    match std::fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(Error::output(folder, error))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The units that variables and signals have by themselves.
+fn units<'a>(
+    scenario: &Scenario,
+    system: &System,
+    names: impl Iterator<Item = &'a str>,
+) -> BTreeMap<String, String> {
+    let variable = |name: &str| {
+        let (node, variable) = name.split_once('.')?;
+        let plan = system.nodes.iter().find(|plan| plan.name == node)?;
+        let Body::Fmu { fmu, .. } = &plan.body else { return None };
+        let found = fmu.description.variables.iter().find(|it| it.name == variable)?;
+        found.unit.clone()
+    };
+    let signal = |name: &str| {
+        let mut signals = scenario.document.signal.iter().map(|part| part.get_ref());
+        let found = signals.find(|part| part.name.as_ref().is_some_and(|it| it.get_ref() == name));
+        found?.unit.as_ref().map(|unit| unit.get_ref().clone())
+    };
+    let named = names.filter_map(|name| {
+        let unit = variable(name).or_else(|| signal(name))?;
+        Some((name.to_owned(), unit))
+    });
+    named.collect()
+}

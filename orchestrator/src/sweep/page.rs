@@ -1,0 +1,51 @@
+//! Writes the page of a sweep.
+
+use std::path::Path;
+
+use ::sweep::page::{self, About};
+use ::sweep::summary::Summary;
+use ::sweep::table;
+use diagnostics::Error;
+
+use super::plan::Plan;
+use super::search::Found;
+use crate::fresh;
+
+/// The seed of the intervals on the page.
+const SEED: u64 = 1;
+
+/// Writes the page of a table, with what a search found.
+///
+/// # Errors
+/// When the table cannot be read, or the page cannot be written.
+pub(super) fn write(
+    plan: &Plan,
+    table: &Path,
+    page: &Path,
+    found: Option<&Found>,
+) -> Result<(), Error> {
+    let table = table::read(table)?;
+    let summary = Summary::of(&table, plan.about.blocks.as_deref(), SEED);
+    let found = found.map(|found| format!(" {}.", found.line())).unwrap_or_default();
+    let about = About {
+        title: plan.about.title.clone(),
+        plan: plan.folder.display().to_string(),
+        design: format!("{}{found}", sentence(&plan.about.design)),
+    };
+    fresh::write(page, page::page(&about, &table, &summary))
+        .map_err(|error| Error::output(page, error))
+}
+
+/// How the variants were chosen.
+fn sentence(design: &str) -> &'static str {
+    match design {
+        "grid" => "All combinations of the values.",
+        "list" => "The variants of a file.",
+        "corners" => "All combinations of the lowest and the highest values.",
+        "latin_hypercube" => "A Latin hypercube: each part of each distribution once.",
+        "sobol" => "Points of a scrambled Sobol sequence.",
+        "monte_carlo" => "Independent draws.",
+        "saltelli" => "The sample of Saltelli, for first and total Sobol indices.",
+        _ => "A search: each variant was chosen by the results of earlier ones.",
+    }
+}
