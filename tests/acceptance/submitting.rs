@@ -1,5 +1,7 @@
 //! Submits sweeps to processes of this machine: what they leave, what is wrong with a submission, and what ends it.
 
+use std::process::Stdio;
+
 use super::cluster::{lab, same_table, submitted};
 use super::harness::{Lab, trackside};
 
@@ -8,6 +10,7 @@ tests! {
     a_task_that_fails_is_submitted_three_times: Compiler,
     a_task_that_would_fail_everywhere_ends_all: Compiler,
     a_submission_that_is_ended_goes_on_with_the_same_command: Compiler,
+    a_worker_that_is_killed_before_its_first_variant_is_replaced: Compiler,
     mistakes_of_submissions_are_told: Compiler,
 }
 
@@ -92,6 +95,35 @@ fn a_submission_that_is_ended_goes_on_with_the_same_command() {
     assert!(!lab.has("plan/parts/000019.parquet"));
     let code = lab.trackside(&SUBMIT).code();
     assert!(matches!(code, Some(0 | 3)));
+}
+
+fn a_worker_that_is_killed_before_its_first_variant_is_replaced() {
+    let lab = planned(2);
+    let mut command = trackside(&lab.path(""));
+    command.args(["sweep", "run", "plan", "--chunk", "0"]);
+    let output = std::fs::File::create(lab.path("said")).expect("a file");
+    let mut child = command.stdout(Stdio::null()).stderr(output).spawn().expect("it starts");
+    let children = format!("/proc/{0}/task/", child.id());
+    let worker = || {
+        let threads = std::fs::read_dir(&children).ok()?.flatten();
+        let mut found = threads.filter_map(|thread| {
+            let children = std::fs::read_to_string(thread.path().join("children")).ok()?;
+            children.split_whitespace().next()?.parse::<u32>().ok()
+        });
+        found.next()
+    };
+    let killed = loop {
+        if let Some(worker) = worker() {
+            super::engines::signal(worker, "KILL");
+            break true;
+        }
+        if child.try_wait().expect("its state").is_some() {
+            break false;
+        }
+    };
+    assert!(killed, "{}", lab.read("said"));
+    let status = child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(0), "{}", lab.read("said"));
 }
 
 fn mistakes_of_submissions_are_told() {

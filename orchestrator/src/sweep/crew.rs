@@ -21,6 +21,9 @@ const LOUD: u64 = 1 << 20;
 /// What is read of it [bytes].
 const TOLD: u64 = 16 << 10;
 
+/// A worker that is lost before its first variant is started so often.
+const STARTS: u32 = 3;
+
 /// How many variants ended in which way.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Tally {
@@ -122,7 +125,25 @@ impl<'a> Worker<'a> {
         Ok(process.ask(question, &mut self.talk))
     }
 
+    /// Starts a process. One that is lost before its first variant may be somebody's kill: another one gets the chance.
     fn start(&mut self) -> Result<Process, Error> {
+        let mut lost = nonsense();
+        for _ in 0..STARTS {
+            match self.try_start()? {
+                Ok(process) => return Ok(process),
+                Err(failure) => lost = failure,
+            }
+            if ends() {
+                break;
+            }
+        }
+        Err(Error::input(format!(
+            "a worker of the sweep was lost before its first variant: {}",
+            lost.what
+        )))
+    }
+
+    fn try_start(&mut self) -> Result<Result<Process, Failure>, Error> {
         let failed = |error: std::io::Error| {
             Error::input(format!("a worker of the sweep does not start: {error}"))
         };
@@ -138,14 +159,11 @@ impl<'a> Worker<'a> {
         match process.ask(&Question::Open(self.plan.to_owned()), &mut self.talk) {
             Ok(Answer::Opened(Ok(limit))) => {
                 process.limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
-                Ok(process)
+                Ok(Ok(process))
             }
             Ok(Answer::Opened(Err(what))) => Err(Error::input(what)),
-            Ok(Answer::Ran(..)) => Err(Error::input(nonsense().what)),
-            Err(failure) => Err(Error::input(format!(
-                "a worker of the sweep was lost before its first variant: {}",
-                failure.what
-            ))),
+            Ok(Answer::Ran(..)) => Ok(Err(nonsense())),
+            Err(failure) => Ok(Err(failure)),
         }
     }
 }
