@@ -82,12 +82,13 @@ def share() -> Path:
     Raises:
         TracksideError: when it is not there.
     """
-    installed = program().resolve().parent.parent / "share" / "trackside"
     # In a clone of the repository this package is beside the scenarios.
     clone = Path(__file__).resolve().parent.parent.parent
-    for folder in (installed, clone):
-        if (folder / "scenarios").is_dir():
-            return folder
+    if (clone / "Cargo.toml").is_file() and (clone / "scenarios").is_dir():
+        return clone
+    installed = program().resolve().parent.parent / "share" / "trackside"
+    if (installed / "scenarios").is_dir():
+        return installed
     raise TracksideError(f"expected the scenarios that come with the program in {installed}, found none: install the wheel")
 
 
