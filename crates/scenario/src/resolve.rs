@@ -39,7 +39,7 @@ use std::time::Duration;
 
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
-use recording::{Columns, Full, RunHeader, StatusTrack};
+use recording::{Columns, Full, Recorded, RunHeader, StatusTrack};
 
 pub use self::archives::Opened;
 pub use self::isolation::Isolate;
@@ -143,19 +143,8 @@ impl System {
         let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
-        let header = RunHeader {
-            scenario: scenario.name.clone(),
-            title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
-            source: source(scenario),
-            given: overrides.all().map(Override::text).collect(),
-            step: clock.map_or(0.0, |clock| clock.step),
-            stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
-            seed: timed.1,
-            columns: recorded.columns(&columns),
-            status_tracks: status_tracks(&checks, &nodes, &columns),
-            view: View::default(),
-            folder,
-        };
+        let shown = (recorded.columns(&columns), status_tracks(&checks, &nodes, &columns));
+        let header = header((scenario, overrides), timed, shown, folder);
         let view = mistakes.take(view::view(scenario, &header, &units));
         mistakes.finish()?;
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
@@ -180,6 +169,28 @@ impl System {
             header: RunHeader { view, ..header },
             warnings,
         })
+    }
+}
+
+/// What recordings say of the run, but for the layout of its replay.
+fn header(
+    (scenario, overrides): (&Scenario, &Overrides),
+    (clock, seed): (Option<Clock>, u64),
+    (columns, status_tracks): (Columns<Recorded>, Vec<StatusTrack>),
+    folder: PathBuf,
+) -> RunHeader {
+    RunHeader {
+        scenario: scenario.name.clone(),
+        title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
+        source: source(scenario),
+        given: overrides.all().map(Override::text).collect(),
+        step: clock.map_or(0.0, |clock| clock.step),
+        stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
+        seed,
+        columns,
+        status_tracks,
+        view: View::default(),
+        folder,
     }
 }
 

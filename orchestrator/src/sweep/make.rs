@@ -128,18 +128,7 @@ fn write(
         writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
     }
     writer.finish()?;
-    let mut warnings = gathered.notes;
-    if !scenario.document.validation.is_empty() {
-        warnings.push("validations run in no variant; `trackside replay` runs them".to_owned());
-    }
-    if !scenario.document.baseline.is_empty() {
-        warnings.push("no variant is compared with the baselines of the scenario".to_owned());
-    }
-    warnings.extend(
-        assignment
-            .fixed()
-            .map(|name| format!("--set {name} holds in all variants: it does not vary")),
-    );
+    let warnings = left_out(scenario, gathered.notes, &assignment);
     let Recorded { worst, best, failed, every } = words.recorded;
     let mut about = About {
         version: VERSION,
@@ -173,6 +162,23 @@ fn write(
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
     fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
     Ok(about)
+}
+
+/// What variants do without, and what does not vary.
+fn left_out(scenario: &Scenario, notes: Vec<String>, assignment: &Assignment) -> Vec<String> {
+    let mut warnings = notes;
+    if !scenario.document.validation.is_empty() {
+        warnings.push("validations run in no variant; `trackside replay` runs them".to_owned());
+    }
+    if !scenario.document.baseline.is_empty() {
+        warnings.push("no variant is compared with the baselines of the scenario".to_owned());
+    }
+    warnings.extend(
+        assignment
+            .fixed()
+            .map(|name| format!("--set {name} holds in all variants: it does not vary")),
+    );
+    warnings
 }
 
 /// Puts a plan that was made into its folder, unless the same one is there.
