@@ -95,7 +95,9 @@ fn lines(path: &Path) -> Result<Axis, String> {
         let seed = names.iter().position(|name| name == "seed").and_then(|place| record.get(place));
         if let Some(seed) = seed.filter(|text| !text.parse::<i64>().is_ok_and(|it| it >= 0)) {
             let line = record.position().map_or(0, csv::Position::line);
-            return Err(wrong(format!("line {line}: expected a seed, a whole number from 0 on, found {seed}")));
+            return Err(wrong(format!(
+                "line {line}: expected a seed, a whole number from 0 on, found {seed}"
+            )));
         }
         levels.push(record.iter().map(str::to_owned).collect());
     }
