@@ -64,6 +64,12 @@ mod conform;
 // The same for FMI 3.0; references in archives, descriptions that cannot be read.
 #[path = "acceptance/conform3.rs"]
 mod conform3;
+// Sweeps of this machine.
+#[path = "acceptance/sweeps.rs"]
+mod sweeps;
+// Mistakes in sweeps.
+#[path = "acceptance/sweep_mistakes.rs"]
+mod sweep_mistakes;
 // Sweeps by a real Slurm and a real HyperQueue.
 #[path = "acceptance/cluster.rs"]
 mod cluster;
@@ -219,6 +225,8 @@ fn main() -> ExitCode {
     hostile_inputs::register(&mut tests);
     baselines::register(&mut tests);
     cli::register(&mut tests);
+    sweeps::register(&mut tests);
+    sweep_mistakes::register(&mut tests);
     cluster::register(&mut tests);
     submitting::register(&mut tests);
     #[cfg(feature = "rerun")]

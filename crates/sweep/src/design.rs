@@ -14,6 +14,9 @@ const MOST_CORNERS: u64 = 1 << 20;
 /// The most points of a design: those of Sobol's sequence.
 const MOST_POINTS: u64 = numerics::sobol::POINTS;
 
+/// The most values of a Latin hypercube, of which the shares of all are in memory: 1 GB.
+const MOST_SHARES: u64 = 1 << 28;
+
 /// What varies, and how.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
@@ -149,10 +152,14 @@ impl Design {
     fn blocks(&self, size: u64) -> Result<u64, Error> {
         let method = self.method.name();
         let blocks = self.variants / size;
-        if blocks == 0 || blocks > MOST_POINTS {
+        let most = match self.method {
+            Method::LatinHypercube => MOST_SHARES / self.axes.len().max(1) as u64,
+            _ => MOST_POINTS,
+        };
+        if blocks == 0 || blocks > most {
             let message = format!(
                 "expected between {size} and {} variants in a design `{method}` of {} axes, found {}",
-                MOST_POINTS.saturating_mul(size),
+                most.saturating_mul(size),
                 self.axes.len(),
                 self.variants
             );

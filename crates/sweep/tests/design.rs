@@ -207,6 +207,9 @@ fn what_no_design_can_do_is_refused() {
     assert!(refused(&design(Method::Saltelli, 3, &unit(2))).contains("expected between 4 and"));
     let error = refused(&design(Method::Saltelli, 9999, &unit(200)));
     assert!(error.contains("at most 256 dimensions"), "{error}");
+    // Its shares would not fit in memory.
+    let error = refused(&design(Method::LatinHypercube, 1 << 31, &unit(4)));
+    assert!(error.contains("expected between 1 and 67108864 variants"), "{error}");
     let wrong = [Distribution::Normal { mean: 0.0, std: 0.0 }];
     assert!(refused(&design(Method::Sobol, 5, &wrong)).contains("`plant.p0`: expected a positive"));
 }

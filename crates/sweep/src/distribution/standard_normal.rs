@@ -119,15 +119,17 @@ fn beyond(u: f64, a: f64, b: f64) -> f64 {
     let left =
         if b.is_finite() { libm::exp(-0.5 * (b - a) * (b + a)) * mills(b) / mills_a } else { 0.0 };
     let wanted = libm::log1p(-u * (1.0 - left));
-    let mut distance = -wanted * mills_a;
+    let (mut distance, mut last) = (-wanted * mills_a, f64::INFINITY);
     for _ in 0..100 {
         let mills = mills(a + distance);
         let found = libm::log(mills / mills_a) - distance * (a + 0.5 * distance);
         let step = (found - wanted) * mills;
         distance += step;
-        if step.abs() <= 1e-16 * distance {
+        // The error after a step is about the square of it; rounding errors do not get smaller.
+        if step.abs() <= 1e-9 * distance || step.abs() >= last {
             break;
         }
+        last = step.abs();
     }
     distance.clamp(0.0, b - a)
 }
