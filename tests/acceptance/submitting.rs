@@ -7,6 +7,7 @@ use super::harness::{Lab, trackside};
 
 tests! {
     chunks_in_processes_of_their_own_give_the_table_of_one_process: Compiler,
+    a_chunk_that_runs_four_times_at_once_is_written_once: Compiler,
     a_task_that_fails_is_submitted_three_times: Compiler,
     a_task_that_would_fail_everywhere_ends_all: Compiler,
     a_submission_that_is_ended_goes_on_with_the_same_command: Compiler,
@@ -37,6 +38,32 @@ fn chunks_in_processes_of_their_own_give_the_table_of_one_process() {
     let mut chunks = submitted(&found, "local");
     chunks.sort();
     assert_eq!(chunks, ["0", "1", "2", "3", "3", "4", "5"]);
+}
+
+fn a_chunk_that_runs_four_times_at_once_is_written_once() {
+    let (alone, found) = (lab(40), lab(40));
+    let words = ["case.toml", "--out", "plan", "--chunk-size", "40"];
+    let code = alone.trackside(&[&["sweep"], &words[..]].concat()).code();
+    found.trackside(&[&["sweep", "plan"], &words[..]].concat()).expect(0);
+    let start = |_| {
+        let mut command = trackside(&found.path(""));
+        command.args(["sweep", "run", "plan", "--chunk", "0"]).stdout(Stdio::null());
+        command.spawn().expect("it starts")
+    };
+    let mut processes: Vec<_> = (0..4).map(start).collect();
+    // One is lost in the middle.
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let mut lost = processes.remove(0);
+    lost.kill().expect("a kill");
+    lost.wait().expect("it ends");
+    for mut process in processes {
+        assert_eq!(process.wait().expect("it ends").code(), Some(0));
+    }
+    assert_eq!(found.trackside(&["sweep", "gather", "plan"]).code(), code);
+    same_table(&found, &alone);
+    let parts = std::fs::read_dir(found.path("plan/parts")).expect("parts").flatten();
+    let parts = parts.filter(|it| it.file_name().to_string_lossy().ends_with(".parquet"));
+    assert_eq!(parts.count(), 1);
 }
 
 /// Puts another program into the script of the tasks.
