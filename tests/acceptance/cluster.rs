@@ -201,6 +201,9 @@ fn hyperqueue_gives_the_table_of_one_process_whatever_is_killed() {
     let mut machines = hyperqueue(lab(500));
     plan(&machines);
     let twice = ["first.out", "second.out"].map(|output| submit(&machines, "hyperqueue", output));
+    for output in ["first.out", "second.out"] {
+        until("following", || machines.lab.read(output).contains("chunks done")).expect("a line");
+    }
     kill(&mut machines, 8, |machines, moment| {
         // With its server all of its jobs are lost.
         if moment == 5 {

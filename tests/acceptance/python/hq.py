@@ -41,7 +41,8 @@ def submit(client, words):
     given = parser.parse_args(words)
     first, last = map(int, given.array.split("-"))
     assert first == 0 and given.stderr == "none"
-    job = Job()
+    # As `hq` does: a task that fails ends no other one.
+    job = Job(max_fails=None)
     for task in range(last + 1):
         stdout = given.stdout.replace("%{CWD}", given.cwd).replace("%{TASK_ID}", str(task))
         job.program(given.command, cwd=given.cwd, stdout=stdout, stderr=None)
