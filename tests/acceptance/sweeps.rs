@@ -13,7 +13,7 @@ use super::harness::{Lab, trackside};
 
 tests! {
     a_grid_has_every_combination_with_units_margins_and_collected_values: Compiler,
-    any_number_of_jobs_gives_the_same_table: Compiler,
+    any_number_of_jobs_and_any_chunks_give_the_same_table: Compiler,
     a_sweep_that_was_killed_goes_on: Compiler,
     a_sweep_that_was_asked_to_end_keeps_what_is_done: Compiler,
     a_crash_is_a_result_with_node_call_and_time: Compiler,
@@ -99,10 +99,10 @@ fn a_grid_has_every_combination_with_units_margins_and_collected_values() {
     assert!(page.contains("trackside replay plan/3"), "the page names the worst variant");
 }
 
-fn any_number_of_jobs_gives_the_same_table() {
+fn any_number_of_jobs_and_any_chunks_give_the_same_table() {
     let (one, three) = (noisy(60), noisy(60));
     one.trackside(&["sweep", "case.toml", "--out", "plan", "--jobs", "1"]);
-    three.trackside(&["sweep", "case.toml", "--out", "plan", "--jobs", "3"]);
+    three.trackside(&["sweep", "case.toml", "--out", "plan", "--jobs", "3", "--chunk-size", "7"]);
     same_table(&one, &three);
 }
 

@@ -92,14 +92,15 @@ pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
     }
     let path = plan.folder.join(TABLE);
     let mut writer: Option<Writer> = None;
-    let mut digest = String::new();
+    let names = |plan: &Plan| format!("{:?} {:?}", plan.about.checks, plan.about.collected);
+    let mut digest = fmu_import::sha256(names(plan).as_bytes());
     let mut tally = Tally::default();
     for number in 0..plan.chunks() {
         let table = table::read(&plan.part(number))?;
         for (_, outcome) in rows::outcomes(&plan.about, &table).unwrap_or_default() {
             tally.count(&outcome);
         }
-        digest = fmu_import::sha256(format!("{digest}{}", digest_of(&table)).as_bytes());
+        digest = digest_with(digest, &table);
         match &mut writer {
             Some(writer) => writer.append(&table)?,
             None => {
@@ -157,29 +158,31 @@ fn incomplete(plan: &Plan, missing: &[u64]) -> Error {
     ))
 }
 
-/// A digest of all columns but the times by the clock.
-fn digest_of(table: &Table) -> String {
+/// The digest of the rows so far and of those of a table, of all columns but the times by the clock. It goes row by row, so chunks of any
+/// size give the same.
+fn digest_with(mut digest: String, table: &Table) -> String {
+    let columns: Vec<_> = table.columns.iter().filter(|it| it.name != "seconds").collect();
     let mut bytes = Vec::new();
-    for column in table.columns.iter().filter(|column| column.name != "seconds") {
-        bytes.extend_from_slice(column.name.as_bytes());
-        match &column.values {
-            Values::Integers(all) => all.iter().for_each(|it| bytes.extend(it.to_le_bytes())),
-            Values::Numbers(all) => {
+    for row in 0..table.rows() {
+        bytes.clear();
+        bytes.extend_from_slice(digest.as_bytes());
+        for column in &columns {
+            match &column.values {
+                Values::Integers(all) => bytes.extend(all[row].to_le_bytes()),
                 // Missing numbers are equal, whatever their bits.
-                let bits = |it: &f64| if it.is_nan() { f64::NAN.to_bits() } else { it.to_bits() };
-                all.iter().for_each(|it| bytes.extend(bits(it).to_le_bytes()));
-            }
-            Values::Booleans(all) => {
-                bytes.extend(all.iter().map(|it| it.map_or(2, u8::from)));
-            }
-            Values::Texts(all) => {
-                for text in all {
-                    bytes.push(u8::from(text.is_some()));
-                    bytes.extend_from_slice(text.as_deref().unwrap_or_default().as_bytes());
+                Values::Numbers(all) if all[row].is_nan() => {
+                    bytes.extend(f64::NAN.to_bits().to_le_bytes());
+                }
+                Values::Numbers(all) => bytes.extend(all[row].to_bits().to_le_bytes()),
+                Values::Booleans(all) => bytes.push(all[row].map_or(2, u8::from)),
+                Values::Texts(all) => {
+                    bytes.push(u8::from(all[row].is_some()));
+                    bytes.extend_from_slice(all[row].as_deref().unwrap_or_default().as_bytes());
                     bytes.push(0);
                 }
             }
         }
+        digest = fmu_import::sha256(&bytes);
     }
-    fmu_import::sha256(&bytes)
+    digest
 }
