@@ -150,3 +150,156 @@ def fmpy(arguments):
         found = pool.map(variant, rows, chunksize=max(1, len(rows) // (8 * arguments.jobs)))
     seconds = time.perf_counter() - begin
     print(json.dumps({"seconds": seconds, "share": statistics.mean(all(it) for it in found)}))
+
+
+def written(arguments, folder, count):
+    """A scenario with all its FMUs in a folder of its own, with so many variants; and the paths of its FMUs."""
+    with open(folder / "variants.csv", "w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow([*VARIED, "seed"])
+        writer.writerows(variants(count))
+    base = ROOT / "scenarios" / "double_lane_change.toml"
+    text = f'extends = {json.dumps(str(base))}\n[sweep]\ndesign = "list"\nlist = "variants.csv"\n'
+    (folder / "case.toml").write_text(text)
+    plan = folder / "plan"
+    # The crates of the FMUs are found, and built, from the workspace.
+    command = [arguments.program, "sweep", "plan", folder / "case.toml", "--out", plan]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    if ended.returncode:
+        sys.exit(f"trackside sweep plan: {ended.stderr}")
+    names = ("plant", "estimator", "controller")
+    found = {path.stem: path for path in (plan / "scenario").rglob("*.fmu")}
+    fmus = [next(path for stem, path in found.items() if stem.startswith(it)) for it in names]
+    return plan / "scenario" / "case.toml", fmus
+
+
+def sweep(arguments, case, out):
+    """Starts a sweep."""
+    words = ["sweep", case, "--out", out, "--jobs", str(arguments.jobs)]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([arguments.program, *words], **quiet)
+
+
+def ended(process):
+    """Waits for a sweep; checks that fail are results."""
+    said = process.communicate()[1]
+    if process.returncode not in (0, 1):
+        sys.exit(f"trackside sweep: {said}")
+
+
+def trackside(arguments, case, out):
+    """Time [s] of the whole command, table and page too, and the share of the variants that pass."""
+    begin = time.perf_counter()
+    ended(sweep(arguments, case, out))
+    seconds = time.perf_counter() - begin
+    share = json.loads((out / "sweep.json").read_text())["share"]
+    return seconds, share["passed"] / share["of"]
+
+
+def peer(python, arguments, fmus):
+    """Time [s] and share of fmpy, in a process of its own."""
+    words = ["--variants", str(arguments.peer_variants), "--jobs", str(arguments.jobs), "--fmus"]
+    command = [python, os.path.abspath(__file__), *words, *map(str, fmus)]
+    said = subprocess.run(command, capture_output=True, text=True)
+    if said.returncode:
+        sys.exit(f"fmpy: {said.stderr}")
+    found = json.loads(said.stdout.splitlines()[-1])
+    return found["seconds"], found["share"]
+
+
+def compare(arguments, folder):
+    """Both by turns."""
+    case, fmus = written(arguments, folder, arguments.variants)
+    python = environment(arguments.venv)
+    counts = {"trackside sweep": arguments.variants, "fmpy": arguments.peer_variants}
+    found = {name: [] for name in counts}
+    for number in range(arguments.rounds):
+        found["trackside sweep"].append(trackside(arguments, case, folder / f"out{number}"))
+        found["fmpy"].append(peer(python, arguments, fmus))
+    print(f"{arguments.jobs} processes, median of {arguments.rounds} rounds, wall time")
+    print(f"{'program':16} {'variants':>9} {'seconds':>9} {'variants/s':>11} {'passed':>8}")
+    rates = {}
+    for name, count in counts.items():
+        seconds = statistics.median(seconds for seconds, _ in found[name])
+        rates[name] = count / seconds
+        share = found[name][-1][1]
+        print(f"{name:16} {count:9} {seconds:9.2f} {rates[name]:11.2f} {share:8.3f}")
+    if arguments.peer_variants < arguments.variants:
+        whole = arguments.variants / rates["fmpy"]
+        print(f"fmpy ran the first {arguments.peer_variants}; all would take it {whole:.1f} s")
+    print(f"ratio: {rates['trackside sweep'] / rates['fmpy']:.1f}")
+
+
+def memory(process):
+    """Resident memory [kB] of the processes below one, by their numbers."""
+    found, open_ones = {}, [str(process)]
+    while open_ones:
+        number = open_ones.pop()
+        try:
+            tasks = Path(f"/proc/{number}/task").iterdir()
+            children = [it for task in tasks for it in (task / "children").read_text().split()]
+            lines = [Path(f"/proc/{it}/status").read_text().splitlines() for it in children]
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        for child, status in zip(children, lines):
+            resident = [line.split()[1] for line in status if line.startswith("VmRSS")]
+            found |= {child: int(it) for it in resident}
+        open_ones += children
+    return found
+
+
+def leak(arguments, folder):
+    """Memory of the one worker after a tenth of the variants and at the end, by time: variants take equally long."""
+    arguments.jobs = 1
+    case, _ = written(arguments, folder, arguments.variants)
+    process = sweep(arguments, case, folder / "out")
+    seen = []
+    begin = time.perf_counter()
+    while process.poll() is None:
+        seen.append((time.perf_counter() - begin, memory(process.pid)))
+        time.sleep(0.05)
+    ended(process)
+    seen = [(moment, found) for moment, found in seen if found]
+    if not seen:
+        sys.exit("leak: no worker was seen; ask for more variants")
+    workers = {number for _, found in seen for number in found}
+    print(f"{arguments.variants} variants in {seen[-1][0]:.1f} s, {len(workers)} processes below the program in all")
+    early = next(it for it in seen if it[0] >= 0.1 * seen[-1][0])
+    for name, (moment, found) in (("a tenth", early), ("the end", seen[-1])):
+        sizes = ", ".join(f"{kb / 1024:.1f} MB" for kb in sorted(found.values(), reverse=True))
+        print(f"{name}, after {moment:.1f} s: {sizes}")
+
+
+def environment(folder):
+    """The Python of an environment with fmpy."""
+    if folder is None:
+        return sys.executable
+    python = Path(folder) / "bin" / "python"
+    if not python.exists():
+        venv.create(folder, with_pip=True)
+        subprocess.run([python, "-m", "pip", "install", "--quiet", "fmpy"], check=True)
+    return str(python)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--variants", type=int)
+    parser.add_argument("--peer-variants", type=int)
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--program", default="target/release/trackside", type=os.path.abspath)
+    parser.add_argument("--venv")
+    parser.add_argument("--leak", action="store_true")
+    parser.add_argument("--fmus", nargs=3, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    arguments.variants = arguments.variants or (20_000 if arguments.leak else 1000)
+    arguments.peer_variants = arguments.peer_variants or arguments.variants
+    if arguments.fmus:
+        fmpy(arguments)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        (leak if arguments.leak else compare)(arguments, Path(folder))
+
+
+if __name__ == "__main__":
+    main()
