@@ -8,6 +8,7 @@
 
 pub mod config;
 pub mod design;
+pub mod draws;
 pub mod names;
 pub mod page;
 mod plugin;

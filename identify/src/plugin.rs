@@ -12,13 +12,16 @@ use preparation::DriveLog;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
 use tire_inference::model::{Fit, FitTest, ModelVerdict};
+use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::predictive::Predictive;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
 use crate::config::{Config, Sensitivity};
+use crate::draws::{self, DrawnTire, Draws};
 use crate::page::{self, Page};
+use crate::start_values;
 use crate::studies::{excitation, sensitivity};
 use crate::told::{Overall, Told};
 
@@ -134,14 +137,34 @@ fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
 fn methods<'a>(found: &'a Answer) -> Vec<page::MethodSection<'a>> {
     let shown = |(method, estimate): &'a (Method, Estimate)| {
         let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
-        let posterior = match (estimate.source, variational) {
-            (UncertaintySource::Svi, Some(variational)) => &variational.corrected,
-            _ => &found.posterior,
-        };
+        let posterior = posterior(found, estimate);
         let gaussian = variational.map(|variational| &variational.gaussian);
         page::MethodSection { name: method.title(), estimate, posterior, gaussian }
     };
     found.estimates.iter().map(shown).collect()
+}
+
+/// The draws that the uncertainty of an estimate is that of.
+fn posterior<'a>(found: &'a Answer, estimate: &Estimate) -> &'a PosteriorSamples {
+    let variational = found.variational.as_ref().filter(|_| estimate.svi.is_some());
+    match (estimate.source, variational) {
+        (UncertaintySource::Svi, Some(variational)) => &variational.corrected,
+        _ => &found.posterior,
+    }
+}
+
+/// Leaves what was found for the next run, and for a sweep over what the data left open.
+fn leave_start_values(
+    (tires, draws): (&[DrawnTire], Draws),
+    verdict: &str,
+    seed: u64,
+    host: &mut dyn Host,
+) {
+    let found: Vec<_> = tires.iter().map(|drawn| drawn.tire).collect();
+    host.file("tires.toml", &start_values::write(&found, verdict));
+    if let Some(text) = draws::write(tires, draws, seed) {
+        host.file(draws::FILE, &text);
+    }
 }
 
 fn sensitivity_study(config: &Sensitivity, host: &mut dyn Host) -> Value {

@@ -41,7 +41,7 @@ pub fn write(tires: &[Tire], verdict: &str) -> String {
             let Some(&value) = estimate.mean.get(name) else { continue };
             let remark = remark(estimate, name);
             if value.is_finite() {
-                let key = quote(&format!("{}.{}.{name}", tire.node, tire.tire));
+                let key = quote(&key(tire, name));
                 // Debug writes a point or an exponent always: TOML then reads a float, never an integer.
                 let _ = writeln!(text, "{key} = {value:?} # {remark}");
             } else {
@@ -50,6 +50,11 @@ pub fn write(tires: &[Tire], verdict: &str) -> String {
         }
     }
     text
+}
+
+/// The name of a parameter as `--set` takes it, such as `plant.tire_f.B`.
+pub fn key(tire: &Tire, parameter: &str) -> String {
+    format!("{}.{}.{parameter}", tire.node, tire.tire)
 }
 
 fn remark(estimate: &Estimate, name: &str) -> String {

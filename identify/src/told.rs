@@ -51,6 +51,8 @@ pub struct Overall<'a> {
     pub curves: Vec<Told<'a>>,
     /// What makes intervals and bands wider than their source says, in a sentence; empty if nothing does.
     pub widened: &'static str,
+    /// Sentences that come last.
+    pub remarks: Vec<String>,
 }
 
 impl Overall<'_> {
@@ -78,6 +80,7 @@ impl Overall<'_> {
         boxes.dedup();
         sentences.extend(boxes);
         sentences.extend(self.origins());
+        sentences.extend(self.remarks.iter().cloned());
         sentences
     }
 

@@ -98,8 +98,10 @@ fn wrong_files_are_told_with_their_lines() {
     }
     lab(list).trackside(&SWEEP).expect(2).says(&["variants.csv", "cannot read"]);
     let draws = lab("[[sweep.vary]]\nname = 'tires'\ndraws = 'report.json'");
-    draws.write("report.json", "{\"files\": [\"wheels_draws.csv\"]}");
-    draws.trackside(&SWEEP).expect(2).says(&["tires_draws.csv", "draws of `wheels`"]);
+    draws.write("report.json", "{\"files\": [\"wheels_draws.csv\", \"car_draws.csv\"]}");
+    draws.trackside(&SWEEP).expect(2).says(&["tires_draws.csv", "draws of `wheels`, `car`"]);
+    draws.write("report.json", "{\"files\": [\"tires.toml\"]}");
+    draws.trackside(&SWEEP).expect(2).says(&["tires_draws.csv", "left draws from a posterior"]);
 }
 
 fn a_plan_that_was_changed_is_refused() {

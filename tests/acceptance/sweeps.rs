@@ -9,7 +9,7 @@ use super::cluster::{lab as noisy, same_table};
 use super::engines::{signal, until};
 use super::fixture::Scenario;
 use super::fmus::{drifting_relay, forgetful, misbehave, relay};
-use super::harness::{Lab, trackside};
+use super::harness::{Ended, Lab, ROOT, trackside};
 
 tests! {
     a_grid_has_every_combination_with_units_margins_and_collected_values: Compiler,
@@ -21,6 +21,7 @@ tests! {
     an_fmu_that_does_not_reset_gets_new_instances: Compiler,
     whole_fmus_signals_effects_faults_and_seeds_vary: Compiler,
     a_list_and_joint_draws_are_taken_line_by_line: Compiler,
+    the_draws_of_an_identification_are_swept_over,
     a_replay_gives_the_same_bits_and_chosen_variants_are_recorded: Compiler,
     a_search_finds_the_limit_of_a_check_and_the_least_of_a_value: Compiler,
     settings_of_the_command_line_hold_in_all_variants: Compiler,
@@ -248,6 +249,74 @@ fn a_list_and_joint_draws_are_taken_line_by_line() {
     let table = results(&lab, "draws");
     assert_eq!(numbers(&table, "ramp.x"), [1.0, 2.0, 3.0]);
     assert_eq!(numbers(&table, "relay.n"), [7.0, 8.0, 9.0]);
+}
+
+/// A tenth of a second on the tires that are varied.
+const ON_TIRES: &str = r#"
+[time]
+step = 0.01
+stop = 0.1
+
+[[fmu]]
+name = "plant"
+crate = "plant-fmu"
+start = { start.v_x = 30.0 }
+unconnected = "start"
+
+[[signal]]
+name = "driver.delta"
+unit = "rad"
+constant = 0.05
+
+[[connect]]
+from = "driver.delta"
+to = "plant.delta"
+
+[[sweep.vary]]
+name = "tires"
+draws = "identified/report.json"
+
+[sweep.collect]
+a_y = "max(plant.a_y)"
+"#;
+
+fn the_draws_of_an_identification_are_swept_over() {
+    let lab = Lab::new();
+    // The plugin is found from the workspace.
+    let start = |words: &[&str]| {
+        let output = trackside(Path::new(ROOT)).args(words).output();
+        Ended::of(output.expect("it starts")).expect(0)
+    };
+    let path = |name: &str| lab.path(name).display().to_string();
+    let driving = include_str!("../../scenarios/tires_from_driving.toml");
+    let driving = &driving[..driving.find("[[check]]").expect("it has checks")];
+    lab.write("driving.toml", driving.replace("stop = 40.0", "stop = 10.0"));
+    let identify = || {
+        start(&["run", &path("driving.toml"), "--out", &path("identified")]);
+        lab.read("identified/tires_draws.csv")
+    };
+    let draws = identify();
+    assert!(lab.report("identified")["files"].to_string().contains("\"tires_draws.csv\""));
+    assert_eq!(identify(), draws, "the same bits again");
+
+    lab.write("case.toml", ON_TIRES);
+    start(&["sweep", &path("case.toml"), "--out", &path("plan")]);
+    let table = results(&lab, "plan");
+    let mut lines = draws.lines();
+    let heads: Vec<_> = lines.next().expect("a first line").split(',').collect();
+    let rows: Vec<Vec<f64>> = lines
+        .map(|line| line.split(',').map(|it| it.parse().expect("a number")).collect())
+        .collect();
+    assert_eq!(rows.len(), 1000);
+    let starts: toml::Table = toml::from_str(&lab.read("identified/tires.toml")).expect("TOML");
+    assert!(heads.len() >= 8 && heads.iter().all(|it| starts.contains_key(*it)), "{heads:?}");
+    assert_eq!(heads.len(), starts.len());
+    for (place, head) in heads.into_iter().enumerate() {
+        let drawn: Vec<f64> = rows.iter().map(|row| row[place]).collect();
+        assert_eq!(numbers(&table, head), drawn, "{head}");
+    }
+    let a_y = numbers(&table, "collect.a_y");
+    assert!(a_y.iter().all(|it| it.is_finite()) && a_y.iter().any(|it| *it != a_y[0]), "{a_y:?}");
 }
 
 fn a_replay_gives_the_same_bits_and_chosen_variants_are_recorded() {

@@ -27,10 +27,10 @@ use tire_inference::quantity::ByName;
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
+use crate::draws::{self, Draws};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
-use crate::plugin::{doctor, go_on};
-use crate::start_values::{self, Tire};
+use crate::plugin::{doctor, go_on, leave_start_values};
 use crate::told::{Overall, Told, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
@@ -125,13 +125,9 @@ pub(super) fn closed_loop(
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
     columns::record(&options.car, &used, &found, host);
     validations.iter().for_each(|validation| columns::record_validation(validation, host));
-    let tire = |tire, estimate| {
-        let (node, direction) = (config.node.as_str(), Direction::Lateral);
-        Tire { node, tire, estimate, direction }
-    };
-    let tires = [tire("tire_f", &found.estimates.front), tire("tire_r", &found.estimates.rear)];
     let verdict = overall(&options, &found, &log).verdict();
-    host.file("tires.toml", &start_values::write(&tires, &verdict));
+    let of_plant = draws::of_drives(&config.node, &found);
+    leave_start_values((&of_plant, Draws::Together), &verdict, config.seed, host);
     draw(&options, (&used, &recording.sampling, &log), &found, &validations, host);
     Ok(report(&options, (&used, &recording.sampling, &log), &found, &validations))
 }
@@ -240,6 +236,7 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examinati
         overall.widened = SCATTER_ADDED;
     }
     doctor::tell(log, &mut overall);
+    overall.remarks.extend(draws::missing(&draws::of_drives("", found)));
     overall
 }
 

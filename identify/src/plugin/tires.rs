@@ -18,10 +18,11 @@ use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
+use crate::draws::{self, DrawnTire, Draws};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
-use crate::plugin::{doctor, go_on, methods, overall};
-use crate::start_values::{self, Tire};
+use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
+use crate::start_values::Tire;
 use crate::told::{Overall, Told, forget_absent_peak};
 use crate::widening::{Widening, perturbed};
 
@@ -113,7 +114,11 @@ pub(super) fn tires(
         overall.widened = CAR_ADDED;
     }
     let car = page::car::logged(&car, &uncertainty);
-    leave_files(config, (&curves, &found, &overall), (&prepared, &car, &log), host);
+    let of_plant = of_plant(config, &curves, &found);
+    overall.remarks.extend(draws::missing(&of_plant));
+    // Each curve has its own data: what they leave open is independent.
+    leave_start_values((&of_plant, Draws::Apart), &overall.verdict(), config.seed, host);
+    leave_page((&curves, &found, &overall), (&prepared, &car, &log), host);
     Ok(report(config, (&curves, &found, &overall), (&prepared, &log)))
 }
 
@@ -213,26 +218,33 @@ fn report(
     overall.result(Some(log), result)
 }
 
-fn leave_files(
-    config: &Tires,
-    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
-    (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
-    host: &mut dyn Host,
-) {
-    // The first method that was asked for is the one to go on with.
-    let estimates: Vec<_> = found.iter().map(|(_, found)| &found.estimates[0].1).collect();
-    let tires: Vec<_> = curves
-        .iter()
-        .zip(&estimates)
-        .filter(|(curve, _)| curve.direction == Direction::Lateral)
-        .map(|(curve, estimate)| Tire {
+/// The tires that the plant has.
+fn of_plant<'a>(
+    config: &'a Tires,
+    curves: &[Curve],
+    found: &'a [(Settings, Answer)],
+) -> Vec<DrawnTire<'a>> {
+    let lateral =
+        curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
+    let drawn = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
+        // The first method that was asked for is the one to go on with.
+        let estimate = &answer.estimates[0].1;
+        let tire = Tire {
             node: &config.node,
             tire: if curve.key == "front" { "tire_f" } else { "tire_r" },
             estimate,
             direction: curve.direction,
-        })
-        .collect();
-    host.file("tires.toml", &start_values::write(&tires, &overall.verdict()));
+        };
+        DrawnTire { tire, posterior: posterior(answer, estimate) }
+    };
+    lateral.map(drawn).collect()
+}
+
+fn leave_page(
+    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
+    (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
+    host: &mut dyn Host,
+) {
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
         name: curve.name,
         direction: curve.direction,

@@ -52,6 +52,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         log: vec!["`r` is late.".to_owned()],
         curves: vec![lateral("front", &front), lateral("rear", &rear)],
         widened: CAR_ADDED,
+        remarks: vec!["It is cold.".to_owned()],
     };
     let summary = overall.summary();
     assert_eq!(summary[0], "The model does not fit: the yaw rate is late.");
@@ -59,7 +60,10 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     assert_eq!(summary[2..4], [cause.sentence.clone(), "`r` is late.".to_owned()]);
     assert_eq!(summary[4], "On a bound of the box: rear E.");
     assert!(summary[5].starts_with("Box wide: B 1 … 80, C 0.5 … 3, "), "{summary:?}");
-    assert_eq!(summary[6..], [origin(UncertaintySource::Grid, CAR_ADDED)]);
+    assert_eq!(
+        summary[6..],
+        [origin(UncertaintySource::Grid, CAR_ADDED), "It is cold.".to_owned()]
+    );
     let result = overall.result(None, Map::new());
     assert_eq!(result["sound"], false);
     assert_eq!(result["causes"][0]["correction"], "offset = -0.0052");

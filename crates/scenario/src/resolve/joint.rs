@@ -7,6 +7,8 @@ use diagnostics::{Error, Spanned};
 use crate::plan::{Axis, AxisValues};
 use crate::words::Scenario;
 
+/// How names of files of draws end.
+const ENDING: &str = "_draws.csv";
 /// The largest file [bytes].
 const LARGEST: u64 = 1 << 30;
 
@@ -36,24 +38,26 @@ pub(crate) fn draws_file(path: &Path, name: &str) -> Result<PathBuf, String> {
     if is_report { beside(path, name) } else { Ok(path.to_owned()) }
 }
 
-/// The file of draws that the analysis of this name left beside a report.
+/// The file of draws beside a report: the only one, or that of this name.
 fn beside(report: &Path, name: &str) -> Result<PathBuf, String> {
     let text = diagnostics::read_text_bounded(report, LARGEST);
     let text = text.map_err(|error| format!("cannot read {}: {error}", report.display()))?;
     let parsed: serde_json::Value = serde_json::from_str(&text)
         .map_err(|error| format!("{}: expected a report of a run: {error}", report.display()))?;
-    let file = format!("{name}_draws.csv");
     let files = parsed["files"].as_array().into_iter().flatten().filter_map(|it| it.as_str());
-    if files.clone().any(|known| known == file) {
-        return Ok(report.with_file_name(file));
+    let known: Vec<_> = files.filter_map(|it| it.strip_suffix(ENDING)).collect();
+    let chosen = match known.as_slice() {
+        [only] => Some(only),
+        known => known.iter().find(|known| **known == name),
+    };
+    if let Some(chosen) = chosen {
+        return Ok(report.with_file_name(format!("{chosen}{ENDING}")));
     }
-    let known: Vec<_> = files.filter_map(|it| it.strip_suffix("_draws.csv")).collect();
     let hint = match known.as_slice() {
         [] => "no analysis of that run left draws from a posterior".to_owned(),
-        known => {
-            format!("that run has draws of `{}`: give the analysis as the name", known.join("`, `"))
-        }
+        known => format!("that run has draws of `{}`: give one of these names", known.join("`, `")),
     };
+    let file = format!("{name}{ENDING}");
     Err(format!("{}: expected the file {file} among those of the run; {hint}", report.display()))
 }
 

@@ -125,7 +125,8 @@ pub struct Vary {
     #[schemars(with = "Option<Truncated>", example = serde_json::json!({"mean": 1.6, "std": 0.1, "low": 1.3, "high": 1.9}))]
     pub truncated: Option<Spanned<Truncated>>,
     /// Joint draws: a CSV file with a line for each, its columns under the names of what they set; or the `report.json` of a run, for
-    /// the draws from the posterior that its identification left. The name is that of the analysis, or any.
+    /// the draws from the posterior that its identification left. The name is any, or `tires` for
+    /// `tires_draws.csv` where the run left more than one such file.
     #[schemars(with = "Option<String>", example = &"runs/tires/report.json")]
     pub draws: Option<Spanned<String>>,
 }

@@ -204,8 +204,46 @@ fn what_was_kept_is_predicted_and_everything_is_told() {
     // That of each axle, its values and its end, and none for what is compared.
     assert_eq!(page.matches("its normal distribution").count(), 4);
     assert!(log.files["tires.toml"].contains("\"plant.tire_f.B\""));
+    the_draws_are_those_of_the_report(&log.files["tires_draws.csv"], &found["pem"]);
     // For each axle its curve, seven densities and the trace of the fits.
     assert_eq!(log.diagrams.values().map(Vec::len).collect::<Vec<_>>(), [9, 9]);
+}
+
+/// Means and covariances within what a thousand draws of two thousand allow.
+fn the_draws_are_those_of_the_report(draws: &str, axles: &Value) {
+    let (heads, lines) = draws.split_once('\n').expect("a first line");
+    let heads: Vec<_> = heads.split(',').collect();
+    let number = |text: &str| text.parse::<f64>().expect("a number");
+    let rows: Vec<Vec<f64>> =
+        lines.lines().map(|line| line.split(',').map(number).collect()).collect();
+    assert_eq!(rows.len(), 1000);
+    let count = rows.len() as f64;
+    let mean = |of: &dyn Fn(&Vec<f64>) -> f64| rows.iter().map(of).sum::<f64>() / count;
+    for (axle, tire) in [("front", "tire_f"), ("rear", "tire_r")] {
+        let parameters = ["B", "C", "D", "E"];
+        let place = |name: &str| {
+            let head = format!("plant.{tire}.{name}");
+            heads.iter().position(|it| **it == head).expect("a column")
+        };
+        let places = parameters.map(place);
+        let means = places.map(|column| mean(&|row| row[column]));
+        let entry = |a: usize, b: usize| self::number(&axles[axle]["covariance"][a][b]);
+        for (a, name) in parameters.into_iter().enumerate() {
+            let std = entry(a, a).sqrt();
+            let expected = self::number(&axles[axle]["posterior"]["mean"][name]);
+            assert!(
+                (means[a] - expected).abs() < 0.1 * std,
+                "{axle} {name}: {} {expected}",
+                means[a]
+            );
+            for b in 0..4 {
+                let product =
+                    |row: &Vec<f64>| (row[places[a]] - means[a]) * (row[places[b]] - means[b]);
+                let off = (mean(&product) - entry(a, b)) / (std * entry(b, b).sqrt());
+                assert!(off.abs() < 0.15, "{axle} {name} {}: off by {off}", parameters[b]);
+            }
+        }
+    }
 }
 
 #[test]
@@ -231,7 +269,10 @@ fn nothing_is_integrated_over_a_gap() {
     };
     let gap = without(10.0, 15.0);
     let config = "em_passes = 0\nposterior = false\n[[validate]]\nname = \"weave\"\nfrom = 8.0\nuntil = 17.0";
-    let found = run(&gap, config, &mut Log::default()).expect("tires");
+    let mut log = Log::default();
+    let found = run(&gap, config, &mut log).expect("tires");
+    assert!(!log.files.contains_key("tires_draws.csv"), "there is no posterior");
+    assert!(found["summary"].to_string().contains("No draws are left for a sweep"));
     assert_eq!(found["recordings"].as_array().map(Vec::len), Some(2));
     let [from, until] = [0, 1].map(|end| number(&found["sampling"]["gaps"][0][end]));
     assert!((from - 9.99).abs() < 1e-9 && (until - 15.0).abs() < 1e-9, "{}", found["sampling"]);
