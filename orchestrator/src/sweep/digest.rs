@@ -1,6 +1,7 @@
 //! Says by digests what the results of a sweep depend on.
 
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use diagnostics::Error;
 
@@ -14,6 +15,18 @@ pub(super) fn digest_of(path: &Path) -> Result<String, Error> {
     let bytes = std::fs::read(path)
         .map_err(|error| Error::input(format!("cannot read {}: {error}", path.display())))?;
     Ok(fmu_import::sha256(&bytes))
+}
+
+/// SHA-256 of this program, which is read once.
+///
+/// # Errors
+/// When it cannot be read.
+pub(super) fn digest_of_program(path: &Path) -> Result<String, Error> {
+    static KNOWN: OnceLock<String> = OnceLock::new();
+    if let Some(known) = KNOWN.get() {
+        return Ok(known.clone());
+    }
+    digest_of(path).map(|digest| KNOWN.get_or_init(|| digest).clone())
 }
 
 /// One digest of the files of a gathered scenario with their names, of the values, and of what holds in all variants.

@@ -12,7 +12,7 @@ use scenario::words::Recorded;
 use scenario::{Built, Scenario};
 
 use super::assignment::Assignment;
-use super::digest::{digest, digest_of};
+use super::digest::{digest, digest_of_program};
 use super::plan::{About, GATHERED, PARTS, PLAN, Plan, SEARCHED, VARIANTS, VERSION};
 use super::settings::{Setting, overrides};
 use crate::{fresh, package};
@@ -135,7 +135,7 @@ fn write(
         scenario: scenario.name.clone(),
         title: system.header.title.clone(),
         digest: String::new(),
-        program: digest_of(program)?,
+        program: digest_of_program(program)?,
         variants,
         chunk,
         design: assignment.design().to_owned(),

@@ -10,7 +10,7 @@ use scenario::resolve::Overrides;
 use scenario::words::Recorded;
 use serde::{Deserialize, Serialize};
 
-use super::digest::{digest, digest_of};
+use super::digest::{digest, digest_of_program};
 use super::settings::{Setting, overrides};
 
 /// The file that says what a plan is.
@@ -87,7 +87,7 @@ impl Plan {
     /// When there is none, another program made it, or its files changed.
     pub fn open(folder: &Path, program: &Path) -> Result<Self, Error> {
         let plan = Self::look_at(folder)?;
-        if plan.about.program != digest_of(program)? {
+        if plan.about.program != digest_of_program(program)? {
             return Err(Error::input(format!(
                 "the plan in {} was made by another build of this program, which may give other results",
                 folder.display()
