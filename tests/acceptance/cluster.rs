@@ -108,7 +108,7 @@ fn kill(machines: &mut Machines, kills: usize, mut disturb: impl FnMut(&mut Mach
     let (mut killed, mut random) = (BTreeSet::new(), Random(0x5eed));
     let mut moment = 0;
     while killed.len() < kills && !machines.lab.has("plan/sweep.json") {
-        std::thread::sleep(Duration::from_millis(200 + random.below(600) as u64));
+        std::thread::sleep(Duration::from_millis(50 + random.below(200) as u64));
         machines.kill_a_chunk(&mut killed, &mut random);
         disturb(machines, moment);
         moment += 1;
