@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 use super::harness::{Ended, Lab, trackside};
@@ -134,6 +135,15 @@ pub fn until(what: &str, mut is_so: impl FnMut() -> bool) -> Result<(), String> 
     Ok(())
 }
 
+/// A port that nobody listens at, below those that systems give to connections: one of these may be taken before a daemon listens.
+fn free_port() -> Result<u16, String> {
+    static NEXT: AtomicU16 = AtomicU16::new(0);
+    let first = 10_000 + 20 * (std::process::id() % 1_000) as u16;
+    let mut ports = (0..100).map(|_| first + NEXT.fetch_add(1, Ordering::Relaxed));
+    let free = ports.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok());
+    free.ok_or_else(|| "no port is free".to_owned())
+}
+
 /// A Slurm of one machine with two cores, in a lab.
 ///
 /// # Errors
@@ -145,13 +155,10 @@ pub fn slurm(lab: Lab) -> Result<Machines, String> {
         Ok::<_, String>(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     };
     let host = output(Command::new("hostname").arg("-s"))?;
-    let [controller, node] = [(); 2].map(|()| {
-        TcpListener::bind("127.0.0.1:0").and_then(|it| it.local_addr()).map(|it| it.port())
-    });
+    let [controller, node] = [(); 2].map(|()| free_port());
     let text = include_str!("slurm.conf").replace("HOST", &host).replace("FOLDER", &at(""));
-    let port = |it: std::io::Result<u16>| it.map_err(|error| error.to_string());
-    let text = text.replace("PORT1", &port(controller)?.to_string());
-    lab.write("slurm.conf", text.replace("PORT2", &port(node)?.to_string()));
+    let text = text.replace("PORT1", &controller?.to_string());
+    lab.write("slurm.conf", text.replace("PORT2", &node?.to_string()));
     // Made for this test; whoever reads it can do nothing with it later.
     let key = lab.write("munge.key", lab.path("").to_string_lossy().repeat(40));
     std::fs::set_permissions(&key, std::os::unix::fs::PermissionsExt::from_mode(0o400))
