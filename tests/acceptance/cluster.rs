@@ -33,7 +33,7 @@ pub fn scenario(variants: u32) -> String {
         .check("bounded", "max(abs(relay.x_out)) < 2.2")
         .section(&format!("[sweep]\ndesign = \"monte_carlo\"\nvariants = {variants}"))
         .section("[[sweep.vary]]\nname = \"relay.x.noise.std\"\nuniform = [0.1, 0.6]")
-        .section("[[sweep.vary]]\nname = \"tank.at\"\nuniform = [5.0, 30.0]")
+        .section("[[sweep.vary]]\nname = \"tank.at\"\nuniform = [20.0, 120.0]")
         .section("[sweep.collect]\nlargest = \"max(relay.x_out)\"\nspread = \"std(relay.x_out)\"")
         .text()
 }
