@@ -3,6 +3,7 @@
 
 mod library;
 mod python;
+mod sealed;
 mod ssp;
 mod system;
 

@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use ::python::{Failure, Interpreter, MODEL_SERVER, MODEL_SERVER_PATH, Raised};
 use diagnostics::{Error, Source, TextFile};
-use fmu_export::pack::{Version, archive, is_identifier};
+use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::BuildProgress;
 use python_model::Described;
 
+use super::sealed::Sealed;
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell};
 
@@ -67,23 +68,10 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let library =
         super::library::find(LIBRARY, &mut |progress: BuildProgress| building.show(&progress))?;
     // The identity is that of all that is in the archive, but not of the place of Python on this machine.
-    let mut identity = table.guid().into_bytes();
-    resources.iter().for_each(|(name, bytes)| {
-        identity.extend(name.bytes());
-        identity.extend(fmu_import::sha256(bytes).bytes());
-    });
-    interface.guid = format!("{{{}}}", &fmu_import::sha256(&identity)[..32]);
-    let text = serde_json::to_string_pretty(&interface).unwrap_or_default();
-    resources.insert(python_model::INTERFACE.to_owned(), text.into_bytes());
-    let xml = match order.version {
-        Version::Two => table.xml(&interface.guid),
-        Version::Three => table.xml3(&interface.guid),
-    };
-    let path = order.out.join(format!("{name}{}", order.version.suffix()));
-    let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
-    let files: Vec<_> = resources.into_iter().map(inside).collect();
-    let packed = archive(&path, (name, order.version), &xml, &library, &files);
-    packed.map_err(|error| Error::input(error.to_string()))?;
+    let sealed =
+        Sealed { name, version: order.version, out: order.out, table: &table, library: &library };
+    interface.guid = sealed.identity(&resources);
+    let path = sealed.pack(&interface.guid, resources, (python_model::INTERFACE, &interface))?;
     if let Some(reason) = unsaved {
         tell(&format!(
             "note: the FMU has no copies of its state, so no checkpoints: {reason}; methods `save` and `restore` of the class can do without it"

@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 
 use ::system::expose::{self, Choice};
 use diagnostics::Error;
-use fmu_export::pack::{Version, archive, is_identifier};
+use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
 use scenario::plan::{Body, NodePlan, System};
 use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
 
+use super::sealed::Sealed;
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell};
 
@@ -58,25 +59,11 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
     let made = gather(&scenario, &built, &order.choice, folder.path())?;
-    let Made { mut interface, table, left_out, mut resources } = made;
-    // The identity is that of all that is in the archive: a library and a scenario of different builds do not fit together.
-    let mut identity = table.guid().into_bytes();
-    resources.iter().for_each(|(name, bytes)| {
-        identity.extend(name.bytes());
-        identity.extend(fmu_import::sha256(bytes).bytes());
-    });
-    interface.guid = format!("{{{}}}", &fmu_import::sha256(&identity)[..32]);
-    let text = serde_json::to_string_pretty(&interface).unwrap_or_default();
-    resources.insert(::system::INTERFACE.to_owned(), text.into_bytes());
-    let xml = match order.version {
-        Version::Two => table.xml(&interface.guid),
-        Version::Three => table.xml3(&interface.guid),
-    };
-    let path = order.out.join(format!("{name}{}", order.version.suffix()));
-    let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
-    let files: Vec<_> = resources.into_iter().map(inside).collect();
-    let packed = archive(&path, (name, order.version), &xml, &library, &files);
-    packed.map_err(|error| Error::input(error.to_string()))?;
+    let Made { mut interface, table, left_out, resources } = made;
+    let (version, out) = (order.version, order.out);
+    let sealed = Sealed { name, version, out, table: &table, library: &library };
+    interface.guid = sealed.identity(&resources);
+    let path = sealed.pack(&interface.guid, resources, (::system::INTERFACE, &interface))?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
         tell(&format!(

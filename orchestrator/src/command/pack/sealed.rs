@@ -1,0 +1,55 @@
+//! Packs an FMU whose identity is that of all that is in its archive: a library and resources of different builds do not fit together.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+use fmu_export::description::Table;
+use fmu_export::pack::{Version, archive};
+use serde::Serialize;
+
+/// An FMU but for its resources.
+pub struct Sealed<'a> {
+    pub name: &'a str,
+    pub version: Version,
+    /// The folder of the archive.
+    pub out: &'a Path,
+    pub table: &'a Table,
+    pub library: &'a Path,
+}
+
+impl Sealed<'_> {
+    /// The identity of the FMU with these resources, by their paths.
+    pub fn identity(&self, resources: &BTreeMap<String, Vec<u8>>) -> String {
+        let mut identity = self.table.guid().into_bytes();
+        resources.iter().for_each(|(name, bytes)| {
+            identity.extend(name.bytes());
+            identity.extend(fmu_import::sha256(bytes).bytes());
+        });
+        format!("{{{}}}", &fmu_import::sha256(&identity)[..32])
+    }
+
+    /// Writes the archive with its resources and its interface, a resource of this name, which has the identity; its path.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn pack(
+        &self,
+        guid: &str,
+        mut resources: BTreeMap<String, Vec<u8>>,
+        (file, interface): (&str, &impl Serialize),
+    ) -> Result<PathBuf, Error> {
+        let text = serde_json::to_string_pretty(interface).unwrap_or_default();
+        resources.insert(file.to_owned(), text.into_bytes());
+        let xml = match self.version {
+            Version::Two => self.table.xml(guid),
+            Version::Three => self.table.xml3(guid),
+        };
+        let path = self.out.join(format!("{}{}", self.name, self.version.suffix()));
+        let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
+        let files: Vec<_> = resources.into_iter().map(inside).collect();
+        let packed = archive(&path, (self.name, self.version), &xml, self.library, &files);
+        packed.map_err(|error| Error::input(error.to_string()))?;
+        Ok(path)
+    }
+}
