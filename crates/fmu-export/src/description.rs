@@ -292,7 +292,12 @@ fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -
     if let Some(start) = &variable.start {
         write!(out, r#" start="{}""#, Escaped(start))?;
     }
-    writeln!(out, "/></ScalarVariable>")
+    let annotations = if row.optional {
+        r#"<Annotations><Tool name="Trackside"><Optional/></Tool></Annotations>"#
+    } else {
+        ""
+    };
+    writeln!(out, "/>{annotations}</ScalarVariable>")
 }
 
 fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {

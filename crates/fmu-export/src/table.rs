@@ -144,6 +144,9 @@ pub(crate) fn row_problems(row: &Row, kind: Kind) -> impl Iterator<Item = String
     if min.zip(max).is_some_and(|(min, max)| min > max) {
         problems.push("the limits leave no value".to_owned());
     }
+    if row.optional && row.causality != Causality::Input {
+        problems.push("only an input is optional".to_owned());
+    }
     let whole = |limit: f64| limit == f64::from(limit as i32);
     match kind {
         Kind::Real => {}

@@ -116,6 +116,8 @@ pub struct Row {
     pub nominal: Option<f64>,
     /// For outputs: the inputs that they depend on directly.
     pub depends: Depends,
+    /// For inputs: whether the start value means that nothing is connected.
+    pub optional: bool,
 }
 
 /// One row of the table of variables.
@@ -148,6 +150,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
         max: None,
         nominal: None,
         depends: Depends::All,
+        optional: false,
     }
 }
 
@@ -264,6 +267,13 @@ impl Row {
     #[must_use]
     pub const fn calculated(self) -> Self {
         Row { initial: Some(Initial::Calculated), ..self }
+    }
+
+    /// Lets an input stay without a connection: its start value means none, such as a grade of 0. The description
+    /// says so in an annotation of ours, which other tools pass over.
+    #[must_use]
+    pub const fn optional(self) -> Self {
+        Row { optional: true, ..self }
     }
 
     /// Lists the inputs that an output depends on directly; an empty list for a state.

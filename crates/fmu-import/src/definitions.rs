@@ -2,22 +2,31 @@
 //!
 //! fmi-rs 0.3.4 misspells the element of the units, and takes the first declared type only.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::str::FromStr;
 
 use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
 use fmi_rs::model_description::{BaseUnit, Unit};
 use roxmltree::{Document, Node};
 
-/// Puts the units and the declared types of the text into what was read of it.
-pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<(), String> {
+/// Puts the units and the declared types of the text into what was read of it, and tells which variables it calls optional.
+pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<HashSet<String>, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     found.unitDefintions =
         children(root, "UnitDefinitions", "Unit").map(unit).collect::<Result<_, _>>()?;
     let types = children(root, "TypeDefinitions", "SimpleType").map(simple_type);
     found.typeDefinitions = types.filter_map(Result::transpose).collect::<Result<_, _>>()?;
-    Ok(())
+    let optional = children(root, "ModelVariables", "ScalarVariable").filter(|it| is_optional(*it));
+    Ok(optional.filter_map(|it| it.attribute("name").map(str::to_owned)).collect())
+}
+
+/// Whether a variable has the annotation that `fmu-export` gives to optional inputs.
+fn is_optional(variable: Node) -> bool {
+    children(variable, "Annotations", "Tool").any(|tool| {
+        tool.attribute("name") == Some("Trackside")
+            && tool.children().any(|it| it.has_tag_name("Optional"))
+    })
 }
 
 /// The elements called `name` in the element called `list`.

@@ -235,6 +235,8 @@ pub struct Variable {
     pub description: Option<String>,
     /// For outputs, the indices of the variables that it follows directly; `None` means all inputs.
     pub dependencies: Option<Arc<[usize]>>,
+    /// Of an input, whether the description says that its start value means that nothing is connected.
+    pub optional: bool,
     /// Of a clock, its ticks.
     pub ticks: Option<Ticks>,
     /// The value references of the clocks at whose ticks alone it has a value; none of a variable without clocks.

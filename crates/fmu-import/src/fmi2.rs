@@ -17,7 +17,7 @@ use crate::description::{Description, Item, Names, Storage, Type, Variable, Vers
 /// When the text is no description of an FMI 2.0 co-simulation FMU.
 pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
-    definitions::complete(&mut found, xml)?;
+    let optional = definitions::complete(&mut found, xml)?;
     let problems = found.validate().into_iter().map(|problem| problem.message).collect();
     let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
@@ -51,7 +51,12 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         default_stop: default(|it| it.stopTime.as_ref()),
         default_tolerance: default(|it| it.tolerance.as_ref()),
         log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
-        variables: (0..found.modelVariables.len()).map(|it| variable(&found, &known, it)).collect(),
+        variables: (0..found.modelVariables.len())
+            .map(|it| Variable {
+                optional: optional.contains(&found.modelVariables[it].name),
+                ..variable(&found, &known, it)
+            })
+            .collect(),
         problems,
         names: Names::default(),
     })
@@ -129,6 +134,7 @@ fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
         start: scalar.variableType.start().clone(),
         description: scalar.description.clone(),
         dependencies,
+        optional: false,
         ticks: None,
         clocks: Vec::new(),
     }

@@ -255,6 +255,8 @@ fn elements(
         start: None,
         description: attribute(node, "description")?,
         dependencies: follows,
+        optional: children(node, "Annotations", "Annotation")
+            .any(|it| it.attribute("type") == Some("trackside.optional")),
         ticks: (kind == Type::Clock).then(|| clocks::ticks(&of)).transpose()?,
         clocks: clocks::of_variable(node)?,
     };

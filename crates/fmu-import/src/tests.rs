@@ -116,6 +116,30 @@ fn declared_types_and_units_are_read_all_of_them() {
     assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
 }
 
+#[test]
+fn an_annotation_calls_an_input_optional() {
+    let annotations = "<Annotations><Tool name=\"Trackside\"><Optional/></Tool></Annotations>";
+    let xml = XML.replacen(
+        "<Real unit=\"m/s\" start=\"1\"/>",
+        &format!("<Real unit=\"m/s\" start=\"1\"/>{annotations}"),
+        1,
+    );
+    let found = fmi2::parse(&xml).expect("a description").variables;
+    assert!(found[0].optional && !found[1].optional);
+    let of_another_tool = xml.replace("Trackside", "Other");
+    assert!(!fmi2::parse(&of_another_tool).expect("a description").variables[0].optional);
+
+    let of_3 = "start=\"2\"><Annotations><Annotation type=\"trackside.optional\"/></Annotations></Enumeration>";
+    let xml_3 = XML_3.replacen(
+        "causality=\"input\" start=\"2\"/>",
+        &format!("causality=\"input\" {of_3}"),
+        1,
+    );
+    let found = fmi3::parse(&xml_3, &fmi3::Sizes::new()).expect("a description").variables;
+    let optional: Vec<_> = found.iter().filter(|it| it.optional).map(|it| &it.name).collect();
+    assert_eq!(optional, ["mode"]);
+}
+
 fn archive(entries: &[(&str, &[u8])]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, content) in entries {

@@ -69,6 +69,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+mod consistency;
 #[cfg(test)]
 mod dense;
 mod discretise;
@@ -80,6 +81,7 @@ mod model;
 mod rts;
 mod step;
 
+pub use consistency::{Consistency, Judged};
 pub use discretise::{discretise, transition};
 pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
 pub use filter::{Innovation, UpdateError, predict, update};

@@ -56,7 +56,7 @@ fn legal_row(random: &mut Random, name: &'static str, clock: bool) -> (Row, bool
     let row = make(name, "", description);
     let row = match row.causality {
         Causality::Independent => return (row, true),
-        Causality::Input => random.of(&[row, row.discrete()]),
+        Causality::Input => random.of(&[row, row.discrete(), row.optional()]),
         Causality::Parameter => random.of(&[row, row.tunable()]),
         Causality::CalculatedParameter => {
             random.of(&[row, row.tunable(), row.approx(), row.tunable().approx()])

@@ -98,6 +98,9 @@ fn write_variable(out: &mut dyn Write, span: Span, variables: &[Described]) -> f
         write!(out, r#" start="{}""#, starts.join(" "))?;
     }
     let mut inside = String::new();
+    if variable.row.optional {
+        inside.push_str(r#"<Annotations><Annotation type="trackside.optional"/></Annotations>"#);
+    }
     if span.elements > 1 {
         write!(inside, r#"<Dimension start="{}"/>"#, span.elements)?;
     }

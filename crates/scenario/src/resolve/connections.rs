@@ -229,7 +229,7 @@ fn open<'a>(connected: &HashSet<&String>, node: &'a UnplacedNode) -> Vec<&'a Por
         let name = format!("{}.{}", node.name, port.name);
         let is_connected = connected.contains(&name);
         // A clock without a connection never ticks.
-        !is_connected && !started.contains(&port.name) && port.kind != Type::Clock
+        !is_connected && !started.contains(&port.name) && port.kind != Type::Clock && !port.optional
     };
     node.inputs.iter().filter(is_open).collect()
 }

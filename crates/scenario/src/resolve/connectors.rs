@@ -140,7 +140,7 @@ fn unstarted(
     let mut targets = behind.filter_map(|connect| {
         let (node, port) = find(scenario, unplaced, &connect.to, Side::Input).ok()?;
         let (node, port) = (&unplaced[node], &unplaced[node].inputs[port]);
-        (!node.started.contains(&port.name)).then(|| {
+        (!node.started.contains(&port.name) && !port.optional).then(|| {
             let example = format!("{{ \"{}\" = {} }}", port.name, types::example(port));
             (node.name.clone(), example)
         })

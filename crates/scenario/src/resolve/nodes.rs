@@ -237,6 +237,7 @@ fn signal<'a>(
         continuous: true,
         discrete: false,
         clocks: Vec::new(),
+        optional: false,
         place: 0,
         follows: Some(Arc::default()),
     };
@@ -282,6 +283,7 @@ fn table(
             continuous: kind == Type::Real && table.interpolation != Interpolation::Hold,
             discrete: false,
             clocks: Vec::new(),
+            optional: false,
             place: 0,
             follows: Some(Arc::default()),
         });

@@ -42,6 +42,8 @@ pub(super) struct Port {
     pub discrete: bool,
     /// The value references of its clocks, of an FMU with event mode.
     pub clocks: Vec<u32>,
+    /// Of an input, whether its start value means that nothing is connected.
+    pub optional: bool,
     /// Its place among the variables of its FMU.
     pub place: usize,
     /// For outputs, the places of the inputs that they follow; `None` means all.
@@ -68,6 +70,7 @@ pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
             && variable.causality == Causality::Input
             && variable.variability != Variability::Continuous,
         clocks: if events { variable.clocks.clone() } else { Vec::new() },
+        optional: variable.optional,
         place,
         follows: variable.dependencies.clone(),
     }
