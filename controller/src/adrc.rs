@@ -7,13 +7,16 @@ use nalgebra::vector;
 use serde::{Deserialize, Serialize};
 use vehicle::{NominalCar, SLIP_SPEED_FLOOR};
 
-/// Reference of the steering.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What the commands follow.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// The yaw-rate reference.
+    /// The steering follows the yaw-rate reference.
+    #[default]
     YawRate,
-    /// The heading reference, through a yaw rate; the yaw-rate reference leads the way.
+    /// The steering follows the heading reference, through a yaw rate; the yaw-rate reference leads the way.
     Heading,
+    /// The commands are those of a driver.
+    Manual,
 }
 
 /// Reference values.
@@ -57,6 +60,16 @@ pub struct Command {
     pub r: f64,
 }
 
+/// What the control law remembers between steps.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// The last command; none before the first step.
+    command: Option<Command>,
+    mode: Mode,
+    /// What the command is ahead of the law after a change of mode [N, rad].
+    ahead: [f64; 2],
+}
+
 /// Limits of the commands.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Limit {
@@ -72,9 +85,17 @@ pub struct Limit {
     pub r: f64,
     /// Change of the yaw rate that the steering follows [rad/s2].
     pub r_rate: f64,
+    /// Change of the road-wheel angle [rad/s].
+    pub delta_rate: f64,
+    /// Driving power [W].
+    pub power: f64,
+    /// Lateral acceleration of the yaw rate that the steering follows [m/s2].
+    pub a_y: f64,
+    /// Whether the yaw rate that the steering follows keeps to what a limited steering angle can do.
+    pub anti_windup: bool,
 }
 
-/// The control law with its gains; its one state, the last yaw-rate command, stays with the caller.
+/// The control law with its gains; its state stays with the caller.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Controller {
     /// The car that the law inverts.
@@ -85,6 +106,8 @@ pub struct Controller {
     pub k_r: f64,
     /// Heading error to yaw rate [1/s].
     pub k_psi: f64,
+    /// Time in which the commands go over to those of another mode [s].
+    pub transfer_time: f64,
     /// Saturations.
     pub limit: Limit,
 }
@@ -98,54 +121,120 @@ impl Default for Controller {
             alpha_f: 0.25,
             r: 1.0,
             r_rate: 20.0,
+            // No limits, for a step of any usual length.
+            delta_rate: 1e3,
+            power: 1e9,
+            a_y: 1e3,
+            anti_windup: false,
         };
         // The heading loop is slower than the yaw-rate loop around which it is closed: damping 0.87.
-        Controller { car: NominalCar::default(), k_v: 4.0, k_r: 12.0, k_psi: 4.0, limit }
+        Controller {
+            car: NominalCar::default(),
+            k_v: 4.0,
+            k_r: 12.0,
+            k_psi: 4.0,
+            transfer_time: 0.3,
+            limit,
+        }
     }
 }
 
 impl Controller {
-    /// The command for the next step of `h` [s], after a step with the yaw-rate command `r_before`.
+    /// The command for the next step of `h` [s]; `driver` is that of the manual mode.
+    ///
+    /// After a change of the mode the commands begin where they were, and go over to those of the new mode
+    /// exponentially: the change makes no bump.
     pub fn control(
         &self,
         mode: Mode,
         reference: &Reference,
         estimate: &Estimate,
-        r_before: f64,
+        driver: &Command,
+        memory: &mut Memory,
         h: f64,
     ) -> Command {
+        let before = memory.command.unwrap_or_default();
+        let follow = (before, h);
+        let law = match mode {
+            Mode::Manual => Command { r: estimate.r, ..*driver },
+            _ => self.automatic(mode, reference, estimate, follow),
+        };
+        if memory.command.is_some() && mode != memory.mode {
+            memory.ahead = [before.F_x - law.F_x, before.delta - law.delta];
+        }
+        // A sum with 0 would lose the sign of -0.
+        let plus = |law: f64, ahead: f64| if ahead == 0.0 { law } else { law + ahead };
+        let [F_x, delta] = memory.ahead;
+        let wanted = Command { F_x: plus(law.F_x, F_x), delta: plus(law.delta, delta), r: law.r };
+        let mut command = self.limited(wanted, estimate, follow);
+        if mode != Mode::Manual && self.limit.anti_windup && command.delta != wanted.delta {
+            command.r += self.unrealised(command.delta - wanted.delta, h);
+        }
+        let kept = (-h / self.transfer_time.max(f64::MIN_POSITIVE)).exp();
+        memory.ahead = memory.ahead.map(|ahead| ahead * kept);
+        (memory.command, memory.mode) = (Some(command), mode);
+        command
+    }
+
+    /// What the law asks for, within no limits but those of the yaw rate that the steering follows.
+    fn automatic(
+        &self,
+        mode: Mode,
+        reference: &Reference,
+        estimate: &Estimate,
+        (before, h): (Command, f64),
+    ) -> Command {
         let r_target = match mode {
-            Mode::YawRate => reference.r,
             Mode::Heading => {
                 let error = wrap(reference.psi - estimate.psi);
                 (reference.r + self.k_psi * error).clamp(-self.limit.r, self.limit.r)
             }
+            _ => reference.r,
         };
+        let most = self.limit.a_y / estimate.v_x.max(SLIP_SPEED_FLOOR);
         let change = self.limit.r_rate * h;
-        let r = r_before + (r_target - r_before).clamp(-change, change);
-        let r_dot = (r - r_before) / h;
+        let r = before.r + (r_target.clamp(-most, most) - before.r).clamp(-change, change);
+        let r_dot = (r - before.r) / h;
         Command { F_x: self.force(reference, estimate), delta: self.steer(r, r_dot, estimate), r }
+    }
+
+    /// The command within the limits.
+    fn limited(&self, wanted: Command, x: &Estimate, (before, h): (Command, f64)) -> Command {
+        let limit = &self.limit;
+        let v_x = x.v_x.max(SLIP_SPEED_FLOOR);
+        let strongest = limit.F_x_max.min(limit.power / v_x).max(limit.F_x_min);
+        // Where the front wheel would roll without slip.
+        let rolling = (x.v_y + self.car.l_f * x.r).atan2(v_x);
+        let change = limit.delta_rate * h;
+        let delta = wanted
+            .delta
+            .clamp(rolling - limit.alpha_f, rolling + limit.alpha_f)
+            .clamp(-limit.delta, limit.delta)
+            .clamp(before.delta - change, before.delta + change);
+        Command { F_x: wanted.F_x.clamp(limit.F_x_min, strongest), delta, ..wanted }
+    }
+
+    /// The yaw rate that a steering angle of the law, changed by a limit, no longer asks for (conditioning: Hanus,
+    /// Kinnaert and Henrotte, Automatica 23, 1987). Without it the yaw rate that the steering follows runs away from a
+    /// car whose steering is at a limit, and has to come back first when the reference does.
+    fn unrealised(&self, change: f64, h: f64) -> f64 {
+        let car = &self.car;
+        change * car.C_f * car.l_f / (car.I_zz * (1.0 / h + self.k_r))
     }
 
     /// Proportional speed control, with the centripetal term and the disturbance taken out:
     /// `v_x' = v_y r + (F_x + xi_x)/m` becomes `v_x' = k_v (v_ref - v_x)`.
     fn force(&self, reference: &Reference, x: &Estimate) -> f64 {
         let a = self.k_v * (reference.v - x.v_x) - x.v_y * x.r;
-        (self.car.m * a - x.xi_x).clamp(self.limit.F_x_min, self.limit.F_x_max)
+        self.car.m * a - x.xi_x
     }
 
-    /// Steering that turns `r' = (l_f C_f delta + M_lin + xi_psi)/I_zz` into
-    /// `r' = r_cmd' + k_r (r_cmd - r)`, within the slip that the front tire can use.
+    /// Steering that turns `r' = (l_f C_f delta + M_lin + xi_psi)/I_zz` into `r' = r_cmd' + k_r (r_cmd - r)`.
     fn steer(&self, r_cmd: f64, r_dot: f64, x: &Estimate) -> f64 {
         let car = &self.car;
         let state = vector![x.v_x, x.v_y, x.r, x.xi_x, x.xi_y, x.xi_psi];
         let moment = car.I_zz * (r_dot + self.k_r * (r_cmd - x.r));
-        let delta = (moment - car.unsteered_moment(&state) - x.xi_psi) / (car.C_f * car.l_f);
-        // Where the front wheel would roll without slip.
-        let rolling = (x.v_y + car.l_f * x.r).atan2(x.v_x.max(SLIP_SPEED_FLOOR));
-        let slip = self.limit.alpha_f;
-        let delta = delta.clamp(rolling - slip, rolling + slip);
-        delta.clamp(-self.limit.delta, self.limit.delta)
+        (moment - car.unsteered_moment(&state) - x.xi_psi) / (car.C_f * car.l_f)
     }
 }
 
@@ -155,53 +244,4 @@ fn wrap(angle: f64) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const H: f64 = 0.01;
-
-    fn at_30() -> Estimate {
-        Estimate {
-            v_x: 30.0,
-            v_y: -0.4,
-            r: 0.3,
-            xi_x: -500.0,
-            xi_psi: 800.0,
-            ..Estimate::default()
-        }
-    }
-
-    #[test]
-    fn the_nominal_car_with_the_estimated_disturbances_follows_the_reference_dynamics() {
-        let (controller, x) = (Controller::default(), at_30());
-        let reference = Reference { v: 30.5, r: 0.32, ..Reference::default() };
-        let command = controller.control(Mode::YawRate, &reference, &x, 0.32, H);
-        let state = vector![x.v_x, x.v_y, x.r, x.xi_x, x.xi_y, x.xi_psi];
-        let rates = controller.car.rates(&state, command.F_x, command.delta);
-        assert!((rates[0] - 4.0 * 0.5).abs() < 1e-9, "{rates}");
-        assert!((rates[2] - 12.0 * 0.02).abs() < 1e-9, "{rates}");
-    }
-
-    #[test]
-    fn no_command_passes_its_limit() {
-        let controller = Controller::default();
-        for (v, r) in [(1e3, 1e3), (-1e3, -1e3), (30.0, 50.0)] {
-            let reference = Reference { v, r, psi: 0.0 };
-            let command = controller.control(Mode::YawRate, &reference, &at_30(), 0.0, H);
-            assert!((-6000.0..=6000.0).contains(&command.F_x));
-            let rolling = (-0.4_f64 + 1.4 * 0.3).atan2(30.0);
-            assert!(command.delta.abs() <= 0.30 && (command.delta - rolling).abs() <= 0.25 + 1e-12);
-            assert!(command.r.abs() <= 20.0 * H + 1e-12);
-        }
-    }
-
-    #[test]
-    fn a_heading_error_takes_the_short_way_round() {
-        let controller = Controller::default();
-        let reference = Reference { v: 30.0, psi: -3.1, r: 0.0 };
-        let estimate = Estimate { psi: 3.1, ..at_30() };
-        let command = controller.control(Mode::Heading, &reference, &estimate, 0.0, H);
-        assert!(command.r > 0.0, "{command:?}");
-        assert!((wrap(7.0) - (7.0 - TAU)).abs() < 1e-12 && (wrap(-PI) + PI).abs() < 1e-12);
-    }
-}
+mod tests;

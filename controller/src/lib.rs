@@ -4,7 +4,7 @@
 
 mod adrc;
 
-use adrc::{Command, Controller, Estimate, Mode, Reference};
+use adrc::{Command, Controller, Estimate, Memory, Mode, Reference};
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,9 @@ struct Node {
     controller: Controller,
     reference: Reference,
     estimate: Estimate,
+    driver: Command,
     command: Command,
+    memory: Memory,
 }
 
 const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
@@ -56,24 +58,29 @@ impl Model for Node {
         output("F_x", "N", "Driving force").at(|n| &mut n.command.F_x),
         output("delta", "rad", "Road-wheel angle").at(|n| &mut n.command.delta),
         output("r_cmd", "rad/s", "Yaw rate that the steering follows").at(|n| &mut n.command.r),
-        parameter("mode", "", "What the steering follows: 0 yaw rate, 1 heading")
+        input("mode", "", "What the commands follow: 0 yaw rate, 1 heading, 2 driver")
             .min(0.0)
-            .max(1.0)
+            .max(2.0)
+            .optional()
             .at_integer(|n| &mut n.mode),
-        parameter("car.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.controller.car.m),
-        parameter("car.I_zz", "kg.m2", "Nominal yaw inertia")
+        input("driver.F_x", "N", "Driving force in mode 2").optional().at(|n| &mut n.driver.F_x),
+        input("driver.delta", "rad", "Road-wheel angle in mode 2")
+            .optional()
+            .at(|n| &mut n.driver.delta),
+        parameter("body.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.controller.car.m),
+        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia")
             .min(1.0)
             .at(|n| &mut n.controller.car.I_zz),
-        parameter("car.l_f", "m", "Nominal centre of gravity to front axle")
+        parameter("body.l_f", "m", "Nominal centre of gravity to front axle")
             .min(0.01)
             .at(|n| &mut n.controller.car.l_f),
-        parameter("car.l_r", "m", "Nominal centre of gravity to rear axle")
+        parameter("body.l_r", "m", "Nominal centre of gravity to rear axle")
             .min(0.01)
             .at(|n| &mut n.controller.car.l_r),
-        parameter("car.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
+        parameter("nominal.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
             .min(1.0)
             .at(|n| &mut n.controller.car.C_f),
-        parameter("car.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
+        parameter("nominal.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
             .min(1.0)
             .at(|n| &mut n.controller.car.C_r),
         parameter("speed.gain", "1/s", "Speed error to acceleration")
@@ -105,10 +112,29 @@ impl Model for Node {
         )
         .min(0.0)
         .at(|n| &mut n.controller.limit.r_rate),
+        parameter("limit.delta_rate", "rad/s", "Fastest change of the road-wheel angle")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.delta_rate),
+        parameter("limit.power", "W", "Largest driving power")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.power),
+        parameter("limit.a_y", "m/s2", "Largest lateral acceleration asked for")
+            .min(0.0)
+            .at(|n| &mut n.controller.limit.a_y),
+        parameter(
+            "limit.anti_windup",
+            "",
+            "Whether the yaw rate that the steering follows stays within its reach",
+        )
+        .at_boolean(|n| &mut n.controller.limit.anti_windup),
+        parameter("transfer.time", "s", "Time in which a change of mode takes effect")
+            .min(0.0)
+            .tunable()
+            .at(|n| &mut n.controller.transfer_time),
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
-        self.command = Command::default();
+        (self.command, self.memory) = (Command::default(), Memory::default());
         let limit = &self.controller.limit;
         if limit.F_x_min <= limit.F_x_max {
             return Ok(());
@@ -120,9 +146,24 @@ impl Model for Node {
     }
 
     fn step(&mut self, _time: f64, step: f64) -> Result<(), ModelError> {
-        let mode = if self.mode == 1 { Mode::Heading } else { Mode::YawRate };
-        self.command =
-            self.controller.control(mode, &self.reference, &self.estimate, self.command.r, step);
+        let mode = match self.mode {
+            0 => Mode::YawRate,
+            1 => Mode::Heading,
+            2 => Mode::Manual,
+            other => {
+                return Err(ModelError::Error(format!(
+                    "mode: expected 0 (yaw rate), 1 (heading) or 2 (driver), found {other}"
+                )));
+            }
+        };
+        self.command = self.controller.control(
+            mode,
+            &self.reference,
+            &self.estimate,
+            &self.driver,
+            &mut self.memory,
+            step,
+        );
         Ok(())
     }
 }

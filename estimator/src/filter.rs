@@ -1,7 +1,7 @@
 //! Estimates speeds, yaw rate and three lumped disturbances of the nominal single-track car.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use kalman::{Gaussian, UpdateError, discretise, predict, update};
+use kalman::{Consistency, Gaussian, Judged, UpdateError, discretise, predict, update};
 use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
 use vehicle::NominalCar;
@@ -17,6 +17,10 @@ pub struct Output {
     pub innovation: Vector4<f64>,
     /// The innovation squared in units of its covariance.
     pub nis: f64,
+    /// Where the mean of these squares stands.
+    pub judged: Judged,
+    /// Whether that mean is outside its band.
+    pub warning: bool,
 }
 
 /// An extended Kalman filter whose state is extended by disturbances that walk at random.
@@ -30,7 +34,15 @@ pub struct Estimator {
     pub process: Vector6<f64>,
     /// Initial standard deviation of the disturbances [N, N, N m].
     pub start_std_xi: f64,
+    /// Time that the mean of the normalised innovations squared remembers [s].
+    pub warning_time: f64,
+    /// Width of the band of that mean, in standard deviations of a normal variable.
+    pub warning_deviations: f64,
+    /// Whether the first measurement replaces the initial motion.
+    pub start_at_measurement: bool,
     belief: Gaussian<6>,
+    consistency: Consistency<4>,
+    has_begun: bool,
 }
 
 impl Default for Estimator {
@@ -40,7 +52,12 @@ impl Default for Estimator {
             sensor: Vector4::new(0.05, 0.01, 0.01, 0.1),
             process: Vector6::new(1e-6, 1e-6, 1e-6, 9e4, 2.25e6, 2.25e6),
             start_std_xi: 1000.0,
+            warning_time: 1.0,
+            warning_deviations: 5.0,
+            start_at_measurement: false,
             belief: Gaussian { mean: Vector6::zeros(), cov: Matrix6::identity() },
+            consistency: Consistency::default(),
+            has_begun: false,
         }
     }
 }
@@ -52,6 +69,7 @@ impl Estimator {
         let std = Vector6::new(self.sensor[0], self.sensor[1], self.sensor[2], xi, xi, xi);
         let mean = Vector6::new(v_x, v_y, r, 0.0, 0.0, 0.0);
         self.belief = Gaussian { mean, cov: Matrix6::from_diagonal(&std.component_mul(&std)) };
+        (self.consistency, self.has_begun) = (Consistency::default(), false);
         Output { mean, std, ..Output::default() }
     }
 
@@ -67,6 +85,9 @@ impl Estimator {
         measured: &Vector4<f64>,
         h: f64,
     ) -> Result<Output, UpdateError> {
+        if self.start_at_measurement && !self.has_begun && measured.iter().all(|y| y.is_finite()) {
+            self.belief.mean.fixed_rows_mut::<3>(0).copy_from(&measured.fixed_rows::<3>(0));
+        }
         let (car, x) = (&self.car, &self.belief.mean);
         let (F, Q) = discretise(&car.jacobian(x), &Matrix6::from_diagonal(&self.process), h);
         let prior = predict(&self.belief, car.advance(x, F_x, delta, h), &F, &Q);
@@ -74,18 +95,26 @@ impl Estimator {
         let R = Matrix4::from_diagonal(&self.sensor.component_mul(&self.sensor));
         let (belief, innovation) =
             update(&prior, &residual, &car.measurement_jacobian(&prior.mean), &R)?;
-        self.belief = belief;
+        let kept = (-h / self.warning_time).exp();
+        let judged = self.consistency.take(innovation.nis, kept, self.warning_deviations);
+        (self.belief, self.has_begun) = (belief, true);
         Ok(Output {
             mean: belief.mean,
             std: belief.cov.diagonal().map(f64::sqrt),
             innovation: innovation.residual,
             nis: innovation.nis,
+            judged,
+            warning: !judged.is_consistent(),
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64Mcg;
+
     use super::*;
 
     /// A steady turn of the nominal car under constant disturbances, measured without noise.
@@ -106,6 +135,57 @@ mod tests {
             assert!(error < 0.05 * output.std[i] + 1e-6, "state {i}: off by {error}");
         }
         assert!(output.nis < 1e-3, "{}", output.nis);
+    }
+
+    /// The share of steps with a warning, and the mean of the NIS, of a filter on its own model with white noises, whose
+    /// sensors are `factor` times as noisy as it believes.
+    fn warned(factor: f64) -> (f64, f64) {
+        let mut estimator = Estimator::default();
+        let (car, h) = (estimator.car, 0.01);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut truth = Vector6::new(25.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        estimator.start([25.0, 0.0, 0.0]);
+        let (mut warnings, mut sum) = (0, 0.0);
+        for k in 0..20_000 {
+            let delta = 0.02 * (f64::from(k) * h).sin();
+            truth = car.advance(&truth, -truth[3], delta, h);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            for i in 0..6 {
+                truth[i] += (estimator.process[i] * h).sqrt() * normal();
+            }
+            let noise = Vector4::from_fn(|i, _| factor * estimator.sensor[i] * normal());
+            let measured = car.measurement(&truth, delta) + noise;
+            let output = estimator.step(-truth[3], delta, &measured, h).expect("a finite step");
+            warnings += u32::from(output.warning);
+            sum += output.nis / 20_000.0;
+        }
+        (f64::from(warnings) / 20_000.0, sum)
+    }
+
+    #[test]
+    fn a_warning_tells_a_wrong_model_and_no_right_one() {
+        let (share, mean) = warned(1.0);
+        assert!(share == 0.0 && (mean - 4.0).abs() < 0.15, "warned {share}, mean {mean}");
+        let (share, mean) = warned(1.5);
+        assert!(share > 0.9 && mean > 5.0, "warned {share}, mean {mean}");
+        let (share, _) = warned(0.6);
+        assert!(share > 0.9, "warned {share}");
+    }
+
+    #[test]
+    fn a_filter_that_starts_at_its_measurement_starts_at_any_speed() {
+        for v_x in [-3.0, 0.0, 0.5, 12.0, 90.0] {
+            let mut estimator = Estimator { start_at_measurement: true, ..Estimator::default() };
+            estimator.start([15.0, 0.0, 0.0]);
+            let measured = Vector4::new(v_x, 0.0, 0.0, 0.0);
+            let mut nis = 0.0;
+            for _ in 0..300 {
+                let output = estimator.step(0.0, 0.0, &measured, 0.01).expect("a finite step");
+                nis = output.nis.max(nis);
+                assert!(output.mean.iter().chain(output.std.iter()).all(|x| x.is_finite()));
+            }
+            assert!(nis < 1.0, "{nis} at {v_x} m/s");
+        }
     }
 
     #[test]

@@ -118,23 +118,39 @@ impl Model for Node {
         output("innovation.a_y", "m/s2", "Measured minus predicted a_y")
             .depends_on(MEASURED)
             .at(|n| &mut n.output.innovation[3]),
+        output("nis_mean", "1", "Mean of nis over the time warning.time")
+            .depends_on(MEASURED)
+            .at(|n| &mut n.output.judged.mean),
+        output("nis_low", "1", "Lower end of the band of nis_mean for a consistent filter")
+            .depends_on(&[])
+            .at(|n| &mut n.output.judged.low),
+        output("nis_high", "1", "Upper end of the band of nis_mean for a consistent filter")
+            .depends_on(&[])
+            .at(|n| &mut n.output.judged.high),
+        output(
+            "warning",
+            "",
+            "Whether nis_mean is outside its band: the model or its noises are wrong",
+        )
+        .depends_on(MEASURED)
+        .at_boolean(|n| &mut n.output.warning),
         output("nis", "1", "Normalised innovation squared, 4 on average for a consistent filter")
             .depends_on(MEASURED)
             .at(|n| &mut n.output.nis),
-        parameter("car.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.estimator.car.m),
-        parameter("car.I_zz", "kg.m2", "Nominal yaw inertia")
+        parameter("body.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.estimator.car.m),
+        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia")
             .min(1.0)
             .at(|n| &mut n.estimator.car.I_zz),
-        parameter("car.l_f", "m", "Nominal centre of gravity to front axle")
+        parameter("body.l_f", "m", "Nominal centre of gravity to front axle")
             .min(0.01)
             .at(|n| &mut n.estimator.car.l_f),
-        parameter("car.l_r", "m", "Nominal centre of gravity to rear axle")
+        parameter("body.l_r", "m", "Nominal centre of gravity to rear axle")
             .min(0.01)
             .at(|n| &mut n.estimator.car.l_r),
-        parameter("car.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
+        parameter("nominal.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
             .min(1.0)
             .at(|n| &mut n.estimator.car.C_f),
-        parameter("car.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
+        parameter("nominal.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
             .min(1.0)
             .at(|n| &mut n.estimator.car.C_r),
         parameter("sensor.v_x", "m/s", "Standard deviation of the noise of v_x_meas")
@@ -173,6 +189,14 @@ impl Model for Node {
         parameter("start.std_xi", "N", "Initial standard deviation of the disturbances")
             .min(0.0)
             .at(|n| &mut n.estimator.start_std_xi),
+        parameter("start.at_measurement", "", "Whether the first measurement replaces start.*")
+            .at_boolean(|n| &mut n.estimator.start_at_measurement),
+        parameter("warning.time", "s", "Time that nis_mean remembers")
+            .min(1e-3)
+            .at(|n| &mut n.estimator.warning_time),
+        parameter("warning.deviations", "1", "Width of the band in standard deviations")
+            .min(0.1)
+            .at(|n| &mut n.estimator.warning_deviations),
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
