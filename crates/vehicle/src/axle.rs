@@ -2,8 +2,8 @@
 #![allow(non_snake_case, reason = "forces and moments are written as in the equations")]
 
 use crate::body::Body;
-use crate::number::Number;
 use crate::slip::slip_speed;
+use tire::Number;
 
 /// Forces of the two axles [N], each in the frame of its wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]

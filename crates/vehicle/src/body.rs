@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::number::Number;
+use tire::Number;
 
 /// Standard gravity of the models [m/s²].
 pub const G: f64 = 9.81;

@@ -3,8 +3,8 @@
 
 use nalgebra::SVector;
 
-use crate::number::Number;
 use crate::single_track::{Input, State, Vehicle};
+use tire::Number;
 
 /// One step of the classical fourth-order Runge-Kutta method: the state `h` [s] after `x`.
 ///

@@ -27,18 +27,16 @@ mod axle;
 mod body;
 mod integrate;
 mod linear;
-mod number;
 mod single_track;
 mod slip;
-mod tire;
 mod wheel;
 
 pub use axle::AxleForces;
 pub use body::{Aero, Body, G};
 pub use integrate::rk4;
 pub use linear::NominalCar;
-pub use number::Number;
+
 pub use single_track::{Input, Motion, State, Vehicle};
 pub use slip::SLIP_SPEED_FLOOR;
-pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
+pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Number, Standard};
 pub use wheel::{Differential, Wheel, slip_ratio};

@@ -5,8 +5,8 @@ use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::integrate::rk4;
-use crate::number::Number;
 use crate::slip::{SLIP_SPEED_FLOOR, slip_speed};
+use tire::Number;
 
 /// Nominal car: linear tires, small slip angles, and three disturbance forces for everything else.
 ///

@@ -5,8 +5,8 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use crate::body::{Aero, Body};
-use crate::number::Number;
-use crate::tire::MagicFormula;
+use tire::MagicFormula;
+use tire::Number;
 
 /// Motion state of the car in the plane, or the time derivative of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

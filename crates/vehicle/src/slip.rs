@@ -1,6 +1,6 @@
 //! Keeps slips finite at rest: the speed that they are divided by has a floor.
 
-use crate::number::Number;
+use tire::Number;
 
 /// Forward speed [m/s] below which slip angles are those at this speed, so that they stay finite at
 /// rest.
