@@ -29,6 +29,7 @@ mod integrate;
 mod linear;
 mod single_track;
 mod slip;
+mod tire_car;
 mod wheel;
 
 pub use axle::AxleForces;
@@ -39,4 +40,5 @@ pub use linear::NominalCar;
 pub use single_track::{Input, Motion, State, Vehicle};
 pub use slip::SLIP_SPEED_FLOOR;
 pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Number, Standard};
+pub use tire_car::{MotionDual, TireCar};
 pub use wheel::{Differential, Wheel, slip_ratio};
