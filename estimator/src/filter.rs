@@ -1,10 +1,11 @@
-//! Estimates speeds, yaw rate and three lumped disturbances of the nominal single-track car.
+//! Estimates speeds, yaw rate and three lumped disturbances of a single-track car.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use kalman::{Consistency, Gaussian, Judged, UpdateError, discretise, predict, update};
 use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
-use vehicle::NominalCar;
+
+use crate::car::Car;
 
 /// Output of the filter after a step: state `[v_x v_y r xi_x xi_y xi_psi]`, measurement `[v_x v_y r a_y]`.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -26,8 +27,6 @@ pub struct Output {
 /// An extended Kalman filter whose state is extended by disturbances that walk at random.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Estimator {
-    /// The car that the filter assumes.
-    pub car: NominalCar,
     /// Standard deviations of the measurements.
     pub sensor: Vector4<f64>,
     /// Growth of the state's variances, per second.
@@ -48,7 +47,6 @@ pub struct Estimator {
 impl Default for Estimator {
     fn default() -> Self {
         Estimator {
-            car: NominalCar::default(),
             sensor: Vector4::new(0.05, 0.01, 0.01, 0.1),
             process: Vector6::new(1e-6, 1e-6, 1e-6, 9e4, 2.25e6, 2.25e6),
             start_std_xi: 1000.0,
@@ -73,28 +71,29 @@ impl Estimator {
         Output { mean, std, ..Output::default() }
     }
 
-    /// Predicts by `h` [s] with the inputs held, and corrects by the measurement at the end. The accelerometer
+    /// Predicts a car by `h` [s] with the inputs held, and corrects by the measurement at the end. The accelerometer
     /// measures the effect of the steering angle too, so `delta` is part of its prediction.
     ///
     /// # Errors
     /// When a measurement is not finite, or the covariance has become indefinite.
     pub fn step(
         &mut self,
-        F_x: f64,
-        delta: f64,
+        car: &dyn Car,
+        [F_x, delta]: [f64; 2],
         measured: &Vector4<f64>,
         h: f64,
     ) -> Result<Output, UpdateError> {
         if self.start_at_measurement && !self.has_begun && measured.iter().all(|y| y.is_finite()) {
             self.belief.mean.fixed_rows_mut::<3>(0).copy_from(&measured.fixed_rows::<3>(0));
         }
-        let (car, x) = (&self.car, &self.belief.mean);
-        let (F, Q) = discretise(&car.jacobian(x), &Matrix6::from_diagonal(&self.process), h);
+        let x = &self.belief.mean;
+        let (F, Q) =
+            discretise(&car.jacobian(x, F_x, delta), &Matrix6::from_diagonal(&self.process), h);
         let prior = predict(&self.belief, car.advance(x, F_x, delta, h), &F, &Q);
-        let residual = measured - car.measurement(&prior.mean, delta);
+        let residual = measured - car.measurement(&prior.mean, F_x, delta);
         let R = Matrix4::from_diagonal(&self.sensor.component_mul(&self.sensor));
         let (belief, innovation) =
-            update(&prior, &residual, &car.measurement_jacobian(&prior.mean), &R)?;
+            update(&prior, &residual, &car.measurement_jacobian(&prior.mean, F_x, delta), &R)?;
         let kept = (-h / self.warning_time).exp();
         let judged = self.consistency.take(innovation.nis, kept, self.warning_deviations);
         (self.belief, self.has_begun) = (belief, true);
@@ -110,91 +109,4 @@ impl Estimator {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, StandardNormal};
-    use rand_pcg::Pcg64Mcg;
-
-    use super::*;
-
-    /// A steady turn of the nominal car under constant disturbances, measured without noise.
-    #[test]
-    fn constant_disturbances_are_found() {
-        let mut estimator = Estimator::default();
-        let car = estimator.car;
-        let mut truth = Vector6::new(25.0, 0.0, 0.0, -800.0, 1500.0, -700.0);
-        estimator.start([25.0, 0.0, 0.0]);
-        let mut output = Output::default();
-        for _ in 0..500 {
-            truth = car.advance(&truth, 1000.0, 0.01, 0.01);
-            let measured = car.measurement(&truth, 0.01);
-            output = estimator.step(1000.0, 0.01, &measured, 0.01).expect("a finite step");
-        }
-        for i in 0..6 {
-            let error = (output.mean[i] - truth[i]).abs();
-            assert!(error < 0.05 * output.std[i] + 1e-6, "state {i}: off by {error}");
-        }
-        assert!(output.nis < 1e-3, "{}", output.nis);
-    }
-
-    /// The share of steps with a warning, and the mean of the NIS, of a filter on its own model with white noises, whose
-    /// sensors are `factor` times as noisy as it believes.
-    fn warned(factor: f64) -> (f64, f64) {
-        let mut estimator = Estimator::default();
-        let (car, h) = (estimator.car, 0.01);
-        let mut random = Pcg64Mcg::seed_from_u64(1);
-        let mut truth = Vector6::new(25.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        estimator.start([25.0, 0.0, 0.0]);
-        let (mut warnings, mut sum) = (0, 0.0);
-        for k in 0..20_000 {
-            let delta = 0.02 * (f64::from(k) * h).sin();
-            truth = car.advance(&truth, -truth[3], delta, h);
-            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
-            for i in 0..6 {
-                truth[i] += (estimator.process[i] * h).sqrt() * normal();
-            }
-            let noise = Vector4::from_fn(|i, _| factor * estimator.sensor[i] * normal());
-            let measured = car.measurement(&truth, delta) + noise;
-            let output = estimator.step(-truth[3], delta, &measured, h).expect("a finite step");
-            warnings += u32::from(output.warning);
-            sum += output.nis / 20_000.0;
-        }
-        (f64::from(warnings) / 20_000.0, sum)
-    }
-
-    #[test]
-    fn a_warning_tells_a_wrong_model_and_no_right_one() {
-        let (share, mean) = warned(1.0);
-        assert!(share == 0.0 && (mean - 4.0).abs() < 0.15, "warned {share}, mean {mean}");
-        let (share, mean) = warned(1.5);
-        assert!(share > 0.9 && mean > 5.0, "warned {share}, mean {mean}");
-        let (share, _) = warned(0.6);
-        assert!(share > 0.9, "warned {share}");
-    }
-
-    #[test]
-    fn a_filter_that_starts_at_its_measurement_starts_at_any_speed() {
-        for v_x in [-3.0, 0.0, 0.5, 12.0, 90.0] {
-            let mut estimator = Estimator { start_at_measurement: true, ..Estimator::default() };
-            estimator.start([15.0, 0.0, 0.0]);
-            let measured = Vector4::new(v_x, 0.0, 0.0, 0.0);
-            let mut nis = 0.0;
-            for _ in 0..300 {
-                let output = estimator.step(0.0, 0.0, &measured, 0.01).expect("a finite step");
-                nis = output.nis.max(nis);
-                assert!(output.mean.iter().chain(output.std.iter()).all(|x| x.is_finite()));
-            }
-            assert!(nis < 1.0, "{nis} at {v_x} m/s");
-        }
-    }
-
-    #[test]
-    fn a_measurement_of_nan_is_an_error_and_changes_nothing() {
-        let mut estimator = Estimator::default();
-        estimator.start([25.0, 0.0, 0.0]);
-        let before = estimator.belief;
-        let measured = Vector4::new(25.0, f64::NAN, 0.0, 0.0);
-        assert!(estimator.step(0.0, 0.0, &measured, 0.01).is_err());
-        assert_eq!(estimator.belief, before);
-    }
-}
+mod tests;

@@ -2,17 +2,33 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod car;
 mod filter;
 
+use std::sync::Arc;
+
+use car::{Car, OnTires};
 use filter::{Estimator, Output};
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
+use tire::MagicFormula;
+use vehicle::{Aero, Body, NominalCar, TireCar};
 
 /// The filter between its inputs and its outputs.
 #[derive(Clone, Serialize, Deserialize)]
 struct Node {
     estimator: Estimator,
+    model: i32,
+    body: Body,
+    aero: Aero,
+    brake_front_share: f64,
+    /// Cornering stiffness of the front and the rear axle of the linear tires [N/rad].
+    stiffness: [f64; 2],
+    tires: [MagicFormula; 2],
+    /// What the parameters make, once it is asked for.
+    #[serde(skip)]
+    car: Option<Arc<dyn Car>>,
     start: [f64; 3],
     F_x: f64,
     delta: f64,
@@ -24,6 +40,13 @@ impl Default for Node {
     fn default() -> Self {
         Node {
             estimator: Estimator::default(),
+            model: 0,
+            body: Body::default(),
+            aero: Aero::default(),
+            brake_front_share: 0.6,
+            stiffness: [NominalCar::default().C_f, NominalCar::default().C_r],
+            tires: [MagicFormula::default(); 2],
+            car: None,
             start: [15.0, 0.0, 0.0],
             F_x: 0.0,
             delta: 0.0,
@@ -32,6 +55,9 @@ impl Default for Node {
         }
     }
 }
+
+/// Value of `model` for tires with combined slip.
+const MODEL_TIRES: i32 = 1;
 
 /// The measurements act on the estimate at the end of a step. `F_x` and `delta` act during it, so the
 /// values from its start are the right ones.
@@ -54,6 +80,25 @@ const ESTIMATES: &[Member] = &[
     Member::signal("xi_y", "xi_y"),
     Member::signal("xi_psi", "xi_psi"),
 ];
+
+impl Node {
+    /// The car that the parameters describe; made anew after a state was read.
+    fn car(&mut self) -> Result<Arc<dyn Car>, String> {
+        if let Some(car) = &self.car {
+            return Ok(Arc::clone(car));
+        }
+        let car: Arc<dyn Car> = if self.model == MODEL_TIRES {
+            let Node { body, aero, brake_front_share, tires, .. } = *self;
+            let car = TireCar { body, aero, brake_front_share, tires };
+            Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.lift())) })
+        } else {
+            let (Body { m, I_zz, l_f, l_r, .. }, [C_f, C_r]) = (self.body, self.stiffness);
+            Arc::new(NominalCar { m, I_zz, l_f, l_r, C_f, C_r })
+        };
+        self.car = Some(Arc::clone(&car));
+        Ok(car)
+    }
+}
 
 impl Model for Node {
     const INFO: Info = Info::new(
@@ -137,22 +182,60 @@ impl Model for Node {
         output("nis", "1", "Normalised innovation squared, 4 on average for a consistent filter")
             .depends_on(MEASURED)
             .at(|n| &mut n.output.nis),
-        parameter("body.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.estimator.car.m),
-        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia")
-            .min(1.0)
-            .at(|n| &mut n.estimator.car.I_zz),
+        parameter("body.m", "kg", "Nominal mass").min(1.0).at(|n| &mut n.body.m),
+        parameter("body.I_zz", "kg.m2", "Nominal yaw inertia").min(1.0).at(|n| &mut n.body.I_zz),
         parameter("body.l_f", "m", "Nominal centre of gravity to front axle")
             .min(0.01)
-            .at(|n| &mut n.estimator.car.l_f),
+            .at(|n| &mut n.body.l_f),
         parameter("body.l_r", "m", "Nominal centre of gravity to rear axle")
             .min(0.01)
-            .at(|n| &mut n.estimator.car.l_r),
+            .at(|n| &mut n.body.l_r),
         parameter("nominal.C_f", "N/rad", "Nominal cornering stiffness of the front axle")
             .min(1.0)
-            .at(|n| &mut n.estimator.car.C_f),
+            .at(|n| &mut n.stiffness[0]),
         parameter("nominal.C_r", "N/rad", "Nominal cornering stiffness of the rear axle")
             .min(1.0)
-            .at(|n| &mut n.estimator.car.C_r),
+            .at(|n| &mut n.stiffness[1]),
+        parameter("model", "", "Tires of the car: 0 linear, 1 with combined slip")
+            .min(0.0)
+            .max(1.0)
+            .at_integer(|n| &mut n.model),
+        parameter("body.h", "m", "Height of the centre of gravity in model 1")
+            .min(0.0)
+            .at(|n| &mut n.body.h),
+        parameter(
+            "body.brake_front_share",
+            "1",
+            "Share of a braking force that the front axle takes",
+        )
+        .min(0.0)
+        .max(1.0)
+        .at(|n| &mut n.brake_front_share),
+        parameter("aero.rho", "kg/m3", "Density of the air").min(0.0).at(|n| &mut n.aero.rho),
+        parameter("aero.area", "m2", "Frontal area").min(0.0).at(|n| &mut n.aero.area),
+        parameter("aero.C_d", "1", "Drag coefficient").min(0.0).at(|n| &mut n.aero.C_d),
+        parameter("aero.C_lf", "1", "Downforce coefficient of the front axle")
+            .at(|n| &mut n.aero.C_lf),
+        parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle")
+            .at(|n| &mut n.aero.C_lr),
+        parameter("tire_f.B", "1/rad", "Front stiffness factor in model 1")
+            .at(|n| &mut n.tires[0].B),
+        parameter("tire_f.C", "1", "Front shape factor in model 1").at(|n| &mut n.tires[0].C),
+        parameter("tire_f.D", "1", "Front peak factor in model 1").at(|n| &mut n.tires[0].D),
+        parameter("tire_f.E", "1", "Front curvature factor in model 1").at(|n| &mut n.tires[0].E),
+        parameter("tire_f.S_h", "rad", "Front horizontal shift in model 1")
+            .at(|n| &mut n.tires[0].S_h),
+        parameter("tire_f.S_v", "1", "Front vertical shift, in units of the load in model 1")
+            .at(|n| &mut n.tires[0].S_v),
+        parameter("tire_r.B", "1/rad", "Rear stiffness factor in model 1")
+            .at(|n| &mut n.tires[1].B),
+        parameter("tire_r.C", "1", "Rear shape factor in model 1").at(|n| &mut n.tires[1].C),
+        parameter("tire_r.D", "1", "Rear peak factor in model 1").at(|n| &mut n.tires[1].D),
+        parameter("tire_r.E", "1", "Rear curvature factor in model 1").at(|n| &mut n.tires[1].E),
+        parameter("tire_r.S_h", "rad", "Rear horizontal shift in model 1")
+            .at(|n| &mut n.tires[1].S_h),
+        parameter("tire_r.S_v", "1", "Rear vertical shift, in units of the load in model 1")
+            .at(|n| &mut n.tires[1].S_v),
         parameter("sensor.v_x", "m/s", "Standard deviation of the noise of v_x_meas")
             .min(1e-9)
             .at(|n| &mut n.estimator.sensor[0]),
@@ -200,12 +283,16 @@ impl Model for Node {
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
+        self.car = None;
+        self.car().map_err(ModelError::Error)?;
         self.output = self.estimator.start(self.start);
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        let stepped = self.estimator.step(self.F_x, self.delta, &self.measured, step);
+        let car = self.car().map_err(ModelError::Error)?;
+        let commands = [self.F_x, self.delta];
+        let stepped = self.estimator.step(&*car, commands, &self.measured, step);
         self.output = stepped.map_err(|error| {
             ModelError::Error(format!(
                 "at {} s with measurements {:?}: {error}",
