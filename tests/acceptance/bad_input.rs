@@ -122,6 +122,8 @@ const MISTAKES: &[Mistake] = &[
     ("[[check]]", "[view.track]\ncenter = [\"plant.X\", \"plant.Y\"]\n\n[[check]]", "view.track", &["the track has more or less than it needs", "half_width"]),
     ("[[check]]", "[view.track]\npath = \"log.csv\"\ncenter = [\"t\", \"stear\"]\nhalf_width = 3.0\n\n[[check]]", "center =", &["no column `stear`", "did you mean `steer`?"]),
     ("[[check]]", "[[view.xy_plot]]\ntitle = \"t\"\nx = { label = \"x\", range = [1.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "x = { label", &["two different ends of an axis, found 1 and 1"]),
+    ("[[check]]", "[[view.xy_plot]]\ntitle = \"t\"\ncircle = 1.0\nellipse = [1.0, 2.0]\nx = { label = \"x\", range = [0.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "ellipse = [1.0, 2.0]", &["expected `circle` or `ellipse`, found both"]),
+    ("[[check]]", "[[view.xy_plot]]\ntitle = \"t\"\nellipse = [1.0, -2.0]\nx = { label = \"x\", range = [0.0, 1.0] }\ny = { label = \"y\", range = [0.0, 1.0] }\n\n[[check]]", "ellipse = [1.0, -2.0]", &["expected two positive half axes, found 1 and -2"]),
     ("[[check]]", "[[view.arrow]]\nlabel = \"t\"\nat = [0.0, 0.0, 0.0]\nscale = 0.0\n\n[[check]]", "scale =", &["expected a length in m, found 0"]),
 ];
 

@@ -204,8 +204,8 @@ pub struct XyPlot {
     pub labels: [String; 2],
     /// The ends of the axes, x and y; the first one is at the left or at the bottom.
     pub ranges: [[f64; 2]; 2],
-    /// Radius of a circle around the origin, such as a limit.
-    pub circle: Option<f64>,
+    /// Half axes of an ellipse around the origin, such as a limit.
+    pub ellipse: Option<[f64; 2]>,
     /// Duration of the trail of a point [s].
     pub trail: f64,
     /// Moving points.

@@ -56,7 +56,7 @@ impl TimeGap {
             title: title.to_owned(),
             labels: ["distance [m]".to_owned(), "Δt [s]".to_owned()],
             ranges: [self.range(0, 1.0), self.range(1, FINEST)],
-            circle: None,
+            ellipse: None,
             trail: 0.0,
             points: vec![point],
             curves: Vec::new(),

@@ -167,12 +167,12 @@ impl Drawing {
     }
 
     fn describe(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        // Axes, circle and curves are drawn once for both runs.
+        // Axes, ellipse and curves are drawn once for both runs.
         let first = self.slot.is_first();
         if first {
             self.frame.describe(stream)?;
         }
-        let XyPlot { points, curves, circle, .. } = &self.plot;
+        let XyPlot { points, curves, ellipse, .. } = &self.plot;
         let mut palette = Palette::default();
         let mut legend = Vec::new();
         for point in points {
@@ -201,15 +201,14 @@ impl Drawing {
                 stream.log_static(path, &LineStrips2D::update_fields().with_strips([strips]))?;
             }
         }
-        if let Some(radius) = circle.filter(|_| first) {
+        if let Some([x, y]) = ellipse.filter(|_| first) {
             let angles = (0..=72).map(|it| f64::from(it) * std::f64::consts::TAU / 72.0);
-            let points =
-                angles.map(|it| self.frame.position([radius * it.cos(), radius * it.sin()]));
-            let circle = LineStrips2D::new([points.collect::<Vec<_>>()])
+            let points = angles.map(|it| self.frame.position([x * it.cos(), y * it.sin()]));
+            let ellipse = LineStrips2D::new([points.collect::<Vec<_>>()])
                 .with_colors([LIMIT])
                 .with_radii([Radius::new_ui_points(1.0)])
                 .with_draw_order(10.0);
-            stream.log_static(format!("{}/circle", self.frame.root), &circle)?;
+            stream.log_static(format!("{}/limit", self.frame.root), &ellipse)?;
         }
         // Below that of the first run.
         let above = match first {
@@ -246,7 +245,7 @@ impl Drawing {
     }
 }
 
-/// The frame of one of `count` diagrams. It fills its place; with a circle both axes have the same scale.
+/// The frame of one of `count` diagrams. It fills its place; with an ellipse both axes have the same scale.
 fn frame(number: usize, plot: &XyPlot, count: usize) -> Frame {
     let line = LINE * count as f64;
     // Around the axes there are six lines of text in width and eight in height.
@@ -256,7 +255,7 @@ fn frame(number: usize, plot: &XyPlot, count: usize) -> Frame {
         root: format!("xy_plots/{number}"),
         labels: plot.labels.clone(),
         ranges: plot.ranges,
-        width: if plot.circle.is_some() { x / y } else { width },
+        width: if plot.ellipse.is_some() { x / y } else { width },
         line: line as f32,
         ticks: TICKS,
     }

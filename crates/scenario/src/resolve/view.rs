@@ -218,13 +218,25 @@ fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
         let (y, moves) = names.function(&it.y)?;
         Ok(Function { label: it.label.clone(), role: it.role, y, moves })
     }));
+    let ellipse = match &written.ellipse {
+        Some(axes) if written.circle.is_some() => {
+            Err(names.error(axes, "expected `circle` or `ellipse`, found both".to_owned()))
+        }
+        Some(axes) if !axes.get_ref().iter().all(|it| it.is_finite() && *it > 0.0) => {
+            let [x, y] = axes.get_ref();
+            let message = format!("expected two positive half axes, found {x} and {y}");
+            Err(names.error(axes, message))
+        }
+        axes => Ok(axes.as_ref().map(|axes| *axes.get_ref()).or(written.circle.map(|it| [it; 2]))),
+    };
     let shown = Mistakes::both(points, curves);
-    let (_, (points, curves)) = Mistakes::both(Mistakes::all(ranges), shown)?;
+    let (_, (ellipse, (points, curves))) =
+        Mistakes::both(Mistakes::all(ranges), Mistakes::both(ellipse, shown))?;
     Ok(XyPlot {
         title: written.title.clone(),
         labels: axes.map(|axis| axis.label.clone()),
         ranges: axes.map(|axis| *axis.range.get_ref()),
-        circle: written.circle,
+        ellipse,
         trail: written.trail,
         points,
         curves,

@@ -165,6 +165,9 @@ pub struct XyPlot {
     /// Radius of a circle around the origin, in the unit of the axes.
     #[schemars(example = 9.81)]
     pub circle: Option<f64>,
+    /// Half axes of an ellipse around the origin, along x and along y: a tire that grips one way more than the other.
+    #[schemars(example = &[1.4, 1.5])]
+    pub ellipse: Option<Spanned<[f64; 2]>>,
     /// Duration of the trails of moving points [s].
     #[serde(default = "XyPlot::default_trail")]
     #[schemars(example = 3.0)]
