@@ -1,0 +1,45 @@
+//! Follows lines: centre lines of tracks from tables of points, how fast a car can drive along one, and the steering and the
+//! speed that keep it there. It knows no car: what a car can do comes in as numbers.
+//!
+//! Everything is in SI units and radians, in the axes of ISO 8855: x forward, y to the left, z up. Stations `s` [m] are counted
+//! along the line, lateral deviations are positive to its left, curvature is positive in left turns. A positive bank angle
+//! lifts the left side of the road, a positive grade goes uphill.
+//!
+//! ```
+//! use track::{Ggv, Limits, Line, Profile};
+//!
+//! let square = "x, y\n0, 0\n50, 0\n100, 50\n50, 100\n0, 100\n-50, 50";
+//! let line = Line::read(square)?;
+//! assert!(line.is_closed());
+//! let limits = Limits { lateral: 8.0, drive: 4.0, brake: 9.0, ..Limits::at_speed(60.0) };
+//! let ggv = Ggv::new(vec![limits], 2.0)?;
+//! let profile = Profile::of(&line, &ggv, &Default::default())?;
+//! assert!(profile.duration() > 10.0);
+//! let place = line.locate([51.0, 1.0], None);
+//! assert!(place.lateral > 0.0);
+//! # Ok::<(), track::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+mod error;
+mod ggv;
+mod line;
+mod profile;
+mod projection;
+mod speed;
+mod spline;
+mod steering;
+mod survey;
+
+pub use error::Error;
+pub use ggv::{G, Ggv, Limits, Road};
+pub use line::{Line, Place};
+pub use profile::{Bounds, Profile};
+pub use projection::Station;
+pub use speed::{SpeedLaw, Wanted};
+pub use steering::{Handling, Motion, Steering, wrap};
+pub use survey::Survey;

@@ -1,0 +1,169 @@
+//! Projects points onto a line: anywhere on it at first, then onward from the last station.
+
+use crate::survey::distance;
+use crate::{Line, wrap};
+
+/// Where a point is, seen from the line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Station {
+    /// Station [m]; of a closed line within 0 .. length.
+    pub s: f64,
+    /// Deviation of the point to the left of the line [m].
+    pub lateral: f64,
+    /// Heading of the line there [rad].
+    pub psi: f64,
+    /// Curvature of the line there [1/m].
+    pub kappa: f64,
+}
+
+/// Detour that a heading against the line is worth when stations are compared [m].
+const WRONG_WAY: f64 = 20.0;
+/// Longest correction of one iteration [m].
+const REACH: f64 = 5.0;
+
+impl Line {
+    /// The station nearest to a point [m], anywhere on the line. Where the line comes near itself, the heading [rad] decides
+    /// between its parts: one that is passed backwards counts as 20 m farther away.
+    #[must_use]
+    pub fn locate(&self, point: [f64; 2], heading: Option<f64>) -> Station {
+        let cost = |s: f64, knot: [f64; 2]| {
+            let turned = heading.map_or(0.0, |it| 1.0 - wrap(it - self.place(s).psi).cos());
+            distance(point, knot) + 0.5 * WRONG_WAY * turned
+        };
+        let costs = self.stations().zip(self.points()).map(|(s, knot)| (cost(s, knot), s));
+        let (_, s) = costs.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default();
+        self.follow(s, point)
+    }
+
+    /// The station of a point [m] near the last station `s` [m], by Newton's method for (p − r) · r' = 0. Parts of the line that cross
+    /// there, or come near, are left alone. The effort does not depend on the length of the line.
+    #[must_use]
+    pub fn follow(&self, s: f64, point: [f64; 2]) -> Station {
+        let mut s = s;
+        for _ in 0..50 {
+            let [[x, y], [dx, dy], [ddx, ddy]] = self.derivatives(s);
+            let away = [point[0] - x, point[1] - y];
+            let square = dx * dx + dy * dy;
+            let along = away[0] * dx + away[1] * dy;
+            // Beyond the centre of the bend the curvature term would turn the direction round.
+            let slope = (square - away[0] * ddx - away[1] * ddy).max(0.2 * square);
+            let change = (along / slope).clamp(-REACH, REACH);
+            s += change;
+            if change.abs() < 1e-9 {
+                break;
+            }
+        }
+        let s = self.wrapped(s);
+        let place = self.place(s);
+        let (sin, cos) = place.psi.sin_cos();
+        let away = [point[0] - place.point[0], point[1] - place.point[1]];
+        let lateral = away[1] * cos - away[0] * sin;
+        Station { s, lateral, psi: place.psi, kappa: place.kappa }
+    }
+
+    /// How far the station has moved from `from` to `to` [m], the shorter way round a closed line.
+    #[must_use]
+    pub fn moved(&self, from: f64, to: f64) -> f64 {
+        let way = to - from;
+        if !self.is_closed() {
+            return way;
+        }
+        way - self.length() * (way / self.length()).round()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use approx::assert_relative_eq;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::Survey;
+
+    /// A lying eight (lemniscate of Gerono) that crosses itself in the origin.
+    fn eight() -> Line {
+        let point = |i: i32| {
+            let angle = TAU * f64::from(i) / 200.0;
+            [100.0 * angle.sin(), 60.0 * angle.sin() * angle.cos()]
+        };
+        let points = (0..200).map(point).collect();
+        Line::through(&Survey { points, closed: true, ..Survey::default() }).expect("a line")
+    }
+
+    #[test]
+    fn crossing_lines_are_told_apart_by_the_last_station() {
+        let line = eight();
+        // Through the crossing at half the length, 0.4 m to the left of the line.
+        let mut s = 0.4 * line.length();
+        while s < 0.6 * line.length() {
+            let next = line.place(s + 0.5);
+            let (sin, cos) = next.psi.sin_cos();
+            let point = [next.point[0] - 0.4 * sin, next.point[1] + 0.4 * cos];
+            let station = line.follow(s, point);
+            assert_relative_eq!(station.s, s + 0.5, epsilon = 1e-6);
+            assert_relative_eq!(station.lateral, 0.4, epsilon = 1e-6);
+            s = station.s;
+        }
+    }
+
+    #[test]
+    fn crossing_lines_are_told_apart_by_the_heading() {
+        let line = eight();
+        let half = 0.5 * line.length();
+        for (wanted, psi) in [(0.0, line.place(0.0).psi), (half, line.place(half).psi)] {
+            let station = line.locate([0.0, 0.0], Some(psi));
+            assert_relative_eq!(line.moved(wanted, station.s), 0.0, epsilon = 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_lap_goes_on_across_its_beginning() {
+        let line = eight();
+        let (mut s, mut covered) = (0.0, 0.0);
+        for i in 1..=1000 {
+            let place = line.place(line.length() * f64::from(i) / 1000.0);
+            let station = line.follow(s, place.point);
+            covered += line.moved(s, station.s);
+            s = station.s;
+        }
+        assert_relative_eq!(covered, line.length(), epsilon = 1e-6);
+        assert_relative_eq!(line.moved(line.length() - 1.0, 2.0), 3.0, epsilon = 1e-9);
+    }
+
+    #[test]
+    fn points_before_and_behind_an_open_line_lie_on_its_tangents() {
+        let line = Line::read("x,y\n0,0\n10,0\n20,0\n30,0\n").expect("a line");
+        let before = line.locate([-7.0, 2.0], None);
+        assert_relative_eq!(before.s, -7.0, epsilon = 1e-9);
+        assert_relative_eq!(before.lateral, 2.0, epsilon = 1e-9);
+        let behind = line.follow(28.0, [41.0, -3.0]);
+        assert_relative_eq!(behind.s, 41.0, epsilon = 1e-9);
+        assert_relative_eq!(behind.lateral, -3.0, epsilon = 1e-9);
+    }
+
+    proptest! {
+        #[test]
+        fn a_point_beside_the_line_is_found_again(share in 0.0..1.0f64, lateral in -8.0..8.0f64) {
+            let line = eight();
+            let s = share * line.length();
+            let place = line.place(s);
+            let (sin, cos) = place.psi.sin_cos();
+            let point = [place.point[0] - lateral * sin, place.point[1] + lateral * cos];
+            let near = line.wrapped(s + 2.0);
+            let station = line.follow(near, point);
+            prop_assert!(line.moved(s, station.s).abs() < 1e-6);
+            prop_assert!((station.lateral - lateral).abs() < 1e-6);
+        }
+
+        #[test]
+        fn any_point_has_a_finite_station(x in -1e4..1e4f64, y in -1e4..1e4f64, s in -1e3..1e3f64) {
+            let line = eight();
+            for station in [line.follow(s, [x, y]), line.locate([x, y], Some(s))] {
+                prop_assert!(station.s.is_finite() && station.lateral.is_finite());
+                prop_assert!((0.0..line.length()).contains(&station.s));
+            }
+        }
+    }
+}
