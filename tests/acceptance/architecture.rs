@@ -63,12 +63,13 @@ fn physics_and_filters_depend_on_neither_fmi_nor_files_nor_each_other() {
 
 /// The allowed dependencies of each package on our packages: arrows point down only.
 #[rustfmt::skip]
-const ARROWS: [(&str, &[&str]); 35] = [
+const ARROWS: [(&str, &[&str]); 36] = [
     ("units", &[]),
     ("unified-features", &[]),
     ("plugin", &[]),
     ("vehicle", &[]),
     ("kalman", &[]),
+    ("manoeuvre", &[]),
     ("numerics", &[]),
     ("diagnostics", &[]),
     ("html-page", &[]),
