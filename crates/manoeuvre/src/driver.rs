@@ -1,0 +1,168 @@
+//! Drives a manoeuvre: measured values go in, commands come out, one communication point after the other.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::action::{Action, Drive, EDGE, Now, Stage, Steer};
+use crate::channel::Channel;
+use crate::common::Manoeuvre;
+use crate::law::Seen;
+use crate::path::Path;
+
+/// An output of a manoeuvre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Output {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: &'static str,
+}
+
+const fn output(name: &'static str, unit: &'static str, about: &'static str) -> Output {
+    Output { name, unit, about }
+}
+
+/// The outputs of a manoeuvre, in the order of [`Driver::step`].
+pub const OUTPUTS: [Output; 5] = [
+    output("steer", "rad", "Road-wheel angle, positive to the left"),
+    output("drive", "N", "Driving force; braking when negative"),
+    output("phase", "1", "0 before the test, its stage from 1 on, -1 after it"),
+    output("speed", "m/s", "Wanted speed; the measured one when none is wanted"),
+    output("offset", "m", "How far the path is to the left of the car; 0 without a path"),
+];
+
+/// What the driver remembers.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Memory {
+    stage: Stage,
+    /// Origin of the frame: position [m] and heading [rad].
+    origin: Option<[f64; 3]>,
+    /// Integral of the missing speed [m].
+    missing: f64,
+    /// Integral of the offset from the path [m.s].
+    offset: f64,
+    /// The last commands: road-wheel angle of a test to the left [rad] and force [N].
+    steer: f64,
+    force: f64,
+}
+
+/// The driver of a manoeuvre.
+#[derive(Debug, Clone)]
+pub struct Driver {
+    manoeuvre: Arc<Manoeuvre>,
+    channels: Vec<Channel>,
+    path: Option<Path>,
+    memory: Memory,
+}
+
+/// What a driver remembers, to go back to or to go on from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Remembered(Memory);
+
+impl Driver {
+    /// A driver before the run.
+    #[must_use]
+    pub fn new(manoeuvre: Arc<Manoeuvre>) -> Self {
+        let channels = manoeuvre.kind.needs();
+        let path = manoeuvre.kind.path();
+        Driver { manoeuvre, channels, path, memory: Memory::default() }
+    }
+
+    /// What it remembers.
+    #[must_use]
+    pub fn memory(&self) -> Remembered {
+        Remembered(self.memory)
+    }
+
+    /// Goes back to what it remembered.
+    pub fn recall(&mut self, remembered: Remembered) {
+        self.memory = remembered.0;
+    }
+
+    /// The commands and what is told beside them, in the order of [`OUTPUTS`], at a time [s]; `inputs` are what the kind needs, in that
+    /// order.
+    pub fn step(&mut self, time: f64, inputs: &[f64]) -> [f64; 5] {
+        let manoeuvre = Arc::clone(&self.manoeuvre);
+        let (common, kind) = (&manoeuvre.common, &manoeuvre.kind);
+        let mut now = self.now(time, inputs);
+        if self.memory.stage.number == 0 {
+            let wanted = kind.run_up(common);
+            let right = (now.v_x - wanted).abs() <= common.speed_tolerance;
+            if self.memory.stage.holds(right, time, common.settle) {
+                self.memory.stage.enter(1, time);
+                (self.memory.origin, self.memory.offset) = (None, 0.0);
+                now = self.now(time, inputs);
+            }
+        }
+        let action = match self.memory.stage.number {
+            0 => {
+                let drive = Drive::Speed(kind.run_up(common));
+                if self.path.is_some() { Action::path(drive) } else { Action::angle(0.0, drive) }
+            }
+            Stage::OVER => Action::REST,
+            _ => kind.act(common, &mut self.memory.stage, &now),
+        };
+        self.command(action, now)
+    }
+
+    /// The car, mirrored and in the frame of the test.
+    fn now(&mut self, time: f64, inputs: &[f64]) -> Now {
+        let mut all = [0.0; Channel::ALL.len()];
+        let right = self.manoeuvre.common.direction.sign() < 0.0;
+        for (channel, value) in self.channels.iter().zip(inputs) {
+            all[channel.place()] = if right { channel.mirror() * value } else { *value };
+        }
+        let [v_x, v_y, r, a_y, east, north, heading] = all;
+        let [x0, y0, psi0] = *self.memory.origin.get_or_insert([east, north, heading]);
+        let [x, y] = turned([east - x0, north - y0], psi0);
+        Now { time, v_x, v_y, r, a_y, x, y, psi: heading - psi0, steer: self.memory.steer }
+    }
+
+    fn command(&mut self, action: Action, now: Now) -> [f64; 5] {
+        let common = &self.manoeuvre.common;
+        let memory = &mut self.memory;
+        // Before the test the way is straight.
+        let straight = Path::Straight;
+        let path = self.path.as_ref();
+        let path = path.map(|path| if memory.stage.number == 0 { &straight } else { path });
+        memory.steer = match (action.steer, path) {
+            (Steer::Angle(angle), _) => angle,
+            (Steer::Path, None) => 0.0,
+            (Steer::Path, Some(path)) => {
+                let Now { x, y, psi, v_x, r, .. } = now;
+                let sums = (&mut memory.offset, common.step);
+                let seen = Seen { x, y, psi, v_x, r };
+                common.path_follower.steer(path, seen, common.wheelbase, sums)
+            }
+        };
+        let speed = if let Drive::Speed(speed) = action.drive { speed } else { now.v_x };
+        memory.force = match action.drive {
+            Drive::Hold => memory.force,
+            Drive::Force(force) => force,
+            Drive::Speed(speed) => {
+                let missing = speed - now.v_x;
+                common.speed_controller.force(missing, &mut memory.missing, common.step)
+            }
+        };
+        let sign = common.direction.sign();
+        let offset = path.map_or(0.0, |path| path.offset(now.x, now.y));
+        let phase = f64::from(memory.stage.number);
+        // Not -0, which looks like an answer.
+        let [steer, offset] = [sign * memory.steer, sign * offset].map(|it| it + 0.0);
+        [steer, memory.force, phase, speed, offset]
+    }
+}
+
+/// A vector in a frame that is turned by an angle [rad].
+pub(crate) fn turned([x, y]: [f64; 2], psi: f64) -> [f64; 2] {
+    let (sin, cos) = psi.sin_cos();
+    [cos * x + sin * y, cos * y - sin * x]
+}
+
+/// Whether so much time [s] of a stage is over.
+pub(crate) fn lasted(stage: &Stage, now: &Now, duration: f64) -> bool {
+    now.time - stage.since >= duration - EDGE
+}

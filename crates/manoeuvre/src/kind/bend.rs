@@ -1,0 +1,129 @@
+//! Changes the driving force in a bend with the steering held: what power on, power off and braking have in common.
+
+use super::known;
+use crate::action::{Action, Drive, Now, Stage};
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::driver::lasted;
+use crate::log::{Log, largest, mean};
+use crate::value::{Known, Values};
+
+/// A change of the driving force in a bend.
+pub(super) struct Bend {
+    /// Time to settle on the circle [s].
+    pub circle: f64,
+    /// The driving force after the change [N].
+    pub force: f64,
+    /// How long the test goes on after the change [s].
+    pub observe: f64,
+}
+
+/// Stages: onto the circle, steering and force held, the change.
+const CIRCLE: i8 = 1;
+const HELD: i8 = 2;
+const CHANGE: i8 = 3;
+/// Steering and driving force are held before the change for so long [s]; the means of this time are the initial state.
+const INITIAL: f64 = 1.0;
+/// A slower car stands [m/s].
+pub(super) const STANDS: f64 = 0.2;
+
+pub(super) const STAGES: &[&str] =
+    &["onto the circle", "steering and driving force held", "change of the driving force"];
+
+pub(super) const KNOWN: [Known; 9] = [
+    known("lateral_acceleration_0", "m/s2", "lateral acceleration before the change"),
+    known(
+        "longitudinal_acceleration",
+        "m/s2",
+        "mean longitudinal acceleration in the first second",
+    ),
+    known(
+        "yaw_rate_ratio_1_0",
+        "1",
+        "yaw rate after 1 s, in terms of that on the initial circle at the same speed",
+    ),
+    known("yaw_rate_ratio_2_0", "1", "the same after 2 s"),
+    known(
+        "yaw_rate_change_max",
+        "rad/s",
+        "largest difference from the yaw rate on the initial circle in the first 2 s",
+    ),
+    known("sideslip_change_max", "rad", "largest change of the sideslip angle in the first 2 s"),
+    known("path_deviation_2_0", "m", "how far the car is outside of its initial circle after 2 s"),
+    known(
+        "stopping_distance",
+        "m",
+        "distance from the change to standstill; none of a car that goes on",
+    ),
+    known("stopping_time", "s", "time from the change to standstill"),
+];
+
+impl Bend {
+    pub fn needs() -> Vec<Channel> {
+        Channel::ALL.to_vec()
+    }
+
+    pub fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+        if stage.number == CIRCLE {
+            if !lasted(stage, now, self.circle) {
+                return Action::path(Drive::Speed(common.entry_speed));
+            }
+            stage.angle = now.steer;
+            stage.enter(HELD, now.time);
+        }
+        if stage.number == HELD {
+            if !lasted(stage, now, INITIAL) {
+                return Action::angle(stage.angle, Drive::Hold);
+            }
+            stage.enter(CHANGE, now.time);
+        }
+        if now.v_x < STANDS || lasted(stage, now, self.observe) {
+            return stage.end(now.time);
+        }
+        Action::angle(stage.angle, Drive::Force(self.force))
+    }
+
+    pub fn values(&self, log: &Log) -> Result<Values, String> {
+        let (held, change) = (log.stage(HELD)?, log.stage(CHANGE)?.start);
+        let [v0, r0, a0] = [&log.v_x, &log.r, &log.a_y].map(|values| mean(&values[held.clone()]));
+        if r0 <= 0.0 || v0 <= 0.0 {
+            return Err(format!(
+                "the car was on no circle before the change: its yaw rate was {r0:.3} rad/s"
+            ));
+        }
+        let t0 = log.t[change];
+        let circle: Vec<f64> = log.v_x.iter().map(|v_x| r0 / v0 * v_x).collect();
+        let ratio = |after: f64| {
+            let [r, on_circle] = [&log.r, &circle].map(|values| log.at(values, t0 + after));
+            r.zip(on_circle).map(|(r, on_circle)| r / on_circle)
+        };
+        let first = change..log.t.partition_point(|t| *t <= t0 + 2.0);
+        let sideslip = log.sideslip();
+        let changed = |values: &[f64], from: &dyn Fn(usize) -> f64| {
+            largest(&first.clone().map(|k| values[k] - from(k)).collect::<Vec<_>>())
+        };
+        // The centre is to the left of the course.
+        let course = log.psi[change] + sideslip[change];
+        let radius = v0.hypot(log.v_y[change]) / r0;
+        let centre = [log.x[change] - radius * course.sin(), log.y[change] + radius * course.cos()];
+        let outside: Vec<f64> = (0..log.t.len())
+            .map(|k| (log.x[k] - centre[0]).hypot(log.y[k] - centre[1]) - radius)
+            .collect();
+        let last = log.t.len() - 1;
+        let stands = log.v_x[last] < STANDS;
+        let distance = log.distance();
+        Ok(Values::default()
+            .and("lateral_acceleration_0", a0)
+            .and(
+                "longitudinal_acceleration",
+                log.at(&log.v_x, t0 + 1.0).map(|v| v - log.v_x[change]),
+            )
+            .and("yaw_rate_ratio_1_0", ratio(1.0))
+            .and("yaw_rate_ratio_2_0", ratio(2.0))
+            .and("yaw_rate_change_max", changed(&log.r, &|k| circle[k]))
+            .and("sideslip_change_max", changed(&sideslip, &|_| sideslip[change]))
+            .and("path_deviation_2_0", log.at(&outside, t0 + 2.0))
+            .and("stopping_distance", stands.then(|| distance[last] - distance[change]))
+            .and("stopping_time", stands.then(|| log.t[last] - t0)))
+    }
+}

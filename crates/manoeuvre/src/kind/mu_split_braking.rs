@@ -1,0 +1,123 @@
+//! Braking straight ahead, such as on a road with two frictions (ISO 14512).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::bend::STANDS;
+use super::{Kind, known};
+use crate::action::{Action, Drive, Now, Stage};
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::log::{Log, largest};
+use crate::path::Path;
+use crate::value::{Known, Values, Wrong};
+
+/// What the driver does with the steering wheel while the car brakes.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Steering {
+    /// Keeps the car on its straight way.
+    #[default]
+    Corrected,
+    /// Holds it straight.
+    Fixed,
+}
+
+/// Braking to standstill, straight ahead, on a road with two frictions (ISO 14512). The frictions are the road's: the scenario gives
+/// them to the car.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MuSplitBraking {
+    /// Braking force [N], a positive number.
+    #[schemars(example = 4000.0)]
+    pub force: f64,
+    /// What the driver does with the steering wheel.
+    #[schemars(example = &"fixed")]
+    pub steering: Steering,
+}
+
+impl Default for MuSplitBraking {
+    fn default() -> Self {
+        MuSplitBraking { force: 4000.0, steering: Steering::Corrected }
+    }
+}
+
+/// The mean fully developed deceleration is that between these shares of the initial speed (UN R13-H).
+const DEVELOPED: [f64; 2] = [0.8, 0.1];
+
+impl Kind for MuSplitBraking {
+    fn title(&self) -> &'static str {
+        "braking straight ahead on a road with two frictions (ISO 14512)"
+    }
+
+    fn needs(&self) -> Vec<Channel> {
+        let mut needs = vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate];
+        needs.extend(Channel::PLACE);
+        needs
+    }
+
+    fn stages(&self) -> &'static [&'static str] {
+        &["braking"]
+    }
+
+    fn known(&self) -> &'static [Known] {
+        const {
+            &[
+                known("entry_speed", "m/s", "speed at which the braking begins"),
+                known("stopping_distance", "m", "distance to standstill"),
+                known("stopping_time", "s", "time to standstill"),
+                known(
+                    "mean_deceleration",
+                    "m/s2",
+                    "mean fully developed deceleration, between 80 % and 10 % of the speed",
+                ),
+                known("lateral_deviation_max", "m", "largest distance from the straight way"),
+                known("heading_max", "rad", "largest change of the heading"),
+                known("yaw_rate_max", "rad/s", "largest yaw rate"),
+                known("sideslip_max", "rad", "largest sideslip angle above 10 % of the speed"),
+                known("steer_max", "rad", "largest road-wheel angle of the driver"),
+            ]
+        }
+    }
+
+    fn path(&self) -> Option<Path> {
+        Some(Path::Straight)
+    }
+
+    fn check(&self, _: &Common) -> Result<(), Wrong> {
+        Wrong::positive([("force", self.force, "N")])
+    }
+
+    fn act(&self, _: &Common, stage: &mut Stage, now: &Now) -> Action {
+        if now.v_x < STANDS {
+            return stage.end(now.time);
+        }
+        let drive = Drive::Force(-self.force);
+        match self.steering {
+            Steering::Corrected => Action::path(drive),
+            Steering::Fixed => Action::angle(0.0, drive),
+        }
+    }
+
+    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+        let (last, entry, distance) = (log.t.len() - 1, log.v_x[0], log.distance());
+        let [fast, slow] = DEVELOPED.map(|share| log.reaches(&log.v_x, share * entry, false, 0));
+        let at = |time: Option<f64>| time.and_then(|time| log.at(&distance, time));
+        let [fast_way, slow_way] = [fast, slow].map(at);
+        let developed = fast_way.zip(slow_way).map(|(fast, slow)| {
+            let [v1, v2] = DEVELOPED.map(|share| share * entry);
+            (v1 * v1 - v2 * v2) / (2.0 * (slow - fast))
+        });
+        let moving = log.v_x.iter().position(|v| *v < DEVELOPED[1] * entry).unwrap_or(last);
+        Ok(Values::default()
+            .and("entry_speed", entry)
+            .and("stopping_distance", distance[last])
+            .and("stopping_time", log.t[last])
+            .and("mean_deceleration", developed)
+            .and("lateral_deviation_max", largest(&log.y))
+            .and("heading_max", largest(&log.psi))
+            .and("yaw_rate_max", largest(&log.r))
+            .and("sideslip_max", largest(&log.sideslip()[..moving]))
+            .and("steer_max", largest(&log.steer)))
+    }
+}

@@ -1,0 +1,222 @@
+//! Sine with dwell: one period of steering that rests at its second peak, and how soon the car calms down (FMVSS 126 S5, ISO 19365).
+
+use std::f64::consts::TAU;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::slowly_increasing_steer::{AT, SlowlyIncreasingSteer};
+use super::{Kind, known};
+use crate::action::{Action, Drive, EDGE, Now, Stage};
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::log::{Log, largest, peak};
+use crate::value::{Known, Values, Wrong};
+
+/// Sine with dwell (FMVSS 126, ISO 19365): off the pedals one period of steering that rests at its second peak. Its amplitude is an
+/// angle, or a multiple of A, which the test finds before, by slowly increasing steer, unless it is given.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SineWithDwell {
+    /// Amplitude of the road-wheel angle [rad].
+    #[schemars(example = 0.08)]
+    pub amplitude: Option<f64>,
+    /// Amplitude in multiples of A [-].
+    #[schemars(example = 5.0)]
+    pub times_A: Option<f64>,
+    /// A, the road-wheel angle at 0.3 g [rad]; the test finds it without.
+    #[schemars(example = 0.016)]
+    pub A: Option<f64>,
+    /// Frequency of the sine [Hz].
+    #[schemars(example = 0.7)]
+    pub frequency: f64,
+    /// Rest at the second peak [s].
+    #[schemars(example = 0.5)]
+    pub dwell: f64,
+    /// How A is found.
+    pub search: SlowlyIncreasingSteer,
+}
+
+impl Default for SineWithDwell {
+    fn default() -> Self {
+        SineWithDwell {
+            amplitude: None,
+            times_A: None,
+            A: None,
+            frequency: 0.7,
+            dwell: 0.5,
+            search: SlowlyIncreasingSteer::default(),
+        }
+    }
+}
+
+/// Stages: A is found, the car comes back to its speed, the sine.
+const SEARCH: i8 = 1;
+const RECOVERY: i8 = 2;
+const SINE: i8 = 3;
+
+/// After the completion of steer the yaw rate is judged at these times [s].
+const JUDGED: [f64; 2] = [1.0, 1.75];
+/// After the beginning of steer the lateral displacement is judged at this time [s].
+const DISPLACED: f64 = 1.07;
+/// A car that yaws less is straight again [rad/s].
+const CALM: f64 = 0.01;
+
+impl SineWithDwell {
+    /// The steering [-] at a time after its beginning [s]: at most 1.
+    #[must_use]
+    pub fn shape(&self, time: f64) -> f64 {
+        let rest = 0.75 / self.frequency;
+        if time < 0.0 || time >= self.duration() {
+            return 0.0;
+        }
+        let time = if time <= rest { time } else { (time - self.dwell).max(rest) };
+        (TAU * self.frequency * time).sin()
+    }
+
+    /// From the beginning to the completion of steer [s].
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        1.0 / self.frequency + self.dwell
+    }
+
+    fn searches(&self) -> bool {
+        self.amplitude.is_none() && self.A.is_none()
+    }
+
+    /// The amplitude [rad]; A is what was found, if nothing else says it.
+    fn angle(&self, found: f64) -> f64 {
+        self.amplitude.unwrap_or(self.times_A.unwrap_or(0.0) * self.A.unwrap_or(found))
+    }
+}
+
+impl Kind for SineWithDwell {
+    fn title(&self) -> &'static str {
+        "sine with dwell (FMVSS 126, ISO 19365)"
+    }
+
+    fn needs(&self) -> Vec<Channel> {
+        let mut needs = vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate];
+        needs.push(Channel::LateralAcceleration);
+        needs.extend(Channel::PLACE);
+        needs
+    }
+
+    fn stages(&self) -> &'static [&'static str] {
+        &["slowly increasing steer", "back to the entry speed", "sine with dwell"]
+    }
+
+    fn known(&self) -> &'static [Known] {
+        const {
+            &[
+                known("A", "rad", "road-wheel angle at 0.3 g"),
+                known("amplitude", "rad", "amplitude of the road-wheel angle"),
+                known("entry_speed", "m/s", "speed at the beginning of steer"),
+                known(
+                    "yaw_rate_peak",
+                    "rad/s",
+                    "second peak of the yaw rate, against the first steering",
+                ),
+                known(
+                    "yaw_rate_ratio_1_00",
+                    "1",
+                    "yaw rate 1.00 s after the completion of steer, in terms of its peak",
+                ),
+                known(
+                    "yaw_rate_ratio_1_75",
+                    "1",
+                    "yaw rate 1.75 s after the completion of steer, in terms of its peak",
+                ),
+                known(
+                    "lateral_displacement",
+                    "m",
+                    "displacement 1.07 s after the beginning of steer",
+                ),
+                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                known("sideslip_max", "rad", "largest sideslip angle"),
+            ]
+        }
+    }
+
+    fn shortest(&self) -> Option<(&'static str, f64)> {
+        let quarter = 0.25 / self.frequency;
+        Some(if quarter < self.dwell { ("frequency", quarter) } else { ("dwell", self.dwell) })
+    }
+
+    fn check(&self, common: &Common) -> Result<(), Wrong> {
+        Wrong::positive([("frequency", self.frequency, "Hz"), ("dwell", self.dwell, "s")])?;
+        match (self.amplitude, self.times_A) {
+            (Some(_), Some(_)) => {
+                let message = "expected `amplitude` or `times_A`, found both".to_owned();
+                return Err(Wrong::at("times_A", message));
+            }
+            (None, None) => {
+                let message =
+                    "expected an `amplitude` [rad], or `times_A`, found neither".to_owned();
+                return Err(Wrong::at("amplitude", message));
+            }
+            (Some(amplitude), None) => Wrong::positive([("amplitude", amplitude, "rad")])?,
+            (None, Some(times)) => Wrong::positive([("times_A", times, "1")])?,
+        }
+        Wrong::positive([("A", self.A.unwrap_or(1.0), "rad")])?;
+        let inner = |it: Wrong| Wrong::at("search", format!("`search`: {}", it.message));
+        self.search.check(common).map_err(inner)
+    }
+
+    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+        let drive = Drive::Speed(common.entry_speed);
+        if stage.number == SEARCH {
+            if let (true, Some(steer)) = (self.searches(), self.search.steer(stage, now)) {
+                return Action::angle(steer, drive);
+            }
+            stage.angle = self.angle(stage.line.at(AT).unwrap_or(0.0));
+            stage.enter(RECOVERY, now.time);
+        }
+        if stage.number == RECOVERY {
+            let right = (now.v_x - common.entry_speed).abs() <= common.speed_tolerance
+                && now.r.abs() < CALM;
+            // Without a search the car is at its speed already.
+            if self.searches() && !stage.holds(right, now.time, common.settle) {
+                return Action::angle(0.0, drive);
+            }
+            stage.enter(SINE, now.time);
+        }
+        let time = now.time - stage.since;
+        if time > self.duration() + JUDGED[1] + common.step {
+            return stage.end(now.time);
+        }
+        Action::angle(stage.angle * self.shape(time + EDGE), Drive::Force(0.0))
+    }
+
+    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+        let A = if self.searches() { Some(self.search.found(log, SEARCH)?.0) } else { self.A };
+        let begin = log.stage(SINE)?.start;
+        let completed = log.t[begin] + self.duration();
+        // The peak after the steering has changed its sign, which happens after half a period.
+        let changed = log.t[begin] + 0.5 / self.frequency;
+        let against: Vec<f64> = log
+            .t
+            .iter()
+            .zip(&log.r)
+            .map(|(t, r)| if *t >= changed { -r } else { f64::NEG_INFINITY })
+            .collect();
+        let peak = peak(&against).map_or(0.0, |place| against[place]);
+        if peak <= 0.0 {
+            return Err("the car did not yaw against its first steering, so there is no peak of the yaw rate".to_owned());
+        }
+        let ratio = |after: f64| log.at(&log.r, completed + after).map(|r| -r / peak);
+        let (sin, cos) = log.psi[begin].sin_cos();
+        let side = |k: usize| cos * log.y[k] - sin * log.x[k];
+        let sides: Vec<f64> = (0..log.t.len()).map(|k| side(k) - side(begin)).collect();
+        Ok(Values::default()
+            .and("A", A)
+            .and("amplitude", self.angle(A.unwrap_or(0.0)))
+            .and("entry_speed", log.v_x[begin])
+            .and("yaw_rate_peak", -peak)
+            .and("yaw_rate_ratio_1_00", ratio(JUDGED[0]))
+            .and("yaw_rate_ratio_1_75", ratio(JUDGED[1]))
+            .and("lateral_displacement", log.at(&sides, log.t[begin] + DISPLACED))
+            .and("lateral_acceleration_max", largest(&log.a_y[begin..]))
+            .and("sideslip_max", largest(&log.sideslip()[begin..])))
+    }
+}

@@ -1,0 +1,219 @@
+//! Steady circle: how much more the car must be steered the faster it corners (ISO 4138).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Kind, known};
+use crate::action::{Action, Drive, Now, Stage};
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::driver::lasted;
+use crate::line::Line;
+use crate::log::{Log, largest};
+use crate::path::Path;
+use crate::value::{Known, Values, Wrong};
+
+/// What a steady circle keeps.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Constant {
+    /// The radius: the speed grows, and the path follower steers.
+    #[default]
+    Radius,
+    /// The speed: the road-wheel angle grows.
+    Speed,
+    /// The road-wheel angle: the speed grows.
+    Steer,
+}
+
+/// Steady circle (ISO 4138). From the entry speed on, one of radius, speed and road-wheel angle stays, and the lateral acceleration
+/// grows slowly. A straight line through the road-wheel angle less that of a car without slip angles gives the understeer gradient.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SteadyCircle {
+    /// What stays.
+    #[schemars(example = &"radius")]
+    pub constant: Constant,
+    /// Radius that stays [m].
+    #[schemars(example = 40.0)]
+    pub radius: f64,
+    /// Road-wheel angle that stays [rad].
+    #[schemars(example = 0.05)]
+    pub steer: f64,
+    /// Rate of a growing speed [m/s2].
+    #[schemars(example = 0.2)]
+    pub speed_rate: f64,
+    /// Rate of a growing road-wheel angle [rad/s].
+    #[schemars(example = 0.002)]
+    pub steer_rate: f64,
+    /// Time to settle on the circle before anything grows [s].
+    #[schemars(example = 8.0)]
+    pub circle: f64,
+    /// Lateral acceleration at which the test ends [m/s2]. It ends before, too, when the car leaves its circle by 2 m.
+    #[schemars(example = 4.0)]
+    pub until: f64,
+    /// Lateral accelerations of the straight line [m/s2].
+    #[schemars(example = LINEAR)]
+    pub linear: [f64; 2],
+}
+
+impl Default for SteadyCircle {
+    fn default() -> Self {
+        SteadyCircle {
+            constant: Constant::Radius,
+            radius: 40.0,
+            steer: 0.05,
+            speed_rate: 0.2,
+            steer_rate: 0.002,
+            circle: 8.0,
+            until: 4.0,
+            linear: LINEAR,
+        }
+    }
+}
+
+/// The usual lateral accelerations of the straight line [m/s2].
+const LINEAR: [f64; 2] = [1.0, 3.0];
+/// Stages: onto the circle, faster and faster.
+const CIRCLE: i8 = 1;
+const FASTER: i8 = 2;
+/// A car that is farther from its circle has left it [m].
+const LEFT: f64 = 2.0;
+
+impl Kind for SteadyCircle {
+    fn title(&self) -> &'static str {
+        "steady circle (ISO 4138)"
+    }
+
+    fn needs(&self) -> Vec<Channel> {
+        let mut needs = vec![
+            Channel::ForwardSpeed,
+            Channel::SideSpeed,
+            Channel::YawRate,
+            Channel::LateralAcceleration,
+        ];
+        if self.constant == Constant::Radius {
+            needs.extend(Channel::PLACE);
+        }
+        needs
+    }
+
+    fn stages(&self) -> &'static [&'static str] {
+        &["onto the circle", "growing lateral acceleration"]
+    }
+
+    fn known(&self) -> &'static [Known] {
+        const {
+            &[
+                known(
+                    "understeer_gradient",
+                    "rad.s2/m",
+                    "growth of the road-wheel angle over the lateral acceleration beyond that of a car without slip angles",
+                ),
+                known(
+                    "characteristic_speed",
+                    "m/s",
+                    "speed of the largest yaw rate gain; none of a car that oversteers",
+                ),
+                known(
+                    "critical_speed",
+                    "m/s",
+                    "speed at which the car gets unstable; none of a car that understeers",
+                ),
+                known(
+                    "sideslip_gradient",
+                    "rad.s2/m",
+                    "growth of the sideslip angle over the lateral acceleration",
+                ),
+                known("yaw_rate_gain_max", "1/s", "largest yaw rate over the road-wheel angle"),
+                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+            ]
+        }
+    }
+
+    fn path(&self) -> Option<Path> {
+        (self.constant == Constant::Radius).then_some(Path::Circle(self.radius))
+    }
+
+    fn check(&self, common: &Common) -> Result<(), Wrong> {
+        let [low, high] = self.linear;
+        Wrong::positive([
+            ("radius", self.radius, "m"),
+            ("steer", self.steer, "rad"),
+            ("speed_rate", self.speed_rate, "m/s2"),
+            ("steer_rate", self.steer_rate, "rad/s"),
+            ("circle", self.circle, "s"),
+            ("until", self.until, "m/s2"),
+            ("linear", low, "m/s2"),
+        ])?;
+        if !(low < high && high <= self.until) {
+            let message = format!(
+                "expected growing lateral accelerations up to `until` = {} m/s2, found {low} and {high}",
+                self.until
+            );
+            return Err(Wrong::at("linear", message));
+        }
+        match common.wheelbase {
+            Some(_) => Ok(()),
+            None => Err(Wrong::common("wheelbase", "a steady circle needs the `wheelbase` [m] of the car: the understeer gradient is what exceeds its angle".to_owned())),
+        }
+    }
+
+    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+        let speed = common.entry_speed;
+        let grown = |rate: f64, number: i8| {
+            if number == FASTER { rate * (now.time - stage.since) } else { 0.0 }
+        };
+        let faster = Drive::Speed(speed + grown(self.speed_rate, stage.number));
+        let action = match self.constant {
+            Constant::Radius => Action::path(faster),
+            // The step of the steering would shake the car: it takes a second.
+            Constant::Steer if stage.number == CIRCLE => {
+                Action::angle(self.steer * (now.time - stage.since).min(1.0), faster)
+            }
+            Constant::Steer => Action::angle(self.steer, faster),
+            Constant::Speed => {
+                Action::angle(grown(self.steer_rate, stage.number), Drive::Speed(speed))
+            }
+        };
+        if stage.number == CIRCLE {
+            let waits = self.constant != Constant::Speed && !lasted(stage, now, self.circle);
+            if !waits {
+                stage.enter(FASTER, now.time);
+            }
+            return action;
+        }
+        let left = self.path().is_some_and(|path| path.offset(now.x, now.y).abs() > LEFT);
+        if left || now.a_y >= self.until { stage.end(now.time) } else { action }
+    }
+
+    fn values(&self, common: &Common, log: &Log) -> Result<Values, String> {
+        let range = log.stage(FASTER)?;
+        let [low, high] = self.linear;
+        let reached = largest(&log.a_y);
+        let first = range.clone().map(|k| log.a_y[k]).fold(f64::INFINITY, f64::min);
+        if reached < high || first > low {
+            return Err(format!(
+                "the lateral acceleration was between {first:.2} and {reached:.2} m/s2 on the circle, and the straight line needs {low} to {high} m/s2"
+            ));
+        }
+        let wheelbase = common.wheelbase.unwrap_or(f64::NAN);
+        // Until the line's end is reached for the first time.
+        let end = range.clone().find(|k| log.a_y[*k] > high).unwrap_or(range.end);
+        let places: Vec<usize> = (range.start + 1..end).filter(|k| log.a_y[*k] >= low).collect();
+        let extra = |k: usize| log.steer[k - 1] - wheelbase * log.r[k] / log.v_x[k];
+        let gradient = Line::through(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
+        let gradient = gradient.ok_or("the communication steps are too long for the lateral acceleration to be seen twice on the line")?;
+        let sideslip = log.sideslip();
+        let slope = Line::through(places.iter().map(|k| (log.a_y[*k], sideslip[*k]))).slope();
+        let gains: Vec<f64> = places.iter().map(|k| log.r[*k] / log.steer[k - 1]).collect();
+        let speed = |gradient: f64| (gradient > 0.0).then(|| (wheelbase / gradient).sqrt());
+        Ok(Values::default()
+            .and("understeer_gradient", gradient)
+            .and("characteristic_speed", speed(gradient))
+            .and("critical_speed", speed(-gradient))
+            .and("sideslip_gradient", slope)
+            .and("yaw_rate_gain_max", largest(&gains))
+            .and("lateral_acceleration_max", reached))
+    }
+}

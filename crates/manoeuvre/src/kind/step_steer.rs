@@ -1,0 +1,176 @@
+//! Step steer: how fast and how far the car answers a step of the steering (ISO 7401).
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Kind, known};
+use crate::action::{Action, Drive, Now, Stage};
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::log::{Log, largest, mean, peak};
+use crate::value::{Known, Values, Wrong};
+
+/// Step steer (ISO 7401) with the driving force held. Times count from the moment at which half of the step is steered.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct StepSteer {
+    /// Height of the step: road-wheel angle [rad].
+    #[schemars(example = 0.02)]
+    pub amplitude: f64,
+    /// Rate of the road-wheel angle during the step [rad/s].
+    #[schemars(example = 0.5)]
+    pub rate: f64,
+    /// Time from the beginning of the step to the end of the test [s].
+    #[schemars(example = 4.0)]
+    pub hold: f64,
+    /// Part of it at the end whose mean is the steady state [s].
+    #[schemars(example = 1.0)]
+    pub steady: f64,
+}
+
+impl Default for StepSteer {
+    fn default() -> Self {
+        StepSteer { amplitude: 0.0, rate: 0.5, hold: 4.0, steady: 1.0 }
+    }
+}
+
+/// In the steady state a value may differ from its mean by this share.
+const STEADY: f64 = 0.1;
+
+impl Kind for StepSteer {
+    fn title(&self) -> &'static str {
+        "step steer (ISO 7401)"
+    }
+
+    fn needs(&self) -> Vec<Channel> {
+        vec![
+            Channel::ForwardSpeed,
+            Channel::SideSpeed,
+            Channel::YawRate,
+            Channel::LateralAcceleration,
+        ]
+    }
+
+    fn stages(&self) -> &'static [&'static str] {
+        &["step"]
+    }
+
+    fn known(&self) -> &'static [Known] {
+        const {
+            &[
+                known("steady_yaw_rate", "rad/s", "yaw rate in the steady state"),
+                known(
+                    "steady_lateral_acceleration",
+                    "m/s2",
+                    "lateral acceleration in the steady state",
+                ),
+                known("steady_sideslip", "rad", "sideslip angle in the steady state"),
+                known("yaw_rate_gain", "1/s", "steady yaw rate over the road-wheel angle"),
+                known(
+                    "yaw_rate_response_time",
+                    "s",
+                    "until the yaw rate has 90 % of its steady state",
+                ),
+                known("yaw_rate_peak_time", "s", "until the peak of the yaw rate"),
+                known(
+                    "yaw_rate_overshoot",
+                    "1",
+                    "by which share the peak exceeds the steady state",
+                ),
+                known(
+                    "lateral_acceleration_response_time",
+                    "s",
+                    "until the lateral acceleration has 90 % of its steady state",
+                ),
+                known(
+                    "lateral_acceleration_peak_time",
+                    "s",
+                    "until the peak of the lateral acceleration",
+                ),
+                known(
+                    "lateral_acceleration_overshoot",
+                    "1",
+                    "by which share the peak exceeds the steady state",
+                ),
+                known(
+                    "TB",
+                    "s.rad",
+                    "TB factor: time of the peak of the yaw rate times the steady sideslip angle",
+                ),
+            ]
+        }
+    }
+
+    fn shortest(&self) -> Option<(&'static str, f64)> {
+        Some(("steady", self.steady))
+    }
+
+    fn check(&self, _: &Common) -> Result<(), Wrong> {
+        Wrong::positive([
+            ("amplitude", self.amplitude, "rad"),
+            ("rate", self.rate, "rad/s"),
+            ("hold", self.hold, "s"),
+            ("steady", self.steady, "s"),
+        ])?;
+        let left = self.hold - self.amplitude / self.rate;
+        if self.steady < left {
+            return Ok(());
+        }
+        let message = format!(
+            "expected less than the {left:.3} s between the step and the end of the test, found {} s",
+            self.steady
+        );
+        Err(Wrong::at("steady", message))
+    }
+
+    fn act(&self, _: &Common, stage: &mut Stage, now: &Now) -> Action {
+        let time = now.time - stage.since;
+        if time > self.hold {
+            return stage.end(now.time);
+        }
+        Action::angle(self.amplitude.min(self.rate * time), Drive::Hold)
+    }
+
+    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+        let half = 0.5 * self.amplitude / self.rate;
+        let last = log.t.len() - 1;
+        let steady = log.t.iter().position(|t| *t >= self.hold - self.steady).unwrap_or(0);
+        let response = |values: &[f64], name: &str| -> Result<[Option<f64>; 4], String> {
+            let end = mean(&values[steady..last]);
+            if end.abs() < 1e-9 {
+                return Err(format!(
+                    "the {name} is {end:.1e} in the end: the car does not answer the steering"
+                ));
+            }
+            let scaled: Vec<f64> = values.iter().map(|value| value / end).collect();
+            let rest =
+                largest(&scaled[steady..last].iter().map(|value| value - 1.0).collect::<Vec<_>>());
+            if rest > STEADY {
+                return Err(format!(
+                    "the {name} has no steady state: in the last {} s it differs from its mean by {:.0} %",
+                    self.steady,
+                    100.0 * rest
+                ));
+            }
+            let time = log.reaches(&scaled, 0.9, true, 0).map(|t| t - half);
+            let top = peak(&scaled).filter(|place| scaled[*place] > 1.0 && *place < steady);
+            let overshoot = top.map_or(0.0, |place| scaled[place] - 1.0);
+            Ok([Some(end), time, top.map(|place| log.t[place] - half), Some(overshoot)])
+        };
+        let [r, r_time, r_peak, r_over] = response(&log.r, "yaw rate")?;
+        let [a_y, a_time, a_peak, a_over] = response(&log.a_y, "lateral acceleration")?;
+        let sideslip = mean(&log.sideslip()[steady..last]);
+        Ok(Values::default()
+            .and("steady_yaw_rate", r)
+            .and("steady_lateral_acceleration", a_y)
+            .and("steady_sideslip", sideslip)
+            .and("yaw_rate_gain", r.map(|r| r / self.amplitude))
+            .and("yaw_rate_response_time", r_time)
+            .and("yaw_rate_peak_time", r_peak)
+            .and("yaw_rate_overshoot", r_over)
+            .and("lateral_acceleration_response_time", a_time)
+            .and("lateral_acceleration_peak_time", a_peak)
+            .and("lateral_acceleration_overshoot", a_over)
+            .and("TB", r_peak.map(|time| time * sideslip)))
+    }
+}

@@ -1,0 +1,61 @@
+//! Fits a straight line by least squares, point by point.
+
+use serde::{Deserialize, Serialize};
+
+/// The sums of a straight line through points that came so far.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    count: f64,
+    mean: [f64; 2],
+    xx: f64,
+    xy: f64,
+}
+
+impl Line {
+    /// The line through points.
+    pub fn through(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let mut line = Line::default();
+        points.into_iter().for_each(|(x, y)| line.add(x, y));
+        line
+    }
+
+    /// Takes one more point (Welford's update, which loses no digits to large means).
+    pub fn add(&mut self, x: f64, y: f64) {
+        self.count += 1.0;
+        let before = x - self.mean[0];
+        self.mean[0] += before / self.count;
+        self.mean[1] += (y - self.mean[1]) / self.count;
+        self.xx += before * (x - self.mean[0]);
+        self.xy += before * (y - self.mean[1]);
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+
+    /// The slope; none when all points have one x.
+    #[must_use]
+    pub fn slope(&self) -> Option<f64> {
+        (self.count > 1.0 && self.xx > 0.0).then(|| self.xy / self.xx)
+    }
+
+    /// The value at x.
+    #[must_use]
+    pub fn at(&self, x: f64) -> Option<f64> {
+        self.slope().map(|slope| self.mean[1] + slope * (x - self.mean[0]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Line;
+
+    #[test]
+    fn the_line_of_points_on_a_line_is_that_line() {
+        let line = Line::through((0..9).map(|k| (f64::from(k), 3.0 - 0.5 * f64::from(k))));
+        assert_eq!((line.slope(), line.at(10.0)), (Some(-0.5), Some(-2.0)));
+        assert_eq!(Line::through([(1.0, 2.0), (1.0, 3.0)]).slope(), None);
+    }
+}

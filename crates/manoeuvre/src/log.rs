@@ -1,0 +1,192 @@
+//! Holds what was commanded and measured during a test, and finds moments and means in it.
+
+use std::ops::Range;
+
+use crate::action::Stage;
+use crate::channel::Channel;
+use crate::common::Manoeuvre;
+use crate::driver::turned;
+
+/// What was commanded and measured from the beginning of a test on, mirrored for a test to the right. All lists have one length.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Log {
+    /// Time since the beginning of the test [s].
+    pub t: Vec<f64>,
+    /// The stage of the test.
+    pub phase: Vec<f64>,
+    /// Road-wheel angle that is held from this moment on [rad].
+    pub steer: Vec<f64>,
+    /// Driving force that is held from this moment on [N].
+    pub drive: Vec<f64>,
+    /// Forward speed [m/s].
+    pub v_x: Vec<f64>,
+    /// Speed to the left [m/s].
+    pub v_y: Vec<f64>,
+    /// Yaw rate [rad/s].
+    pub r: Vec<f64>,
+    /// Acceleration to the left [m/s2].
+    pub a_y: Vec<f64>,
+    /// Position along the path at the beginning [m].
+    pub x: Vec<f64>,
+    /// Position to the left of it [m].
+    pub y: Vec<f64>,
+    /// Heading against it [rad], without jumps of a whole turn.
+    pub psi: Vec<f64>,
+}
+
+impl Log {
+    /// The test in a whole run: `commands` are steering, drive and phase, `inputs` what the kind needs, in that order.
+    ///
+    /// # Errors
+    /// In words, when the test did not begin or did not end.
+    pub fn of(
+        manoeuvre: &Manoeuvre,
+        time: &[f64],
+        [steer, drive, phase]: [&[f64]; 3],
+        inputs: &[Vec<f64>],
+    ) -> Result<Self, String> {
+        let common = &manoeuvre.common;
+        let channels = manoeuvre.kind.needs();
+        let [first, last] = [time.first(), time.last()].map(|it| it.copied().unwrap_or(0.0));
+        let begin = phase.iter().position(|phase| *phase != 0.0);
+        let Some(begin) = begin else {
+            let wanted = manoeuvre.kind.run_up(common);
+            let speed = channels.iter().position(|it| *it == Channel::ForwardSpeed);
+            let speeds = speed.map_or(&[][..], |place| &inputs[place]);
+            let near = |a: &f64, b: &f64| (a - wanted).abs().total_cmp(&(b - wanted).abs());
+            let nearest = speeds.iter().copied().min_by(near).unwrap_or(0.0);
+            let (settle, tolerance) = (common.settle, common.speed_tolerance);
+            return Err(format!(
+                "the car did not keep its entry speed of {wanted:.2} m/s to {tolerance:.2} m/s for {settle:.2} s before the run ended at {last:.2} s: \
+                 it came as near as {nearest:.2} m/s"
+            ));
+        };
+        if begin == 0 && phase[0] != 0.0 {
+            return Err(format!(
+                "the run begins at {first:.2} s, when the manoeuvre goes on already: its beginning was not measured"
+            ));
+        }
+        let over = phase.iter().position(|phase| *phase == f64::from(Stage::OVER));
+        let Some(over) = over else {
+            let (stage, began) = (phase[phase.len() - 1], time[begin]);
+            let what = manoeuvre.kind.stages().get(stage as usize - 1).copied().unwrap_or("test");
+            return Err(format!(
+                "the run ended at {last:.2} s, before the manoeuvre that began at {began:.2} s did: it was still at \"{what}\""
+            ));
+        };
+        let sign = common.direction.sign();
+        let cut =
+            |values: &[f64], sign: f64| values[begin..=over].iter().map(|it| sign * it).collect();
+        let mut all: [Vec<f64>; Channel::ALL.len()] = Default::default();
+        for channel in Channel::ALL {
+            let place = channels.iter().position(|it| *it == channel);
+            let mirror = if sign < 0.0 { channel.mirror() } else { 1.0 };
+            all[channel.place()] =
+                place.map_or(vec![0.0; over + 1 - begin], |place| cut(&inputs[place], mirror));
+        }
+        let [v_x, v_y, r, a_y, east, north, heading] = all;
+        let mut log = Log {
+            t: time[begin..=over].iter().map(|it| it - time[begin]).collect(),
+            phase: cut(phase, 1.0),
+            steer: cut(steer, sign),
+            drive: cut(drive, 1.0),
+            v_x,
+            v_y,
+            r,
+            a_y,
+            ..Log::default()
+        };
+        log.locate(&east, &north, &heading);
+        Ok(log)
+    }
+
+    /// Takes positions and headings, in the frame of the first of them.
+    fn locate(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
+        let (x0, y0, psi0) = (east[0], north[0], heading[0]);
+        let mut turns = 0.0;
+        for (place, psi) in heading.iter().enumerate() {
+            let [x, y] = turned([east[place] - x0, north[place] - y0], psi0);
+            let jump = psi - heading[place.saturating_sub(1)];
+            turns -= (jump / std::f64::consts::TAU).round();
+            self.x.push(x);
+            self.y.push(y);
+            self.psi.push(psi - psi0 + turns * std::f64::consts::TAU);
+        }
+    }
+
+    /// The places of a stage.
+    ///
+    /// # Errors
+    /// In words, when there was none.
+    pub fn stage(&self, number: i8) -> Result<Range<usize>, String> {
+        let of = |phase: &f64| *phase == f64::from(number);
+        let begin = self.phase.iter().position(of);
+        let end = self.phase.iter().rposition(of);
+        let range = begin.zip(end).map(|(begin, end)| begin..end + 1);
+        range.ok_or_else(|| format!("there was no stage {number}"))
+    }
+
+    /// The value at a time [s], on the line between two communication points; none outside of the test.
+    #[must_use]
+    pub fn at(&self, values: &[f64], time: f64) -> Option<f64> {
+        let edge = crate::action::EDGE;
+        let after = self.t.iter().position(|t| *t >= time - edge)?;
+        if after == 0 || (self.t[after] - time).abs() <= edge {
+            return (time >= -edge).then(|| values[after]);
+        }
+        let (t0, t1) = (self.t[after - 1], self.t[after]);
+        let share = (time - t0) / (t1 - t0);
+        Some(values[after - 1] + share * (values[after] - values[after - 1]))
+    }
+
+    /// The first time [s] from `from` on at which the values reach a level, upwards or downwards as `rising` says.
+    #[must_use]
+    pub fn reaches(&self, values: &[f64], level: f64, rising: bool, from: usize) -> Option<f64> {
+        let beyond = |value: f64| if rising { value >= level } else { value <= level };
+        let place = (from..values.len()).find(|place| beyond(values[*place]))?;
+        if place == from || values[place] == values[place - 1] {
+            return Some(self.t[place]);
+        }
+        let (before, after) = (values[place - 1], values[place]);
+        let share = (level - before) / (after - before);
+        Some(self.t[place - 1] + share * (self.t[place] - self.t[place - 1]))
+    }
+
+    /// The sideslip angle at each moment [rad].
+    #[must_use]
+    pub fn sideslip(&self) -> Vec<f64> {
+        self.v_x.iter().zip(&self.v_y).map(|(v_x, v_y)| v_y.atan2(*v_x)).collect()
+    }
+
+    /// The covered distance at each moment [m], by the trapezoidal rule.
+    #[must_use]
+    pub fn distance(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let speed = |k: usize| self.v_x[k].hypot(self.v_y[k]);
+        let add = |k: usize| {
+            if k > 0 {
+                sum += 0.5 * (speed(k) + speed(k - 1)) * (self.t[k] - self.t[k - 1]);
+            }
+            sum
+        };
+        (0..self.t.len()).map(add).collect()
+    }
+}
+
+/// The mean of values; not a number without any.
+#[must_use]
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The largest size of values.
+#[must_use]
+pub(crate) fn largest(values: &[f64]) -> f64 {
+    values.iter().fold(0.0, |largest, value| value.abs().max(largest))
+}
+
+/// The place of the largest value.
+#[must_use]
+pub(crate) fn peak(values: &[f64]) -> Option<usize> {
+    (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]).then(b.cmp(a)))
+}

@@ -1,0 +1,60 @@
+//! Describes paths on the ground by the distance of points from them.
+
+/// A path that begins at the origin and leads along x there [m].
+#[derive(Debug, Clone, PartialEq)]
+pub enum Path {
+    /// The x axis.
+    Straight,
+    /// A circle to the left, with this radius [m].
+    Circle(f64),
+    /// Points with growing x, joined by half waves of a cosine; level before the first one and after the last one.
+    Gates(Vec<[f64; 2]>),
+}
+
+impl Path {
+    /// How far the path is to the left of a point [m].
+    #[must_use]
+    pub fn offset(&self, x: f64, y: f64) -> f64 {
+        match self {
+            Path::Straight => -y,
+            Path::Circle(radius) => x.hypot(y - radius) - radius,
+            Path::Gates(points) => {
+                let (height, slope) = height(points, x);
+                (height - y) / slope.hypot(1.0)
+            }
+        }
+    }
+}
+
+/// y and its slope at x.
+fn height(points: &[[f64; 2]], x: f64) -> (f64, f64) {
+    let after = points.iter().position(|point| point[0] > x);
+    match after {
+        Some(0) => (points[0][1], 0.0),
+        None => (points.last().map_or(0.0, |point| point[1]), 0.0),
+        Some(next) => {
+            let ([x0, y0], [x1, y1]) = (points[next - 1], points[next]);
+            let turn = std::f64::consts::PI * (x - x0) / (x1 - x0);
+            let half = 0.5 * (y1 - y0);
+            let slope = half * turn.sin() * std::f64::consts::PI / (x1 - x0);
+            (y0 + half * (1.0 - turn.cos()), slope)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Path;
+
+    #[test]
+    fn the_path_is_to_the_left_of_points_on_its_right() {
+        assert_eq!(Path::Straight.offset(3.0, -2.0), 2.0);
+        assert_eq!(Path::Circle(10.0).offset(0.0, 0.0), 0.0);
+        assert_eq!(Path::Circle(10.0).offset(0.0, 2.0), -2.0);
+        let gates = Path::Gates(vec![[0.0, 0.0], [10.0, 4.0], [20.0, 4.0]]);
+        for (x, y) in [(-5.0, 0.0), (0.0, 0.0), (5.0, 2.0), (10.0, 4.0), (15.0, 4.0), (99.0, 4.0)] {
+            assert!(gates.offset(x, y).abs() < 1e-12, "{x}");
+        }
+        assert!(gates.offset(5.0, 1.0) > 0.0 && gates.offset(5.0, 1.0) < 1.0);
+    }
+}

@@ -1,0 +1,92 @@
+//! Describes characteristic values, and mistakes in the words of a manoeuvre.
+
+/// A characteristic value that a kind of manoeuvre gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Known {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub about: &'static str,
+}
+
+/// What was found: a number, if there is one, or one for each frequency.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Found {
+    /// One number; none where the car has no such value, such as the time of a peak that never came.
+    Number(Option<f64>),
+    /// Numbers.
+    List(Vec<f64>),
+}
+
+/// The characteristic values of a test, by their names.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Values(pub Vec<(&'static str, Found)>);
+
+impl Values {
+    /// Adds a number.
+    #[must_use]
+    pub fn and(mut self, name: &'static str, value: impl Into<Option<f64>>) -> Self {
+        self.0.push((name, Found::Number(value.into().filter(|it| it.is_finite()))));
+        self
+    }
+
+    /// Adds a list.
+    #[must_use]
+    pub fn list(mut self, name: &'static str, values: Vec<f64>) -> Self {
+        self.0.push((name, Found::List(values)));
+        self
+    }
+
+    /// A number by its name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<f64> {
+        let (_, found) = self.0.iter().find(|(known, _)| *known == name)?;
+        if let Found::Number(number) = found { *number } else { None }
+    }
+
+    /// A list by its name.
+    #[must_use]
+    pub fn get_list(&self, name: &str) -> &[f64] {
+        let found = self.0.iter().find(|(known, _)| *known == name);
+        if let Some((_, Found::List(list))) = found { list } else { &[] }
+    }
+}
+
+/// A mistake in the words of a manoeuvre.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Wrong {
+    /// The key.
+    pub key: &'static str,
+    /// Whether it is a key of the kind, and not one that all kinds share.
+    pub of_kind: bool,
+    /// What was expected, and what was found.
+    pub message: String,
+}
+
+impl Wrong {
+    /// A mistake at a key of the kind.
+    #[must_use]
+    pub fn at(key: &'static str, message: String) -> Self {
+        Wrong { key, of_kind: true, message }
+    }
+
+    /// A mistake at a key that all kinds share.
+    #[must_use]
+    pub fn common(key: &'static str, message: String) -> Self {
+        Wrong { key, of_kind: false, message }
+    }
+
+    /// Refuses numbers that are not finite and above 0; the unit is that of the message.
+    ///
+    /// # Errors
+    /// With the first one.
+    pub fn positive<const N: usize>(keys: [(&'static str, f64, &str); N]) -> Result<(), Self> {
+        let wrong = keys.into_iter().find(|(_, value, _)| !(value.is_finite() && *value > 0.0));
+        wrong.map_or(Ok(()), |(key, value, unit)| {
+            let message = format!("expected a number above 0 for `{key}` [{unit}], found {value}");
+            Err(Wrong::at(key, message))
+        })
+    }
+}
