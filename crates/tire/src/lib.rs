@@ -19,7 +19,7 @@ mod tire;
 
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
 pub use magic_formula::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
-pub use mf::{BadCoefficient, MfTire};
+pub use mf::{BadCoefficient, Details, MfTire, Reading};
 pub use number::Number;
 pub use slip::{Forces, Relaxation, Slip, Validity};
 pub use tire::Tire;

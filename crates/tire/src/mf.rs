@@ -1,16 +1,56 @@
 //! Makes a tire of the coefficients of the Magic Formula 5.2, 6.1 or 6.2.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::coefficients::Coefficients;
+use crate::coefficients::{Coefficients, Version};
 use crate::number::Number;
+use crate::slip::{Forces, Relaxation, Slip, Validity};
+use crate::tire::Tire;
 
 mod check;
+mod combined;
+mod curve;
+mod moments;
+mod point;
+mod pure;
+mod radii;
 
 pub use check::BadCoefficient;
+
+/// How the equations are read where sources differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// Inputs stay within the limits of validity, curvatures below 1, and slips fade at low speed.
+    pub limits: bool,
+    /// Slip angle and camber enter as tan α sgn V_x and sin γ (Pacejka's book), not as they are.
+    pub trigonometric: bool,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self { limits: true, trigonometric: false }
+    }
+}
 
 /// A tire by the Magic Formula 5.2, 6.1 or 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct MfTire<T = f64> {
     coefficients: Coefficients<T>,
+    reading: Reading,
+}
+
+/// What a tire gives beside its forces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Details<T = f64> {
+    /// Friction factors of the pure curves [-].
+    pub mu: [T; 2],
+    /// Longitudinal slip stiffness ∂F_x/∂κ [N].
+    pub K_xk: T,
+    /// Cornering stiffness ∂F_y/∂α [N/rad]; below 0 in ISO-W axes.
+    pub K_ya: T,
+    /// Pneumatic trail [m].
+    pub trail: T,
+    /// Residual torque [N m].
+    pub residual: T,
 }
 
 impl<T: Number> MfTire<T> {
@@ -21,11 +61,100 @@ impl<T: Number> MfTire<T> {
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn new(coefficients: Coefficients<T>) -> Result<Self, BadCoefficient> {
         check::check(&coefficients)?;
-        Ok(Self { coefficients })
+        Ok(Self { coefficients, reading: Reading::default() })
+    }
+
+    /// The same tire by another reading of the equations.
+    pub fn with_reading(self, reading: Reading) -> Self {
+        Self { reading, ..self }
     }
 
     /// The coefficients that it was made of.
     pub fn coefficients(&self) -> &Coefficients<T> {
         &self.coefficients
+    }
+
+    /// Forces and what they are made of.
+    pub fn details(&self, slip: &Slip<T>) -> (Forces<T>, Details<T>) {
+        let p = self.point(slip);
+        let longitudinal = self.longitudinal(&p);
+        let lateral = self.lateral(&p, p.gamma_star);
+        // The force that acts at the trail: that of the upright wheel since 6.1.
+        let at_trail = match self.coefficients.version {
+            Version::Mf52 => lateral.F_y0,
+            _ => self.lateral(&p, T::from(0.0)).F_y0,
+        };
+        let G_yk = self.G_yk(&p);
+        let F_x = self.G_xa(&p) * longitudinal.F_x0;
+        let F_y = G_yk * lateral.F_y0 + self.S_Vyk(&p, &lateral);
+        let aligning = self.aligning(&p, &longitudinal, &lateral, F_y);
+        let M_z = -aligning.trail * (G_yk * at_trail) + aligning.residual + aligning.lever * F_x;
+        let forces = Forces {
+            F_x,
+            F_y,
+            M_x: self.overturning(&p, F_y),
+            M_y: self.rolling(&p, slip, F_x),
+            M_z,
+        };
+        let details = Details {
+            mu: [longitudinal.mu, lateral.mu],
+            K_xk: longitudinal.K,
+            K_ya: lateral.K,
+            trail: aligning.trail,
+            residual: aligning.residual,
+        };
+        (forces, details)
+    }
+}
+
+impl<T: Number> Tire<T> for MfTire<T> {
+    fn forces(&self, slip: &Slip<T>) -> Forces<T> {
+        self.details(slip).0
+    }
+
+    fn F_xy(&self, slip: &Slip<T>) -> [T; 2] {
+        let p = self.point(slip);
+        let lateral = self.lateral(&p, p.gamma_star);
+        let F_x = self.G_xa(&p) * self.longitudinal(&p).F_x0;
+        [F_x, self.G_yk(&p) * lateral.F_y0 + self.S_Vyk(&p, &lateral)]
+    }
+
+    fn F_xy_M_z(&self, slip: &Slip<T>) -> [T; 3] {
+        let Forces { F_x, F_y, M_z, .. } = self.forces(slip);
+        [F_x, F_y, M_z]
+    }
+
+    fn relaxation(&self, slip: &Slip<T>) -> Relaxation<T> {
+        self.relaxation_lengths(&self.point(slip))
+    }
+
+    fn effective_radius(&self, slip: &Slip<T>) -> Option<T> {
+        Some(self.rolling_radius(slip).0)
+    }
+
+    fn loaded_radius(&self, slip: &Slip<T>, forces: &Forces<T>) -> Option<T> {
+        Some(self.rest_radius(slip, forces))
+    }
+
+    fn validity(&self, slip: &Slip<T>) -> Validity {
+        let c = &self.coefficients;
+        let excess = |x: T, low: T, high: T| {
+            let (x, low, high) = (x.re(), low.re(), high.re());
+            if x < low {
+                x - low
+            } else if x > high {
+                x - high
+            } else {
+                x - x
+            }
+        };
+        let F_z = if slip.F_z.re() <= 0.0 { 0.0 } else { excess(slip.F_z, c.FZMIN, c.FZMAX) };
+        Validity {
+            kappa: excess(slip.kappa, c.KPUMIN, c.KPUMAX),
+            alpha: excess(slip.alpha, c.ALPMIN, c.ALPMAX),
+            gamma: excess(slip.gamma, c.CAMMIN, c.CAMMAX),
+            F_z,
+            pressure: slip.pressure.map_or(0.0, |it| excess(it, c.PRESMIN, c.PRESMAX)),
+        }
     }
 }

@@ -1,0 +1,147 @@
+//! Computes the moments (Pacejka, Tire and Vehicle Dynamics, section 4.3.2).
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+use super::MfTire;
+use super::curve::Shape;
+use super::point::{EPSILON, Point, sign, signum};
+use super::pure::{Lateral, Longitudinal};
+use crate::coefficients::Version;
+use crate::number::Number;
+use crate::slip::Slip;
+
+/// Trail and residual torque, of which the aligning moment consists.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Aligning<T> {
+    /// Pneumatic trail t [m].
+    pub trail: T,
+    /// Residual torque M_zr [N m].
+    pub residual: T,
+    /// Lever arm s of the longitudinal force [m].
+    pub lever: T,
+}
+
+/// atan √(tan² α + x²) with the sign of α: the slip angle that acts as α and the longitudinal slip x do.
+#[inline]
+fn equivalent<T: Number>(alpha: T, x: T) -> T {
+    let tan = alpha.tan();
+    // The root has no derivative at 0.
+    if x.re() == 0.0 {
+        let wrapped = tan.atan();
+        return if sign(wrapped) == sign(alpha) { wrapped } else { -wrapped };
+    }
+    (tan * tan + x * x).sqrt().atan() * signum(alpha)
+}
+
+impl<T: Number> MfTire<T> {
+    /// Trail, residual torque and lever arm (4.E31 to 4.E49 and 4.E71 to 4.E78); `lateral` is that at the point's camber.
+    #[inline]
+    pub(super) fn aligning(
+        &self,
+        p: &Point<T>,
+        longitudinal: &Longitudinal<T>,
+        lateral: &Lateral<T>,
+        F_y: T,
+    ) -> Aligning<T> {
+        let c = &self.coefficients;
+        let R0 = c.UNLOADED_RADIUS;
+        let (F_z, dfz, dpi) = (p.F_z_trail, p.dfz, p.dpi);
+        let gamma = p.gamma_star;
+        let scale = c.LMUY * p.mu;
+        let K = lateral.K + EPSILON * sign(lateral.K);
+        let S_Ht = c.QHZ1 + c.QHZ2 * dfz + (c.QHZ3 + c.QHZ4 * dfz) * gamma;
+        let S_Hf = lateral.S_H + lateral.S_V / K;
+        let x = longitudinal.K / K * p.kappa;
+        let (alpha_t, alpha_r) = (p.alpha + S_Ht, p.alpha + S_Hf);
+        let steep = (c.QBZ1 + dfz * (c.QBZ2 + c.QBZ3 * dfz))
+            * (c.QBZ4 * p.gamma + c.QBZ5 * p.gamma.abs() + 1.0);
+        let B = steep * c.LKY / scale;
+        let C = c.QCZ1;
+        let peak =
+            F_z * (R0 / c.FNOMIN) * (c.QDZ1 + c.QDZ2 * dfz) * (-(c.PPZ1 * dpi) + 1.0) * c.LTR;
+        let D = peak * (p.gamma * (c.QDZ3 + c.QDZ4 * p.gamma) + 1.0);
+        let side = (B * C * alpha_t).atan() * FRAC_2_PI;
+        let E = (c.QEZ1 + dfz * (c.QEZ2 + c.QEZ3 * dfz)) * ((c.QEZ4 + c.QEZ5 * gamma) * side + 1.0);
+        let shape = Shape { B, C, E: self.at_most_1(E) };
+        let trail = D * shape.cosine(equivalent(alpha_t, x)) * p.cos_alpha * p.shifts;
+        let by_camber = (c.QDZ8 + c.QDZ9 * dfz) * (c.PPZ2 * dpi + 1.0)
+            + (c.QDZ10 + c.QDZ11 * dfz) * gamma.abs();
+        let D_r = F_z
+            * R0
+            * ((c.QDZ6 + c.QDZ7 * dfz) * c.LRES + by_camber * gamma * c.LKZC)
+            * scale
+            * signum(p.v_x)
+            * p.alpha.cos();
+        let B_r = c.QBZ9 * c.LKY / scale + c.QBZ10 * lateral.shape.B * lateral.shape.C;
+        let residual = D_r * (B_r * equivalent(alpha_r, x)).atan().cos() * p.shifts;
+        let lever =
+            R0 * (c.SSZ1 + c.SSZ2 * (F_y / c.FNOMIN) + (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma) * c.LS;
+        Aligning { trail, residual, lever }
+    }
+
+    /// Overturning moment [N m] (4.E69, with the terms of 6.x).
+    #[inline]
+    pub(super) fn overturning(&self, p: &Point<T>, F_y: T) -> T {
+        let c = &self.coefficients;
+        let gamma = p.gamma;
+        // Below the valid range it fades with the square of the load.
+        let F_z = if p.F_z.re() < c.FZMIN.re() { p.F_z * (p.F_z / c.FZMIN).powi(2) } else { p.F_z };
+        let (F_y1, F_z1) = (F_y / c.FNOMIN, F_z / c.FNOMIN);
+        let simple = c.QSX1 * c.LVMX + c.QSX3 * F_y1;
+        if c.version == Version::Mf52 {
+            return c.UNLOADED_RADIUS * F_z * (simple - c.QSX2 * gamma) * c.LMX;
+        }
+        let load = (c.QSX6 * F_z1).powi(2).atan();
+        let together = c.QSX4
+            * (c.QSX5 * load).cos()
+            * (c.QSX7 * gamma + c.QSX8 * (c.QSX9 * F_y1).atan()).sin();
+        let by_load = c.QSX10 * (c.QSX11 * F_z1).atan() * gamma;
+        let sum = simple - c.QSX2 * gamma * (c.PPMX1 * p.dpi + 1.0) + together + by_load;
+        let arm = F_y * (c.QSX13 + c.QSX14 * gamma.abs()) - F_z * c.QSX12 * gamma * gamma.abs();
+        c.UNLOADED_RADIUS * c.LMX * (F_z * sum + arm)
+    }
+
+    /// Rolling resistance moment [N m] (4.E70).
+    #[inline]
+    pub(super) fn rolling(&self, p: &Point<T>, slip: &Slip<T>, F_x: T) -> T {
+        let c = &self.coefficients;
+        let zero = T::from(0.0);
+        let given = if slip.F_z.re() > 0.0 { slip.F_z } else { zero };
+        let F_z = if given.re() < c.FZMIN.re() { given * (given / c.FZMIN) } else { given };
+        let v = (p.v_x / c.LONGVL).abs();
+        let sum = c.QSY1 + c.QSY2 * (F_x / c.FNOMIN) + c.QSY3 * v + c.QSY4 * v.powi(4);
+        let moment = if c.version == Version::Mf52 {
+            -c.UNLOADED_RADIUS * F_z * c.LMY * sum
+        } else {
+            let gamma = p.gamma;
+            let F_z1 = F_z / c.FNOMIN;
+            if F_z1.re() == 0.0 {
+                return zero;
+            }
+            let pressure = (p.dpi + 1.0).ln() * c.QSY8;
+            let camber = (c.QSY5 + c.QSY6 * F_z1) * gamma * gamma;
+            -c.UNLOADED_RADIUS
+                * c.FNOMIN
+                * c.LMY
+                * (sum + camber)
+                * (F_z1.ln() * c.QSY7 + pressure).exp()
+        };
+        moment * self.rolling_share(p, slip) * p.direction
+    }
+
+    /// How much of the rolling resistance is there at a low speed of the rim.
+    #[inline]
+    fn rolling_share(&self, p: &Point<T>, slip: &Slip<T>) -> T {
+        let low = self.coefficients.VXLOW;
+        let rim = (p.v_x * (slip.kappa + 1.0)).abs();
+        if p.v_x.re() == 0.0 {
+            return T::from(0.0);
+        }
+        if rim.re() > low.re() {
+            // The moment opposes the turn of the wheel, also of one that turns backwards.
+            return T::from(sign(slip.kappa + 1.0));
+        }
+        ((slip.kappa + 1.0) / (low / p.v_x.abs()) * FRAC_PI_2).sin()
+    }
+}

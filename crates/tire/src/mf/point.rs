@@ -1,0 +1,125 @@
+//! Brings an operating point into the range of the formula, and computes what all forces share.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::f64::consts::PI;
+
+use super::{MfTire, Reading};
+use crate::coefficients::Version;
+use crate::number::Number;
+use crate::slip::Slip;
+
+/// Keeps denominators from 0 [N, m/s], with the sign of what it is added to.
+pub(super) const EPSILON: f64 = 1e-6;
+
+/// Operating point as the equations take it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point<T> {
+    /// Longitudinal slip κ [-].
+    pub kappa: T,
+    /// Slip angle α\* [rad], or its tangent.
+    pub alpha: T,
+    /// Camber γ [rad].
+    pub gamma: T,
+    /// Camber γ\* [rad], or its sine.
+    pub gamma_star: T,
+    /// Load F_z [N].
+    pub F_z: T,
+    /// Load of the trail and the residual torque [N].
+    pub F_z_trail: T,
+    /// Relative change of the load, df_z [-].
+    pub dfz: T,
+    /// Relative change of the pressure, dp_i [-].
+    pub dpi: T,
+    /// Forward speed [m/s].
+    pub v_x: T,
+    /// 1 forward and at rest, −1 in reverse.
+    pub direction: f64,
+    /// Share that is left of the shifts at low speed [-].
+    pub shifts: T,
+    /// cos α′ = V_x / V_c [-].
+    pub cos_alpha: T,
+    /// Friction of the road relative to that of the measurements [-].
+    pub mu: T,
+}
+
+/// 1 for what is not negative, −1 otherwise.
+#[inline]
+pub(super) fn sign<T: Number>(x: T) -> f64 {
+    if x.re() < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// −1, 0 or 1.
+#[inline]
+pub(super) fn signum<T: Number>(x: T) -> f64 {
+    if x.re() == 0.0 { 0.0 } else { sign(x) }
+}
+
+/// The nearest value from `low` to `high`; NaN stays.
+#[inline]
+pub(super) fn clamp<T: Number>(x: T, low: T, high: T) -> T {
+    if x.re() < low.re() {
+        low
+    } else if x.re() > high.re() {
+        high
+    } else {
+        x
+    }
+}
+
+impl<T: Number> MfTire<T> {
+    #[inline]
+    pub(super) fn point(&self, slip: &Slip<T>) -> Point<T> {
+        let c = &self.coefficients;
+        let (zero, one) = (T::from(0.0), T::from(1.0));
+        let Reading { limits, trigonometric } = self.reading;
+        let v_x = slip.v_x;
+        let pressure = slip.pressure.unwrap_or(c.INFLPRES);
+        let mut F_z = if slip.F_z.re() > 0.0 || slip.F_z.re().is_nan() { slip.F_z } else { zero };
+        let (mut kappa, mut alpha, mut gamma) = (slip.kappa, slip.alpha, slip.gamma);
+        let (mut inside, mut shifts) = (pressure, one);
+        if limits {
+            let slow = v_x.abs() / c.VXLOW;
+            if slow.re() <= 1.0 {
+                kappa *= slow;
+                shifts = (one - (slow * PI).cos()) * 0.5;
+                let speed = (v_x.abs() + (v_x * alpha.tan()).abs()) / c.VXLOW;
+                if speed.re() < 1.0 {
+                    alpha *= speed;
+                }
+            }
+            F_z = if F_z.re() > c.FZMAX.re() { c.FZMAX } else { F_z };
+            kappa = clamp(kappa, c.KPUMIN, c.KPUMAX);
+            alpha = clamp(alpha, c.ALPMIN, c.ALPMAX);
+            gamma = clamp(gamma, c.CAMMIN, c.CAMMAX);
+            inside = clamp(pressure, c.PRESMIN, c.PRESMAX);
+        }
+        let F_z0 = c.FNOMIN * c.LFZO;
+        let F_z_trail =
+            if limits && F_z.re() > 0.0 && F_z.re() < c.FZMIN.re() { c.FZMIN } else { F_z };
+        let tan = alpha.tan();
+        let speed = v_x.abs() * (tan * tan + 1.0).sqrt();
+        let dpi = match c.version {
+            Version::Mf52 => zero,
+            _ => inside / c.NOMPRES - 1.0,
+        };
+        let (alpha, gamma_star) = match trigonometric {
+            true => (tan * sign(v_x), gamma.sin()),
+            false => (alpha, gamma),
+        };
+        Point {
+            kappa,
+            alpha,
+            gamma,
+            gamma_star,
+            F_z,
+            F_z_trail,
+            dfz: F_z / F_z0 - 1.0,
+            dpi,
+            v_x,
+            direction: sign(v_x),
+            shifts,
+            cos_alpha: v_x / (speed + EPSILON),
+            mu: slip.mu,
+        }
+    }
+}
