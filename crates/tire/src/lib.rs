@@ -10,6 +10,7 @@
 )]
 
 mod coefficients;
+mod example;
 mod magic_formula;
 mod mf;
 mod number;

@@ -24,6 +24,15 @@ pub fn rk4<T: Number, const N: usize>(
     SVector::from_fn(|i, _| x[i] + (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * (h / 6.0))
 }
 
+/// Number and length [s] of equal sub-steps of a step, not longer than `longest` [s].
+#[inline]
+pub(crate) fn substeps(step: f64, longest: f64) -> (usize, f64) {
+    debug_assert!(step >= 0.0 && longest > 0.0);
+    // The slack keeps a ratio that is whole but for rounding from costing one sub-step more.
+    let n = (step / longest - 1e-9).ceil().max(1.0);
+    (n as usize, step / n)
+}
+
 impl<T: Number> Vehicle<T> {
     /// State `step` [s] later with the input held, in equal sub-steps not longer than `max_substep`
     /// [s].
@@ -39,13 +48,11 @@ impl<T: Number> Vehicle<T> {
         step: f64,
         max_substep: f64,
     ) -> State<T> {
-        debug_assert!(step >= 0.0 && max_substep > 0.0);
-        // The slack keeps a ratio that is whole but for rounding from costing one sub-step more.
-        let n = (step / max_substep - 1e-9).ceil().max(1.0);
+        let (n, h) = substeps(step, max_substep);
         let rates = |x: &SVector<T, 6>| self.evaluate(&State::from(*x), input).derivative.into();
         let mut x = SVector::from(*state);
-        for _ in 0..n as usize {
-            x = rk4(&x, step / n, rates);
+        for _ in 0..n {
+            x = rk4(&x, h, rates);
         }
         x.into()
     }

@@ -25,10 +25,12 @@
 
 mod axle;
 mod body;
+pub mod dual_track;
 mod integrate;
 mod linear;
 mod single_track;
 mod slip;
+mod table;
 mod tire_car;
 mod wheel;
 
@@ -39,6 +41,7 @@ pub use linear::NominalCar;
 
 pub use single_track::{Input, Motion, State, Vehicle};
 pub use slip::SLIP_SPEED_FLOOR;
+pub use table::{BadTable, Curve, Map};
 pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Number, Standard};
 pub use tire_car::{MotionDual, TireCar};
-pub use wheel::{Differential, Wheel, slip_ratio};
+pub use wheel::{Differential, Lock, Wheel, slip_ratio};

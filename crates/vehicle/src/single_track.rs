@@ -40,6 +40,24 @@ impl<T: Number> From<State<T>> for SVector<T, 6> {
     }
 }
 
+impl<T: Number> State<T> {
+    /// Time derivative of the state while the centre of gravity is accelerated along the car's axes [m/s²], and the
+    /// yaw rate changes [rad/s²]: v_x' = a_x + v_y r, v_y' = a_y − v_x r.
+    #[inline]
+    pub(crate) fn moving(&self, a_x: T, a_y: T, yaw_acceleration: T) -> Self {
+        let Self { psi, v_x, v_y, r, .. } = *self;
+        let (sin_psi, cos_psi) = psi.sin_cos();
+        Self {
+            X: v_x * cos_psi - v_y * sin_psi,
+            Y: v_x * sin_psi + v_y * cos_psi,
+            psi: r,
+            v_x: a_x + v_y * r,
+            v_y: a_y - v_x * r,
+            r: yaw_acceleration,
+        }
+    }
+}
+
 impl State {
     /// The same state as constants of another number type.
     pub fn lift<T: Number>(&self) -> State<T> {
@@ -164,7 +182,7 @@ impl<T: Number> Vehicle<T> {
     #[inline]
     pub fn evaluate(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
         let Body { m, I_zz, l_f, l_r, .. } = self.body;
-        let State { psi, v_x, v_y, r, .. } = *state;
+        let State { v_x, v_y, r, .. } = *state;
         let (sin_delta, cos_delta) = input.delta.sin_cos();
 
         let [alpha_f, alpha_r] = self.body.slip_angles(v_x, v_y, r, input.delta);
@@ -182,15 +200,7 @@ impl<T: Number> Vehicle<T> {
         let a_x = (F_long - F_yf * sin_delta) / m;
         let a_y = (F_lat_f + F_yr) / m;
 
-        let (sin_psi, cos_psi) = psi.sin_cos();
-        let derivative = State {
-            X: v_x * cos_psi - v_y * sin_psi,
-            Y: v_x * sin_psi + v_y * cos_psi,
-            psi: r,
-            v_x: a_x + v_y * r,
-            v_y: a_y - v_x * r,
-            r: (F_lat_f * l_f - F_yr * l_r) / I_zz,
-        };
+        let derivative = state.moving(a_x, a_y, (F_lat_f * l_f - F_yr * l_r) / I_zz);
         Motion { derivative, a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, drag }
     }
 }

@@ -4,6 +4,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use tire::Number;
+
 use crate::slip::slip_speed;
 
 /// Radius of the wheels of one axle, with its dependence on load and speed.
@@ -68,6 +70,36 @@ pub struct Differential {
     pub track: f64,
 }
 
+/// Friction that locks a differential: how much torque the faster wheel hands to the slower one.
+///
+/// The default is open: it locks nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Lock {
+    /// Difference of the wheel torques over their sum while driving [-], from 0 to 1.
+    pub drive: f64,
+    /// Difference of the wheel torques over their sum while the engine brakes [-], from 0 to 1.
+    pub coast: f64,
+    /// Torque difference without load [N·m].
+    pub preload: f64,
+    /// Growth of the locking with the difference of the wheel speeds [s/rad].
+    pub sensitivity: f64,
+}
+
+impl Lock {
+    /// Torque of the right wheel minus that of the left one [N m], from the speeds of the left and the right wheel
+    /// [rad/s] and the sum of both torques [N m].
+    #[inline]
+    pub fn held<T: Number>(&self, omega: [T; 2], torque: T) -> T {
+        let share = if torque > 0.0 { self.drive } else { self.coast };
+        let locked = torque.abs() * share;
+        let most = if locked > self.preload { locked } else { self.preload.into() };
+        if most == T::zero() {
+            return most;
+        }
+        most * ((omega[0] - omega[1]) * self.sensitivity).tanh()
+    }
+}
+
 impl Differential {
     /// Yaw moment on the car [N m], positive to the left, from the speeds of the left and the right wheel [rad/s], the
     /// longitudinal force of their axle [N] and their radius [m].
@@ -76,10 +108,13 @@ impl Differential {
     /// turns the car to the left.
     pub fn yaw_moment(&self, omega: [f64; 2], F_x: f64, radius: f64) -> f64 {
         let torque = (F_x * radius).max(-self.engine_brake);
-        let lock = if torque > 0.0 { self.drive_lock } else { self.coast_lock };
-        let most = (lock * torque.abs()).max(self.preload);
-        let held = most * (self.sensitivity * (omega[0] - omega[1])).tanh();
-        held / radius * 0.5 * self.track
+        self.lock().held(omega, torque) / radius * 0.5 * self.track
+    }
+
+    /// Its friction.
+    fn lock(&self) -> Lock {
+        let Self { drive_lock: drive, coast_lock: coast, preload, sensitivity, .. } = *self;
+        Lock { drive, coast, preload, sensitivity }
     }
 }
 

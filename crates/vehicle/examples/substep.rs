@@ -1,0 +1,77 @@
+//! Measures what one Runge-Kutta sub-step of each car costs: `cargo run --release -p vehicle --example substep`.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use tire::{Coefficients, MagicFormula, MfTire, Slip, Tire, Version};
+use vehicle::dual_track::{DualTrack, Input, Parameters};
+use vehicle::{State, Vehicle};
+
+/// Median of the times of one call [ns], over nine rounds.
+fn median(calls: u32, mut round: impl FnMut(u32)) -> f64 {
+    let mut times: Vec<_> = (0..9)
+        .map(|_| {
+            let start = Instant::now();
+            round(calls);
+            start.elapsed().as_secs_f64() * 1e9 / f64::from(calls)
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times[4]
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for version in [Version::Mf52, Version::Mf61, Version::Mf62] {
+        let tire = MfTire::new(Coefficients { version, ..Coefficients::sports_tire() })?;
+        let slip = Slip {
+            kappa: 0.02,
+            alpha: -0.04,
+            gamma: 0.02,
+            F_z: 4200.0,
+            v_x: 30.0,
+            ..Slip::default()
+        };
+        let whole = median(200_000, |n| {
+            for _ in 0..n {
+                black_box(tire.forces(black_box(&slip)));
+            }
+        });
+        let two = median(200_000, |n| {
+            for _ in 0..n {
+                black_box(tire.F_xy(black_box(&slip)));
+            }
+        });
+        println!(
+            "{version}: {whole:.0} ns for all forces and moments, {two:.0} ns for F_x and F_y"
+        );
+    }
+
+    let plain = Vehicle::default();
+    let start = State { v_x: 30.0, ..State::default() };
+    let input = vehicle::Input { F_x: 500.0, delta: 0.03 };
+    let one = median(100_000, |n| {
+        let mut state = start;
+        for _ in 0..n {
+            state = plain.advance(&state, black_box(&input), 1e-3, 1e-3);
+        }
+        black_box(state);
+    });
+    println!("single track on {:?}: {one:.0} ns a sub-step", MagicFormula::default());
+
+    let tires = [MfTire::new(Coefficients::sports_tire())?; 2];
+    let car = DualTrack::new(Parameters::default(), tires)?;
+    let start = car.rolling(30.0);
+    let input = Input { F_x: 500.0, delta: 0.03, ..Input::default() };
+    let one = median(20_000, |n| {
+        let mut state = start;
+        for _ in 0..n {
+            state = car.advance(&state, black_box(&input), 5e-4, 5e-4);
+        }
+        black_box(state);
+    });
+    println!(
+        "dual track on MF 6.2, with roll and pitch: {one:.0} ns a sub-step; the longest takes {:.2e} s",
+        car.longest_substep()
+    );
+    Ok(())
+}

@@ -1,0 +1,240 @@
+//! Evaluates the dual-track car: four wheels that spin, a body on springs, and tires with combined slip.
+//!
+//! docs/methods/dual_track.md has the equations. Wheels are counted front left, front right, rear left, rear right.
+#![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
+
+mod aero;
+mod brakes;
+mod driveline;
+mod integrate;
+mod over_load;
+mod parameters;
+mod state;
+mod steering;
+mod suspension;
+mod wheels;
+
+use tire::{Number, Tire};
+
+pub use aero::AeroMap;
+pub use brakes::Brakes;
+pub use driveline::Drive;
+pub use parameters::{BadParameter, Parameters};
+pub use state::{Attitude, Input, STATES, State, Transfer, Wheel};
+pub use steering::Steering;
+pub use suspension::{STOP, Suspension};
+pub use wheels::{BUILD_UP, CarTire, PerDirection, Rims, SLIP_MAX, WheelMotion};
+
+use crate::body::Body;
+use suspension::{Pushes, axle_positions};
+use wheels::{Fitted, Place};
+
+/// One value for each wheel: front left, front right, rear left, rear right.
+pub type PerWheel<T> = [T; 4];
+
+/// One value for each axle: front, rear.
+pub type PerAxle<T> = [T; 2];
+
+const FRONT: usize = 0;
+const REAR: usize = 1;
+
+/// Left and right.
+const SIDES: [f64; 2] = [1.0, -1.0];
+
+const fn axle_of(wheel: usize) -> usize {
+    wheel / 2
+}
+
+const fn side_of(wheel: usize) -> f64 {
+    SIDES[wheel % 2]
+}
+
+/// Forces and accelerations that follow from a [`State`] and an [`Input`] at the same instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T = f64> {
+    /// Time derivative of the state.
+    pub derivative: State<T>,
+    /// Forward acceleration [m/s²] that an accelerometer in the centre of gravity measures along the road.
+    pub a_x: T,
+    /// Acceleration to the left [m/s²] that an accelerometer in the centre of gravity measures along the road.
+    pub a_y: T,
+    /// The wheels.
+    pub wheels: PerWheel<WheelMotion<T>>,
+    /// Aerodynamic drag [N], positive when driving forward.
+    pub drag: T,
+    /// Downforce on each axle [N].
+    pub downforce: PerAxle<T>,
+}
+
+/// Car with four wheels. [`DualTrack::new`] checks its parameters and fits its tires.
+#[derive(Clone, Debug)]
+pub struct DualTrack<W> {
+    parameters: Parameters,
+    tires: PerAxle<Fitted<W>>,
+    /// Effective radius of the wheels of each axle under their load at rest [m].
+    radius: PerAxle<f64>,
+    pole: f64,
+}
+
+impl<W: CarTire<f64>> DualTrack<W> {
+    /// A car of these parameters on these tires: those of the front and of the rear axle, as they are on the left side.
+    ///
+    /// # Errors
+    /// When a parameter, or several together, describe no car that can be integrated.
+    pub fn new(parameters: Parameters, tires: PerAxle<W>) -> Result<Self, BadParameter> {
+        parameters.check()?;
+        let loads = parameters.body.static_loads();
+        let [front, rear] = tires;
+        let fit = |tire: W, axle: usize| Fitted::new(tire, &parameters.rims, 0.5 * loads[axle]);
+        let tires = [fit(front, FRONT), fit(rear, REAR)];
+        let radius = [FRONT, REAR].map(|axle| tires[axle].over_load.at(0.5 * loads[axle], 0.0)[0]);
+        let pole = integrate::fastest_pole(&parameters, &tires);
+        Ok(Self { parameters, tires, radius, pole })
+    }
+}
+
+impl<W> DualTrack<W> {
+    /// The parameters that it was made of.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The tires of the front and of the rear axle.
+    pub fn tires(&self) -> PerAxle<&W> {
+        self.tires.each_ref().map(|fitted| &fitted.tire)
+    }
+
+    /// Effective radius of the wheels of each axle under their load at rest [m].
+    pub fn radius(&self) -> PerAxle<f64> {
+        self.radius
+    }
+
+    /// The same car with its tires in another form, such as one of another number type.
+    pub fn map_tires<U>(&self, change: impl Fn(&W) -> U) -> DualTrack<U> {
+        DualTrack {
+            parameters: self.parameters.clone(),
+            tires: self.tires.each_ref().map(|fitted| fitted.map(&change)),
+            radius: self.radius,
+            pole: self.pole,
+        }
+    }
+
+    /// The state of a car that drives straight on a level road at a speed [m/s], its wheels rolling freely and its body at
+    /// rest on its springs.
+    pub fn rolling(&self, v_x: f64) -> State {
+        let omega = |wheel: usize| v_x / self.radius[axle_of(wheel)];
+        State {
+            planar: crate::single_track::State { v_x, ..Default::default() },
+            wheels: std::array::from_fn(|i| Wheel { omega: omega(i), ..Wheel::default() }),
+            ..State::default()
+        }
+    }
+
+    /// Forces and accelerations of the car.
+    #[inline]
+    pub fn evaluate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Motion<T>
+    where
+        W: Tire<T>,
+    {
+        let p = &self.parameters;
+        let body = &p.body;
+        let compression =
+            [FRONT, REAR].map(|axle| Suspension::compression(body, axle, &state.attitude));
+        let (drag, downforce) = p.aero.forces(state.planar.v_x, compression);
+        let (wheels, wheel_rates, turns) = self.roll(state, input);
+
+        let sum = |part: fn(&WheelMotion<T>) -> T| {
+            wheels.iter().fold(T::zero(), |sum, wheel| sum + part(wheel))
+        };
+        let on_road: PerWheel<[T; 2]> = std::array::from_fn(|i| {
+            let (WheelMotion { F_x, F_y, .. }, (sin, cos)) = (&wheels[i], &turns[i]);
+            [*F_x * *cos - *F_y * *sin, *F_x * *sin + *F_y * *cos]
+        });
+        let F_y = [on_road[0][1] + on_road[1][1], on_road[2][1] + on_road[3][1]];
+        let F_x = on_road.iter().fold(-drag, |sum, force| sum + force[0]);
+        let across = |axle: usize| {
+            let i = 2 * axle;
+            (on_road[i + 1][0] - on_road[i][0]) * (0.5 * p.suspension.track[axle])
+        };
+        let yaw = F_y[FRONT] * body.l_f - F_y[REAR] * body.l_r
+            + across(FRONT)
+            + across(REAR)
+            + sum(|wheel| wheel.M_z);
+
+        let Body { m, I_zz, .. } = *body;
+        let (sin_grade, cos_grade) = input.grade.sin_cos();
+        let (sin_bank, cos_bank) = input.bank.sin_cos();
+        let weight = cos_grade * cos_bank * (m * crate::G);
+        let (a_x, a_y) = (F_x / m, (F_y[FRONT] + F_y[REAR]) / m);
+        let down = [sin_grade * crate::G, sin_bank * cos_grade * crate::G];
+        let pushes = Pushes {
+            F_x,
+            F_y: F_y[FRONT] + F_y[REAR],
+            M_x: sum(|wheel| wheel.M_x),
+            F_z: wheels.map(|wheel| wheel.F_z),
+            downforce,
+            weight,
+        };
+        let (attitude, rates) = p.suspension.rates(body, state, &pushes);
+        let follow = |force: T, passed_on: T| (force - passed_on) / p.suspension.lag;
+        let derivative = State {
+            planar: state.planar.moving(a_x - down[0], a_y - down[1], yaw / I_zz),
+            attitude,
+            rates,
+            transfer: Transfer {
+                F_x: follow(F_x, state.transfer.F_x),
+                F_yf: follow(F_y[FRONT], state.transfer.F_yf),
+                F_yr: follow(F_y[REAR], state.transfer.F_yr),
+            },
+            wheels: wheel_rates,
+        };
+        Motion { derivative, a_x, a_y, wheels, drag, downforce }
+    }
+
+    /// Forces on the wheels, rates of their states, and how they are turned.
+    #[inline]
+    fn roll<T: Number>(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+    ) -> (PerWheel<WheelMotion<T>>, PerWheel<Wheel<T>>, PerWheel<(T, T)>)
+    where
+        W: Tire<T>,
+    {
+        let p = &self.parameters;
+        let travel = p.suspension.travel(&p.body, &state.attitude);
+        let delta = input.delta - state.transfer.F_yf * p.steering.compliance;
+        let angles = p.steering.wheel_angles(delta, p.suspension.track[FRONT], p.body.wheelbase());
+        let turns = p.steering.turns(angles, &travel);
+        let gamma = p.steering.inclinations(state.attitude.phi, &travel);
+        let loads = p.suspension.loads(&p.body, state);
+        let (forward, sideways) = p.suspension.swing(&p.body, &state.rates);
+        let driving =
+            p.drive.torques(input.F_x, state.wheels.map(|wheel| wheel.omega), self.radius);
+        let capacity = p.brakes.capacity(input.F_x, self.radius);
+        let position = axle_positions(&p.body);
+
+        let rolled: PerWheel<_> = std::array::from_fn(|i| {
+            let (axle, side) = (axle_of(i), side_of(i));
+            let crate::State { v_x, v_y, r, .. } = state.planar;
+            let v = [
+                v_x + forward - r * (0.5 * side * p.suspension.track[axle]),
+                v_y + sideways[axle] + r * position[axle],
+            ];
+            let place =
+                Place { v, turn: turns[i], gamma: gamma[i], F_z: loads[i], mu: input.mu[i], side };
+            let (mut motion, mut rate) =
+                self.tires[axle].roll(&state.wheels[i], &place, p.rims.I_yy);
+            let Wheel { omega, brake, .. } = state.wheels[i];
+            let (braking, brake_rate) = p.brakes.torque(capacity[axle], omega, brake);
+            motion.torque = driving[i] - braking;
+            rate.omega += motion.torque / p.rims.I_yy;
+            rate.brake = brake_rate;
+            (motion, rate)
+        });
+        (rolled.map(|(motion, _)| motion), rolled.map(|(_, rate)| rate), turns)
+    }
+}
+
+#[cfg(test)]
+mod tests;

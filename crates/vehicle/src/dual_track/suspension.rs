@@ -1,0 +1,218 @@
+//! Carries the body: heave, roll and pitch on springs, and the loads that reach the wheels.
+#![allow(non_snake_case, reason = "forces and moments of inertia are written as in the equations")]
+
+use serde::{Deserialize, Serialize};
+
+use tire::Number;
+
+use super::state::{Attitude, State};
+use super::{FRONT, PerAxle, PerWheel, REAR, SIDES, axle_of, side_of};
+use crate::body::Body;
+
+/// Roll and pitch angle [rad] from which on a stop holds the body, with the stiffness of all springs: a car that
+/// tips over is outside of the model, but its state stays finite.
+pub const STOP: f64 = 0.3;
+
+/// Springs, dampers and links of both axles.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Suspension {
+    /// Distance between the wheels of each axle [m].
+    pub track: PerAxle<f64>,
+    /// Moment of inertia of the body about its x axis [kg m²].
+    pub I_xx: f64,
+    /// Moment of inertia of the body about its y axis [kg m²].
+    pub I_yy: f64,
+    /// Vertical stiffness at each wheel [N/m], tire included.
+    pub ride_stiffness: PerAxle<f64>,
+    /// Vertical damping at each wheel [N s/m].
+    pub ride_damping: PerAxle<f64>,
+    /// Roll stiffness of each axle, springs, anti-roll bar and tires together [N m/rad].
+    pub roll_stiffness: PerAxle<f64>,
+    /// Roll damping of each axle [N m s/rad].
+    pub roll_damping: PerAxle<f64>,
+    /// Height of the roll centre of each axle [m].
+    pub roll_centre: PerAxle<f64>,
+    /// Height of the pitch centre [m]: longitudinal forces at this height pitch the body no more.
+    pub pitch_centre: f64,
+    /// Whether heave, roll and pitch swing. Otherwise the body goes to its steady attitude with the time constant
+    /// `lag`.
+    pub dynamic: bool,
+    /// Time that links take to pass a force on to the loads [s]. It opens the loop of loads and tire forces.
+    pub lag: f64,
+}
+
+impl Default for Suspension {
+    fn default() -> Self {
+        Self {
+            track: [1.5, 1.5],
+            I_xx: 180.0,
+            I_yy: 850.0,
+            ride_stiffness: [60e3, 60e3],
+            ride_damping: [4e3, 4e3],
+            roll_stiffness: [80e3, 75e3],
+            roll_damping: [4.5e3, 4.5e3],
+            roll_centre: [0.03, 0.05],
+            pitch_centre: 0.03,
+            dynamic: true,
+            lag: 0.005,
+        }
+    }
+}
+
+/// What moves the body on its springs.
+pub(super) struct Pushes<T> {
+    /// Sum of longitudinal tire forces and drag [N], along the body's x axis.
+    pub F_x: T,
+    /// Sum of lateral tire forces [N], along the body's y axis.
+    pub F_y: T,
+    /// Sum of the overturning moments of the tires [N m].
+    pub M_x: T,
+    /// Loads of the wheels [N].
+    pub F_z: PerWheel<T>,
+    /// Downforce on each axle [N].
+    pub downforce: PerAxle<T>,
+    /// Part of the weight that is normal to the road [N].
+    pub weight: T,
+}
+
+/// Distances of the axles from the centre of gravity [m], positive forward.
+pub(super) fn axle_positions(body: &Body) -> PerAxle<f64> {
+    [body.l_f, -body.l_r]
+}
+
+impl Suspension {
+    /// Compression of the springs of an axle [m], the mean of its wheels, by heave and pitch; or its rate.
+    #[inline]
+    pub(super) fn compression<T: Number>(body: &Body, axle: usize, q: &Attitude<T>) -> T {
+        q.theta * axle_positions(body)[axle] - q.z
+    }
+
+    /// Way of each wheel towards the body [m].
+    #[inline]
+    pub(super) fn travel<T: Number>(&self, body: &Body, q: &Attitude<T>) -> PerWheel<T> {
+        std::array::from_fn(|i| {
+            let axle = axle_of(i);
+            Self::compression(body, axle, q) - q.phi * (0.5 * side_of(i) * self.track[axle])
+        })
+    }
+
+    /// Loads of the wheels [N]: weight at rest, springs, dampers, and what the links pass on. A wheel in the air has none.
+    #[inline]
+    pub(super) fn loads<T: Number>(&self, body: &Body, state: &State<T>) -> PerWheel<T> {
+        let (q, rate) = (&state.attitude, &state.rates);
+        let rest = body.static_loads();
+        let F_y = [state.transfer.F_yf, state.transfer.F_yr];
+        let along = state.transfer.F_x * (0.5 * self.pitch_centre / body.wheelbase());
+        let mut loads = [T::zero(); 4];
+        for axle in [FRONT, REAR] {
+            let mean = Self::compression(body, axle, q) * self.ride_stiffness[axle]
+                + Self::compression(body, axle, rate) * self.ride_damping[axle]
+                + 0.5 * rest[axle]
+                + if axle == FRONT { -along } else { along };
+            let moment = q.phi * self.roll_stiffness[axle]
+                + rate.phi * self.roll_damping[axle]
+                + F_y[axle] * self.roll_centre[axle];
+            let across = moment / self.track[axle];
+            for (side, sign) in SIDES.into_iter().enumerate() {
+                let load = mean - across * sign;
+                loads[2 * axle + side] = if load > 0.0 { load } else { T::zero() };
+            }
+        }
+        loads
+    }
+
+    /// Speeds that rolling and pitching add to the contact points of each axle [m/s]: forward (of both), and to the left.
+    ///
+    /// The links turn the wheels about roll centre and pitch centre, and velocities are those of the centre of gravity.
+    #[inline]
+    pub(super) fn swing<T: Number>(&self, body: &Body, rate: &Attitude<T>) -> (T, PerAxle<T>) {
+        let sideways = |axle: usize| rate.phi * (body.h - self.roll_centre[axle]);
+        (-rate.theta * (body.h - self.pitch_centre), [sideways(FRONT), sideways(REAR)])
+    }
+
+    /// Rates of attitude and of its rates, which follow from the forces on the body.
+    ///
+    /// m z'' = Σ F_z − W − D, I_xx φ'' = h F_y + Σ y F_z + M_x + W (h − h_ra) φ,
+    /// I_yy θ'' = −h F_x − Σ x F_z + l_f D_f − l_r D_r + W (h − h_pc) θ.
+    #[inline]
+    pub(super) fn rates<T: Number>(
+        &self,
+        body: &Body,
+        state: &State<T>,
+        on: &Pushes<T>,
+    ) -> (Attitude<T>, Attitude<T>) {
+        let Body { m, l_f, l_r, h, .. } = *body;
+        let q = &state.attitude;
+        let F_z = &on.F_z;
+        let axle = [F_z[0] + F_z[1], F_z[2] + F_z[3]];
+        let [D_f, D_r] = on.downforce;
+        let lift = axle[0] + axle[1] - on.weight - D_f - D_r;
+        let roll_axis = (l_r * self.roll_centre[0] + l_f * self.roll_centre[1]) / (l_f + l_r);
+        let roll = on.F_y * h
+            + on.M_x
+            + on.weight * (h - roll_axis) * q.phi
+            + (F_z[0] - F_z[1]) * (0.5 * self.track[0])
+            + (F_z[2] - F_z[3]) * (0.5 * self.track[1])
+            - beyond(q.phi) * self.stiffness().phi;
+        let pitch = -on.F_x * h - (axle[0] - D_f) * l_f
+            + (axle[1] - D_r) * l_r
+            + on.weight * (h - self.pitch_centre) * q.theta
+            - beyond(q.theta) * self.pitch_stiffness(body);
+        if self.dynamic {
+            let accelerations =
+                Attitude { z: lift / m, phi: roll / self.I_xx, theta: pitch / self.I_yy };
+            return (state.rates, accelerations);
+        }
+        let K = self.stiffness();
+        let towards = |push: T, stiffness: f64| push / (stiffness * self.lag);
+        let rates = Attitude {
+            z: towards(lift, K.z),
+            phi: towards(roll, K.phi),
+            theta: towards(pitch, self.pitch_stiffness(body)),
+        };
+        (rates, Attitude { z: T::zero(), phi: T::zero(), theta: T::zero() })
+    }
+
+    /// Stiffness of heave [N/m] and roll [N m/rad].
+    fn stiffness(&self) -> Attitude {
+        Attitude {
+            z: 2.0 * (self.ride_stiffness[0] + self.ride_stiffness[1]),
+            phi: self.roll_stiffness[0] + self.roll_stiffness[1],
+            theta: 0.0,
+        }
+    }
+
+    /// Pitch stiffness of the springs [N m/rad].
+    pub(super) fn pitch_stiffness(&self, body: &Body) -> f64 {
+        let [k_f, k_r] = self.ride_stiffness;
+        2.0 * (k_f * body.l_f * body.l_f + k_r * body.l_r * body.l_r)
+    }
+
+    /// Upper bound of the poles of the body on its springs and dampers [1/s].
+    pub(super) fn fastest_pole(&self, body: &Body) -> f64 {
+        if !self.dynamic {
+            return 4.0 / self.lag;
+        }
+        let K = self.stiffness();
+        let [c_f, c_r] = self.ride_damping;
+        let C_theta = 2.0 * (c_f * body.l_f * body.l_f + c_r * body.l_r * body.l_r);
+        let C_phi = self.roll_damping[0] + self.roll_damping[1];
+        let pole = |K: f64, C: f64, m: f64| C / m + (K / m).sqrt();
+        let heave = pole(K.z, 2.0 * (c_f + c_r), body.m);
+        let pitch = pole(self.pitch_stiffness(body), C_theta, self.I_yy);
+        // Heave and pitch are coupled: the sum bounds both.
+        (heave + pitch).max(pole(K.phi, C_phi, self.I_xx)) + 1.0 / self.lag
+    }
+}
+
+/// How far an angle is beyond the stops.
+#[inline]
+fn beyond<T: Number>(angle: T) -> T {
+    if angle > STOP {
+        angle - STOP
+    } else if angle < -STOP {
+        angle + STOP
+    } else {
+        T::zero()
+    }
+}

@@ -1,0 +1,237 @@
+//! Rolls the wheels: slip that builds up over the relaxation length, tire forces, and the spin of the wheel.
+#![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
+
+use serde::{Deserialize, Serialize};
+
+use tire::{Forces, MagicFormula, MfTire, Number, Relaxation, Slip, Tire};
+
+use super::over_load::OverLoad;
+use super::state::Wheel;
+use super::steering::Turn;
+
+/// Shortest time in which slip builds up [s]: a relaxation length that is rolled over faster is taken as longer.
+pub const BUILD_UP: f64 = 1e-3;
+
+/// Largest longitudinal slip, and largest tangent of a slip angle, that build up [-]. A wheel that slides without
+/// rolling forward would build up slip without end.
+pub const SLIP_MAX: PerDirection = PerDirection { kappa: 3.0, tan_alpha: 10.0 };
+
+/// Forward speed [m/s] below which the tire is damped like a spring.
+const DAMPED: f64 = 3.0;
+
+/// One value for each direction of slip.
+#[derive(Clone, Copy, Debug)]
+pub struct PerDirection {
+    /// Of the longitudinal slip.
+    pub kappa: f64,
+    /// Of the tangent of the slip angle.
+    pub tan_alpha: f64,
+}
+
+/// What wheels add to their tires.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rims {
+    /// Moment of inertia of a wheel about its axis [kg m²].
+    pub I_yy: f64,
+    /// Shortest relaxation length [m], also for tires that have none.
+    pub relaxation_min: f64,
+    /// Radius of a wheel whose tire knows none [m].
+    pub radius: f64,
+}
+
+impl Default for Rims {
+    fn default() -> Self {
+        Self { I_yy: 1.0, relaxation_min: 0.05, radius: 0.3 }
+    }
+}
+
+/// A tire that a car can stand on: it also says below which speed its formula fades slip.
+///
+/// At low speed the car has its own way, since slip that fades holds no car on a slope: slip has built up, and the
+/// tire is a spring. So the formula never sees a lower speed than this.
+pub trait CarTire<T: Number>: Tire<T> {
+    /// The highest speed [m/s] at which the formula fades slip.
+    fn fading_speed(&self) -> f64;
+}
+
+impl<T: Number> CarTire<T> for MagicFormula<T> {
+    fn fading_speed(&self) -> f64 {
+        0.0
+    }
+}
+
+impl<T: Number> CarTire<T> for MfTire<T>
+where
+    Self: Tire<T>,
+{
+    fn fading_speed(&self) -> f64 {
+        self.coefficients().VXLOW.re()
+    }
+}
+
+/// Where a wheel is and what acts on it.
+pub(super) struct Place<T> {
+    /// Velocity of the contact point along the body's axes [m/s].
+    pub v: [T; 2],
+    /// Angle to the body.
+    pub turn: Turn<T>,
+    /// Inclination to the road [rad], positive to the right.
+    pub gamma: T,
+    /// Load [N].
+    pub F_z: T,
+    /// Friction of the road, relative to the one of the measurement.
+    pub mu: T,
+    /// 1 on the left side, −1 on the right one, where the tire is mounted as its mirror image.
+    pub side: f64,
+}
+
+/// What a wheel does at one instant: forces and moments of the road in the wheel's axes, and its operating point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WheelMotion<T = f64> {
+    /// Longitudinal force [N].
+    pub F_x: T,
+    /// Lateral force [N], positive to the left.
+    pub F_y: T,
+    /// Load [N].
+    pub F_z: T,
+    /// Overturning moment [N m].
+    pub M_x: T,
+    /// Rolling resistance moment [N m].
+    pub M_y: T,
+    /// Aligning moment [N m].
+    pub M_z: T,
+    /// Longitudinal slip [-] that makes the force.
+    pub kappa: T,
+    /// Slip angle [rad] that makes the force: positive while the contact point moves to the left, so F_y < 0.
+    pub alpha: T,
+    /// Inclination to the road [rad], positive to the right.
+    pub gamma: T,
+    /// Driving torque minus braking torque [N m].
+    pub torque: T,
+}
+
+/// A tire on its rim, with what depends on the load alone worked out.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted<W> {
+    pub tire: W,
+    pub over_load: OverLoad,
+    /// Time by which the rate of slip damps the tire at rest [s].
+    pub damping: f64,
+    /// Speed that the tire is asked at, at least [m/s].
+    pub slowest: f64,
+    /// Upper bound of the poles of spin and slip [1/s].
+    pub fastest_pole: f64,
+}
+
+impl<W: CarTire<f64>> Fitted<W> {
+    /// Fits a tire for loads around that of the car at rest [N].
+    pub fn new(tire: W, rims: &Rims, load: f64) -> Self {
+        let over_load = OverLoad::new(&tire, rims, load);
+        let slowest = 1.001 * tire.fading_speed();
+        // The wheel swings on the tire's longitudinal spring, K / σ.
+        let frequency = |load: f64| {
+            let at = |kappa| {
+                let slip = Slip { kappa, F_z: load, v_x: slowest.max(1.0), ..Slip::default() };
+                tire.F_xy(&slip)[0]
+            };
+            let stiffness = ((at(1e-4) - at(-1e-4)) / 2e-4).max(0.0);
+            let [radius, _, sigma, _] = over_load.at(load, 0.0);
+            (stiffness * radius * radius / (sigma * rims.I_yy)).sqrt()
+        };
+        let highest = [0.5, 1.0, 2.0, 3.0]
+            .map(|share| frequency(share * load))
+            .into_iter()
+            .fold(1.0, f64::max);
+        let damping = 1.0 / highest;
+        Self { tire, over_load, damping, slowest, fastest_pole: 2.0 * highest }
+    }
+}
+
+impl<W> Fitted<W> {
+    /// The same with its tire in another form, such as one of another number type.
+    pub fn map<U>(&self, change: impl Fn(&W) -> U) -> Fitted<U> {
+        let Self { tire, over_load, damping, slowest, fastest_pole } = self;
+        let (damping, slowest, fastest_pole) = (*damping, *slowest, *fastest_pole);
+        Fitted { tire: change(tire), over_load: over_load.clone(), damping, slowest, fastest_pole }
+    }
+
+    /// What the road does to the wheel, and the rate of its state but for the torque of the car:
+    /// σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α, I ω' = −R_l F_x + M_y.
+    #[inline]
+    pub fn roll<T: Number>(
+        &self,
+        state: &Wheel<T>,
+        place: &Place<T>,
+        I_yy: f64,
+    ) -> (WheelMotion<T>, Wheel<T>)
+    where
+        W: Tire<T>,
+    {
+        let (sin, cos) = place.turn;
+        let [v_x, v_y] = place.v;
+        let (v_x, v_y) = (v_x * cos + v_y * sin, v_y * cos - v_x * sin);
+        let [R_e, R_l, sigma_x, sigma_y] = self.over_load.at(place.F_z, state.omega);
+        let rim = state.omega * R_e;
+        let speed = v_x.abs();
+        let kappa_rate = built_up(rim - v_x, state.kappa, speed, sigma_x, SLIP_MAX.kappa);
+        let alpha_rate = built_up(v_y, state.tan_alpha, speed, sigma_y, SLIP_MAX.tan_alpha);
+
+        let mut damping = T::zero();
+        if speed < DAMPED {
+            let slow = -speed / DAMPED + 1.0;
+            damping = slow * slow * self.damping;
+        }
+        let kappa = state.kappa + kappa_rate * damping;
+        let alpha = (state.tan_alpha + alpha_rate * damping).atan();
+        let asked = at_least(speed, self.slowest);
+        let slip = Slip {
+            kappa,
+            alpha: alpha * place.side,
+            gamma: place.gamma * place.side,
+            F_z: place.F_z,
+            v_x: asked,
+            pressure: None,
+            mu: place.mu,
+        };
+        let Forces { F_x, F_y, M_x, M_y, M_z } = self.tire.forces(&slip);
+        // The formula has seen a car that drives forward: the trail changes its side in reverse, the rolling resistance
+        // its direction, and both vanish at rest.
+        let backwards = v_x / at_least(speed, 1.0);
+        let M_y = M_y * (rim / at_least(rim.abs(), 1.0));
+        let motion = WheelMotion {
+            F_x,
+            F_y: F_y * place.side,
+            F_z: place.F_z,
+            M_x: M_x * place.side,
+            M_y,
+            M_z: M_z * place.side * backwards,
+            kappa,
+            alpha,
+            gamma: place.gamma,
+            torque: T::zero(),
+        };
+        let omega = (M_y - F_x * R_l) / I_yy;
+        (motion, Wheel { omega, kappa: kappa_rate, tan_alpha: alpha_rate, brake: T::zero() })
+    }
+}
+
+/// Rate of a slip that builds up [1/s]: (V_s − u s) / max(σ, u t), where the speed u that wears it off is |V_x|, or more
+/// where slip would exceed its largest value.
+#[inline]
+fn built_up<T: Number>(v_slip: T, slip: T, speed: T, sigma: T, most: f64) -> T {
+    let sliding = v_slip.abs() * (1.0 / most);
+    let u = if sliding > speed { sliding } else { speed };
+    let way = u * BUILD_UP;
+    (v_slip - u * slip) / if way > sigma { way } else { sigma }
+}
+
+#[inline]
+fn at_least<T: Number>(value: T, least: f64) -> T {
+    if value > least { value } else { least.into() }
+}
+
+/// Relaxation lengths [m] that a car can be integrated with: finite, and not below the shortest.
+pub(super) fn usable(relaxation: Relaxation, least: f64) -> [f64; 2] {
+    [relaxation.x, relaxation.y]
+        .map(|length| if length.is_finite() { length.max(least) } else { least })
+}
