@@ -187,6 +187,8 @@ mod recordings;
 // The obstacles of a first day.
 #[path = "acceptance/first_day.rs"]
 mod first_day;
+#[path = "acceptance/parameters.rs"]
+mod parameters;
 // Folders of results, and all that can happen to them.
 #[path = "acceptance/results.rs"]
 mod results;
@@ -257,6 +259,7 @@ fn main() -> ExitCode {
     reference_fmus::register(&mut tests);
     features::register(&mut tests);
     first_day::register(&mut tests);
+    parameters::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);

@@ -15,6 +15,7 @@ use toml::de::{DeString, DeTable, DeValue, Deserializer};
 
 use crate::build_request::Built;
 use crate::resolve;
+use crate::text_of;
 use crate::words::{self, Scenario};
 use files::Files;
 use paths::Role;
@@ -221,6 +222,7 @@ impl Gathering<'_> {
         let wrong = |what: String| scenario.source.error(word.span(), what, "");
         let others = self.layout.others;
         let inside = match role {
+            Role::Parameters => self.parameters(&path).map_err(wrong)?,
             Role::File => self.files.add(&path, others).map_err(wrong)?,
             Role::Draws(index) => {
                 let vary = scenario.document.sweep.iter().flat_map(|sweep| &sweep.vary).nth(index);
@@ -239,7 +241,7 @@ impl Gathering<'_> {
             }
             Role::Values if !text.starts_with('@') || !path.is_file() => return Ok(()),
             // An analysis may leave a file of this name, which goes before the one that is there.
-            Role::Values if !text.contains(['/', '\\']) => {
+            Role::Values if !text.contains(['/', '\\']) && !names_texts(&path) => {
                 let name = text.trim_start_matches('@');
                 return self
                     .files
@@ -247,7 +249,7 @@ impl Gathering<'_> {
                     .map_err(wrong);
             }
             Role::Values => {
-                let inside = self.files.add(&path, others).map_err(wrong)?;
+                let inside = self.parameters(&path).map_err(wrong)?;
                 *word.get_mut() = DeValue::String(format!("@{}{inside}", beside.back).into());
                 return Ok(());
             }
@@ -255,6 +257,43 @@ impl Gathering<'_> {
         *word.get_mut() = DeValue::String(format!("{}{inside}", beside.back).into());
         Ok(())
     }
+
+    /// Gathers a file of values, and those whose texts are among them, under other paths in it.
+    fn parameters(&mut self, path: &Path) -> Result<String, String> {
+        let others = self.layout.others;
+        if !names_texts(path) {
+            return self.files.add(path, others);
+        }
+        let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
+        let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+        let table = DeTable::parse(&text).map_err(|error| wrong(&error.message()))?;
+        let (mut table, mut missing) = (table.into_inner(), None);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        paths::texts(&mut table, &mut |_, word| {
+            let Some(name) = word.get_ref().as_str() else { return };
+            match self.files.add(&folder.join(name), others) {
+                // All of them are in one folder.
+                Ok(inside) => {
+                    let name = inside.rsplit('/').next().unwrap_or_default().to_owned();
+                    *word.get_mut() = DeValue::String(name.into());
+                }
+                Err(what) => missing = Some(what),
+            }
+        });
+        if let Some(what) = missing {
+            return Err(wrong(&what));
+        }
+        let table = toml::Table::deserialize(Deserializer::from(Spanned::new(0..0, table)));
+        let table = table.map_err(|error| wrong(&error.message()))?;
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let text = toml::to_string(&table).map_err(|error| wrong(&error))?;
+        Ok(self.files.add_text(&name, others, text))
+    }
+}
+
+/// Whether values of a file are the texts of others.
+fn names_texts(path: &Path) -> bool {
+    std::fs::read_to_string(path).is_ok_and(|text| text.contains(text_of::KEY))
 }
 
 /// Puts a path in the place of a package.

@@ -13,6 +13,7 @@ pub mod reference;
 pub mod resolve;
 pub mod schema;
 pub mod signal;
+mod text_of;
 pub mod words;
 
 pub use build_request::{BuildRequest, Built};

@@ -345,6 +345,8 @@ pub struct System {
     pub recorded: Selection,
     /// Header of the recordings, with the recorded columns.
     pub header: RunHeader,
+    /// The files whose texts are start values.
+    pub texts: Vec<PathBuf>,
     /// Warnings.
     pub warnings: Vec<String>,
 }

@@ -18,6 +18,7 @@ mod logs;
 mod nodes;
 mod order;
 mod overrides;
+mod parameters;
 mod place;
 mod plots;
 mod port;
@@ -34,6 +35,7 @@ mod unit;
 mod validations;
 mod view;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -44,6 +46,7 @@ use recording::{Columns, Full, Recorded, RunHeader, StatusTrack};
 pub use self::archives::Opened;
 pub use self::isolation::Isolate;
 pub(crate) use self::joint::draws_file;
+use self::parameters::Parameters;
 pub use self::plots::by_unit;
 use self::signal_units::SignalUnits;
 pub use self::sweep::sweep;
@@ -56,13 +59,16 @@ pub use overrides::Override;
 /// Takes the mistakes and the warnings.
 type Notes<'n> = (&'n mut Mistakes, &'n mut Vec<String>);
 
-/// The files of a scenario, and those that its view names.
+/// The files of a scenario, and those of its view and of its parameters.
 fn source(scenario: &Scenario) -> TextSource {
     let mut source = scenario.source.clone();
     let track = scenario.document.view.track.as_ref();
     if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
         source.keep(&scenario.source.resolve(path));
     }
+    let parameters: BTreeSet<_> =
+        scenario.parameter_files().map(|word| scenario.source.resolve(word)).collect();
+    parameters.iter().for_each(|path| source.keep(path));
     source
 }
 
@@ -119,10 +125,12 @@ impl System {
         let scenario = changed.as_ref().unwrap_or(scenario);
         let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
         let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
+        let parameters = Parameters::read(scenario, &mut mistakes);
         let timed = (clock, overrides.seed.unwrap_or(scenario.document.seed));
         let notes = (&mut mistakes, &mut warnings);
         let archives = (&built.archives, opened);
-        let mut unplaced = nodes::unplaced(scenario, archives, &starts, timed, notes);
+        let mut unplaced =
+            nodes::unplaced(scenario, archives, (&starts, &parameters), timed, notes);
         let notes = (&mut mistakes, &mut warnings);
         let connects = connectors::connects(scenario, &mut unplaced, notes);
         let conversions =
@@ -137,7 +145,8 @@ impl System {
         call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
         let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
-        let analyses = analyses::resolve(scenario, &built.plugins, (&columns, &units), notes);
+        let given = (&built.plugins, &parameters);
+        let analyses = analyses::resolve(scenario, given, (&columns, &units), notes);
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
         let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);
@@ -166,6 +175,7 @@ impl System {
             collected,
             baselines: baselines.unwrap_or_default(),
             recorded,
+            texts: parameters.texts.files(),
             header: RunHeader { view, ..header },
             warnings,
         })

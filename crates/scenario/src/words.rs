@@ -8,6 +8,7 @@ mod coupling;
 mod extend;
 mod fault;
 mod nodes;
+mod one_or_more;
 mod place;
 mod read;
 mod recorded_file;
@@ -36,7 +37,8 @@ pub use coupling::{
     Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Method, OnDiscard,
 };
 pub use fault::Fault;
-pub use nodes::{Fmu, OnFailure, Table, Unconnected};
+pub use nodes::{Fmu, OnFailure, Table, Unconnected, Unused};
+pub use one_or_more::OneOrMore;
 pub(crate) use read::merged;
 pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
@@ -195,11 +197,17 @@ impl Scenario {
         played.chain(logs.map(|log| &log.path))
     }
 
-    /// The words that name files which the run reads: recorded files, recordings to compare with, texts for analyses.
+    /// The words that name files which the run reads: recorded files, recordings to compare with, texts for analyses, parameters.
     pub fn read_files(&self) -> impl Iterator<Item = &Spanned<String>> {
         let baselines = self.document.baseline.iter().map(|baseline| &baseline.recording);
         let texts = self.document.analysis.iter().flat_map(|analysis| analysis.files.values());
-        self.data_files().chain(baselines).chain(texts)
+        self.data_files().chain(baselines).chain(texts).chain(self.parameter_files())
+    }
+
+    /// The words that name files of parameters, of FMUs and of analyses.
+    pub fn parameter_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let fmus = self.document.fmu.iter().flat_map(|fmu| &fmu.parameters);
+        fmus.chain(self.document.analysis.iter().flat_map(|analysis| &analysis.parameters))
     }
 
     /// An error at a word of the scenario.

@@ -83,6 +83,7 @@ impl Provenance {
             sha256: sha256(file.text.as_bytes()),
         });
         let data = scenario.read_files().map(|word| scenario.source.resolve(word));
+        let data = data.chain(system.texts.iter().cloned());
         let begun = SystemTime::now().duration_since(UNIX_EPOCH);
         Provenance {
             command: std::env::args_os()

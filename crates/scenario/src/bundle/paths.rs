@@ -3,11 +3,15 @@
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::text_of;
+
 /// What a word that names a file is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     /// A file that is read as it is.
     File,
+    /// A file of parameters, which names files itself.
+    Parameters,
     /// An archive of an FMU among the values of a sweep.
     Archive,
     /// Draws that a sweep varies, by the place of the entry that names them.
@@ -47,6 +51,23 @@ pub(super) fn each<'a>(
     for (list, key) in lists {
         entries(root, list).for_each(|entry| one(entry, key, Role::File, take));
     }
+    for list in ["fmu", "analysis"] {
+        for entry in entries(root, list) {
+            match entry.get_mut("parameters") {
+                Some(value) if value.get_ref().is_array() => {
+                    let DeValue::Array(files) = value.get_mut() else { continue };
+                    files.iter_mut().for_each(|file| take(Role::Parameters, file));
+                }
+                Some(file) => take(Role::Parameters, file),
+                None => {}
+            }
+        }
+    }
+    for fmu in entries(root, "fmu") {
+        if let Some(start) = inner(fmu, "start") {
+            texts(start, take);
+        }
+    }
     for analysis in entries(root, "analysis") {
         if let Some(table) = inner(analysis, "table") {
             one(table, "path", Role::File, take);
@@ -74,6 +95,20 @@ pub(super) fn each<'a>(
         one(validation, "scenario", Role::Validation(index), take);
         if let Some(DeValue::Array(set)) = validation.get_mut("set").map(Spanned::get_mut) {
             set.iter_mut().for_each(|entry| take(Role::Values, entry));
+        }
+    }
+}
+
+/// Calls `take` for each file whose text is a value.
+pub(super) fn texts<'a>(
+    values: &mut DeTable<'a>,
+    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+) {
+    for (_, value) in values.iter_mut() {
+        let DeValue::Table(inner) = value.get_mut() else { continue };
+        match text_of::names_file(inner) {
+            true => one(inner, text_of::KEY, Role::File, take),
+            false => texts(inner, take),
         }
     }
 }

@@ -15,6 +15,7 @@ use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
 use self::loaded::Loaded;
+use super::parameters::Parameters;
 use super::signal_units::{SignalUnits, cure};
 use super::{Notes, logs};
 use crate::build_request::BuildRequest;
@@ -25,16 +26,19 @@ use crate::words::{Analysis, AnalysisSignal, AnalysisTable, Column, ScaledSignal
 /// The columns of the run and their units.
 type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
 
+/// The plugins that were built, and files of parameters.
+type Given<'g> = (&'g BTreeMap<BuildRequest, PathBuf>, &'g Parameters);
+
 pub(super) fn resolve(
     scenario: &Scenario,
-    plugins: &BTreeMap<BuildRequest, PathBuf>,
+    given: Given,
     signals: Signals,
     (mistakes, warnings): Notes,
 ) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
     let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
         mistakes.take(unique(scenario, &analyses[..index], analysis, signals.0));
-        mistakes.take(plan(scenario, analysis, plugins, signals, warnings))
+        mistakes.take(plan(scenario, analysis, given, signals, warnings))
     });
     plans.collect()
 }
@@ -58,7 +62,7 @@ fn unique(
 fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
-    plugins: &BTreeMap<BuildRequest, PathBuf>,
+    (plugins, parameters): Given,
     signals: Signals,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
@@ -109,7 +113,10 @@ fn plan(
     }
     mistakes.take(complete(scenario, analysis, &loaded));
     let sound = mistakes.finish();
-    let config = config(scenario, analysis, loaded.plugin(), &wired, sound.is_ok());
+    let texts = texts(scenario, analysis, parameters);
+    let config = texts.and_then(|texts| {
+        config((scenario, analysis), loaded.plugin(), texts, &wired, sound.is_ok())
+    });
     let ((), config) = Mistakes::both(sound, config)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
@@ -259,20 +266,40 @@ fn complete(scenario: &Scenario, analysis: &Analysis, loaded: &Loaded) -> Result
     errors.collect::<Mistakes>().finish()
 }
 
-/// The configuration as text, if the plugin agrees to it. Of signals that are not `sound` it hears nothing.
-fn config(
+/// What the configuration gets of other files: texts, and the values of parameters.
+fn texts(
     scenario: &Scenario,
     analysis: &Analysis,
+    parameters: &Parameters,
+) -> Result<[Added; 2], Error> {
+    let texts = files(scenario, analysis)?;
+    let mut values = toml::Table::new();
+    for file in parameters.of(scenario, &analysis.parameters) {
+        values.extend(file.values.iter().map(|it| (it.name.clone(), it.value.clone())));
+    }
+    let given = !analysis.parameters.is_empty();
+    Ok([
+        ("files", "the texts of [analysis.files]", texts, !analysis.files.is_empty()),
+        ("parameters", "the values of the parameters", values, given),
+    ])
+}
+
+/// A key of the configuration that the program fills: what goes there, the values, and whether there are any.
+type Added = (&'static str, &'static str, toml::Table, bool);
+
+/// The configuration as text, if the plugin agrees to it. Of signals that are not `sound` it hears nothing.
+fn config(
+    (scenario, analysis): (&Scenario, &Analysis),
     plugin: Option<&Plugin>,
+    added: [Added; 2],
     wired: &[Wired],
     sound: bool,
 ) -> Result<String, Error> {
     let mut table =
         analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
-    if !analysis.files.is_empty() {
-        let texts = files(scenario, analysis)?;
-        if table.insert("files".to_owned(), texts.into()).is_some() {
-            let message = "`files` in the configuration is where the texts of [analysis.files] go";
+    for (key, what, values, given) in added {
+        if given && table.insert(key.to_owned(), values.into()).is_some() {
+            let message = format!("`{key}` in the configuration is where {what} go");
             return Err(scenario.error(&analysis.name, message));
         }
     }

@@ -7,8 +7,7 @@ use std::sync::Arc;
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
-use super::Overrides;
-use super::starts::sizes;
+use super::starts::{Given, sizes};
 use crate::build_request::BuildRequest;
 use crate::words::{self, Scenario};
 
@@ -42,16 +41,16 @@ pub type Opened = HashMap<PathBuf, Arc<Fmu>>;
 
 /// The FMU of a node. Its arrays may have sizes of their own; then it has it for itself.
 pub(super) fn open_for(
-    node: &words::Fmu,
+    (scenario, node): (&Scenario, &words::Fmu),
     path: &Path,
     opened: &mut Opened,
-    overrides: &Overrides,
+    given: Given,
 ) -> Result<Arc<Fmu>, OpenError> {
     let fmu = match opened.get(path) {
         Some(fmu) => Arc::clone(fmu),
         None => Arc::new(Fmu::open(path)?),
     };
-    let sizes = sizes(node, &fmu.description.variables, overrides);
+    let sizes = sizes(scenario, node, &fmu.description.variables, given);
     if sizes.is_empty() {
         opened.insert(path.to_owned(), Arc::clone(&fmu));
         return Ok(fmu);

@@ -16,8 +16,8 @@ use super::archives::{Opened, archive, open_for};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::ports::{Port, Side, port, references};
-use super::starts::starts;
-use super::{Notes, Overrides, isolation::isolation, overrides, readings};
+use super::starts::{Given, starts};
+use super::{Notes, isolation::isolation, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
 use crate::plan::{Body, Clock, Ports};
@@ -87,7 +87,7 @@ impl UnplacedNode {
 pub(super) fn unplaced(
     scenario: &Scenario,
     (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
-    overrides: &Overrides,
+    given: Given,
     (clock, seed): (Option<Clock>, u64),
     (mistakes, warnings): Notes,
 ) -> Vec<UnplacedNode> {
@@ -96,9 +96,10 @@ pub(super) fn unplaced(
     // A table is read as the inputs of FMUs want its columns.
     let mut fmus = Vec::new();
     for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, (archives, &mut *opened), overrides, mistakes);
+        let node = self::fmu(scenario, fmu, (archives, &mut *opened), given, mistakes);
         fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
     }
+    given.1.tell_unused(scenario, &fmus, (mistakes, warnings));
     for table in &document.table {
         let node = self::table(scenario, table, &fmus, warnings);
         let node = mistakes.take_named(table.name.get_ref(), node);
@@ -107,7 +108,7 @@ pub(super) fn unplaced(
     for node in fmus {
         unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
     }
-    mistakes.take(overrides::check_nodes(scenario, overrides));
+    mistakes.take(overrides::check_nodes(scenario, given.0));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
@@ -303,12 +304,12 @@ fn fmu(
     scenario: &Scenario,
     node: &words::Fmu,
     (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
-    overrides: &Overrides,
+    given: Given,
     mistakes: &mut Mistakes,
 ) -> Result<UnplacedNode, Error> {
     let (word, path) = archive(scenario, node, archives)?;
     let wrong = |error: OpenError| scenario.error(word, error.to_string());
-    let fmu = open_for(node, &path, opened, overrides).map_err(wrong)?;
+    let fmu = open_for((scenario, node), &path, opened, given).map_err(wrong)?;
     mistakes.take(fmu.library().map_err(wrong));
     let (variables, wrong) =
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
@@ -333,7 +334,7 @@ fn fmu(
     let inputs = ports(fmu.description.with(Causality::Input).filter(can_connect).collect());
     let shown = shown(scenario, node, (variables, events), mistakes);
     let outputs = ports(shown);
-    let (starts, started) = starts(scenario, node, variables, overrides, mistakes);
+    let (starts, started) = starts(scenario, node, variables, given, mistakes);
     let references = references(&outputs);
     Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
@@ -343,7 +344,7 @@ fn fmu(
             inputs: Ports::default(),
             outputs: references,
             log: node.log,
-            isolation: isolation(scenario, node, overrides, mistakes),
+            isolation: isolation(scenario, node, given.0, mistakes),
         },
         outputs,
         inputs,

@@ -8,7 +8,11 @@ use diagnostics::{Error, Mistakes};
 use super::Overrides;
 use super::starts::flatten;
 use crate::plan::WordPlace;
+use crate::text_of;
 use crate::words::{Change, Misfit, Scenario};
+
+/// The most letters of a value that reports repeat: the text of a file is longer.
+const LONGEST: usize = 400;
 
 /// A value from the command line, or from the scenario that this one validates: a start value, or a word about a signal, a
 /// sensor effect or a fault.
@@ -38,17 +42,24 @@ impl Override {
         let Some(((node, variable), value)) = parts else {
             return Err(format!("expected node.variable=value or @FILE, found `{entry}`"));
         };
-        // The archive of an FMU lies where its giver is, not where the scenario is.
+        // An archive, or a file whose text is a value, lies where its giver is, not where the scenario is.
         let is_archive = variable == "path" && value.ends_with(".fmu");
-        let path = is_archive.then(|| std::path::absolute(find(value)).ok()).flatten();
-        let value = path.map_or(value.to_owned(), |path| path.to_string_lossy().into_owned());
+        let absolute = |file: &str| std::path::absolute(find(file)).ok();
+        let value = match value.parse::<toml::Value>().ok().as_ref().and_then(text_of::file) {
+            Some(file) => absolute(file).map(|path| text_of::typed(&path)),
+            None if is_archive => absolute(value).map(|path| path.to_string_lossy().into_owned()),
+            None => None,
+        }
+        .unwrap_or_else(|| value.to_owned());
         let (node, variable) = (node.to_owned(), variable.to_owned());
         Ok(vec![Override { node, variable, value, place: None }])
     }
 
-    /// As it is written on the command line.
+    /// As it is written on the command line; of a long text, its beginning.
     pub(super) fn text(&self) -> String {
-        format!("{}={}", self.name(), self.value)
+        let value: String = self.value.chars().take(LONGEST).collect();
+        let more = if value.len() < self.value.len() { "..." } else { "" };
+        format!("{}={value}{more}", self.name())
     }
 
     fn name(&self) -> String {
@@ -136,7 +147,12 @@ fn read(path: &Path) -> Result<Vec<Override>, String> {
                 )));
             };
             let (node, variable) = (node.to_owned(), variable.to_owned());
-            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            let beside = |file: &str| {
+                std::path::absolute(path.parent().unwrap_or(Path::new("")).join(file)).ok()
+            };
+            let text = text_of::file(value).and_then(beside).map(|path| text_of::typed(&path));
+            let text = text.or_else(|| value.as_str().map(str::to_owned));
+            let value = text.unwrap_or_else(|| value.to_string());
             starts.push(Override { node, variable, value, place: None });
             Ok(())
         })?;

@@ -2,28 +2,34 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
+use std::path::Path;
 use std::sync::Arc;
 
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Storage, Type, Variable, list};
 use fmu_import::{Causality, Value, Variability, bytes};
 
+use super::parameters::{Parameter, Parameters};
 use super::{Override, Overrides};
 use crate::plan::{Start, WordPlace};
+use crate::text_of::{self, Texts};
 use crate::words::{self, Scenario, converted, quantity};
+
+/// Values from outside the scenario, and files of parameters.
+pub(super) type Given<'g> = (&'g Overrides, &'g Parameters);
 
 /// The start values of an FMU, and the names of those that are inputs.
 pub(super) fn starts(
     scenario: &Scenario,
     node: &words::Fmu,
     variables: &[Variable],
-    overrides: &Overrides,
+    (overrides, parameters): Given,
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
-    let mut starts = Starts::new(variables);
+    let (mut starts, texts) = (Starts::new(variables), &parameters.texts);
     let of_this = |given: &&Override| given.node == *node.name.get_ref();
     let outer = |given: &Override, starts: &mut Starts, mistakes: &mut Mistakes| {
-        let value = typed(variables, &given.variable, &given.value);
+        let value = typed(variables, texts, &given.variable, &given.value);
         let added =
             value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));
         mistakes.take(added.map_err(|message| given.error(&message)));
@@ -31,9 +37,25 @@ pub(super) fn starts(
     for given in overrides.defaults.iter().filter(of_this) {
         outer(given, &mut starts, mistakes);
     }
+    for file in parameters.of(scenario, &node.parameters) {
+        let has = |it: &&Parameter| starts.first(&it.name).is_some();
+        let own: Vec<_> = file.values.iter().filter(has).collect();
+        for Parameter { name, value, place, .. } in own {
+            let place = (file.source.clone(), place.clone());
+            let added = starts.add_within(name, value, place.clone());
+            mistakes.take(added.map_err(|message| place.0.error(place.1, message, "")));
+        }
+    }
     let source = Arc::new(scenario.source.clone());
     for (name, value) in &node.start {
-        let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, value| {
+        let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, leaf| {
+            let text = text_of::file(leaf).map(|file| {
+                let text = texts.read(&scenario.source.folder(name.span()).join(file));
+                let text = text.map(toml::Value::String);
+                text.map_err(|message| scenario.error(value, message))
+            });
+            let Some(read) = mistakes.take(text.transpose()) else { return Ok(()) };
+            let value = read.as_ref().unwrap_or(leaf);
             let added = starts.add(written, value, Some((source.clone(), name.span())));
             mistakes.take(added.map_err(|message| scenario.error(name, message)));
             Ok::<(), Infallible>(())
@@ -51,9 +73,10 @@ pub(super) fn starts(
 /// The values of structural parameters that the scenario or the command line gives, by reference; wrong ones are told with the
 /// other start values.
 pub(super) fn sizes(
+    scenario: &Scenario,
     node: &words::Fmu,
     variables: &[Variable],
-    overrides: &Overrides,
+    (overrides, parameters): Given,
 ) -> BTreeMap<u32, u64> {
     let mut sizes = BTreeMap::new();
     let structural =
@@ -67,7 +90,11 @@ pub(super) fn sizes(
         };
         let mut words = node.start.iter();
         let written = words.find(|(name, _)| *name.get_ref() == variable.name);
-        let written = written.and_then(|(_, value)| value.get_ref().as_integer());
+        let written = written.map(|(_, value)| value.get_ref());
+        let files = parameters.of(scenario, &node.parameters).rev();
+        let mut shared = files.flat_map(|file| &file.values);
+        let shared = || shared.find(|it| it.name == variable.name).map(|it| &it.value);
+        let written = written.or_else(shared).and_then(toml::Value::as_integer);
         let written = written.and_then(|value| u64::try_from(value).ok());
         let value = given(&overrides.starts).or(written).or_else(|| given(&overrides.defaults));
         sizes.extend(value.map(|value| (variable.reference, value)));
@@ -113,6 +140,29 @@ impl<'a> Starts<'a> {
             arrays: places().filter_map(of_array).collect(),
             written: BTreeMap::new(),
         }
+    }
+
+    /// The place of the variable of this name, or of the first element of the array.
+    fn first(&self, name: &str) -> Option<usize> {
+        self.names.get(name).or_else(|| self.arrays.get(name)).copied()
+    }
+
+    /// Adds a value of a file of parameters, which has to be within the limits of the variable.
+    fn add_within(
+        &mut self,
+        name: &str,
+        value: &toml::Value,
+        place: WordPlace,
+    ) -> Result<(), String> {
+        self.add(name, value, Some(place))?;
+        let one = self.names.get(name).map(|index| *index..index + 1);
+        let array = |first: &usize| *first..first + self.variables[*first].element.1;
+        for index in one.or_else(|| self.arrays.get(name).map(array)).unwrap_or_default() {
+            let start = self.written.get(&index).and_then(Option::as_ref);
+            let within = start.map_or(Ok(()), |it| within(&self.variables[index], &it.value));
+            within.inspect_err(|_| drop(self.written.insert(index, None)))?;
+        }
+        Ok(())
     }
 
     fn add(
@@ -166,20 +216,46 @@ impl<'a> Starts<'a> {
 }
 
 /// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
-/// that `3` and `true` are texts too where the variable is one. A number may carry a unit, such as `100 km/h`.
-fn typed(variables: &[Variable], name: &str, written: &str) -> Result<toml::Value, String> {
+/// that `3` and `true` are texts too where the variable is one.
+fn typed(
+    variables: &[Variable],
+    texts: &Texts,
+    name: &str,
+    written: &str,
+) -> Result<toml::Value, String> {
+    let value = written.parse::<toml::Value>();
+    if let Some(file) = value.as_ref().ok().and_then(text_of::file) {
+        return texts.read(Path::new(file)).map(toml::Value::String);
+    }
     let variable = variables.iter().find(|variable| variable.name == name);
     let kind = variable.map(|variable| variable.kind);
-    Ok(match (written.parse(), kind, quantity(written)) {
-        (Ok(toml::Value::String(quoted)), ..) => toml::Value::String(quoted),
-        (Ok(value), kind, _) if kind != Some(Type::String) => value,
-        (_, Some(Type::Real), Some((number, unit))) => {
-            let wanted = variable.and_then(|it| Some((it.dimension, it.unit.as_deref()?)));
-            let number = converted(number, unit, wanted);
-            toml::Value::Float(number.map_err(|message| format!("`{name}`: {message}"))?)
-        }
+    Ok(match (value, kind) {
+        (Ok(toml::Value::String(quoted)), _) => toml::Value::String(quoted),
+        (Ok(value), kind) if kind != Some(Type::String) => value,
         _ => toml::Value::String(written.to_owned()),
     })
+}
+
+/// Whether a number is one that the description of the FMU allows.
+fn within(variable: &Variable, value: &Value) -> Result<(), String> {
+    let number = match value {
+        Value::Real(number) => *number,
+        Value::Integer(number) => *number as f64,
+        _ => return Ok(()),
+    };
+    let Variable { name, min, max, unit, .. } = variable;
+    let unit = unit.as_ref().filter(|unit| *unit != "1");
+    let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
+    match (min, max) {
+        _ if number.is_nan() => Err(format!("`{name}` is a number, found NaN")),
+        (Some(min), _) if number < *min => {
+            Err(format!("`{name}` is at least {min}{unit}, found {number}{unit}"))
+        }
+        (_, Some(max)) if number > *max => {
+            Err(format!("`{name}` is at most {max}{unit}, found {number}{unit}"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Joins the keys of nested tables with dots, so that `tire_f.B = 22` and `"tire_f.B" = 22` are the same.
@@ -189,7 +265,7 @@ pub(super) fn flatten<E>(
     take: &mut impl FnMut(&str, &toml::Value) -> Result<(), E>,
 ) -> Result<(), E> {
     match value {
-        toml::Value::Table(table) => {
+        toml::Value::Table(table) if text_of::file(value).is_none() => {
             table.iter().try_for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, take))
         }
         value => take(name, value),
@@ -208,9 +284,17 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     if !settable {
         return Err(format!("`{name}` is computed by the FMU and takes no start value"));
     }
+    let wrong_type =
+        || format!("`{name}` is {:?}, found {} {value}", variable.kind, value.type_str());
     let value = match (variable.kind, value) {
         (Type::Real, toml::Value::Float(value)) => Value::Real(*value),
         (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
+        (Type::Real, toml::Value::String(text)) => {
+            let (number, unit) = quantity(text).ok_or_else(wrong_type)?;
+            let wanted = variable.unit.as_deref().map(|name| (variable.dimension, name));
+            let number = converted(number, unit, wanted);
+            Value::Real(number.map_err(|message| format!("`{name}`: {message}"))?)
+        }
         (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,
         // TOML has no integer beyond 2^63.
         (Type::Integer, toml::Value::String(value)) if value.parse::<i128>().is_ok() => {
@@ -227,9 +311,7 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
             return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
         }
         (Type::String, toml::Value::String(value)) => Value::String(value.clone()),
-        (kind, value) => {
-            return Err(format!("`{name}` is {kind:?}, found {} {value}", value.type_str()));
-        }
+        _ => return Err(wrong_type()),
     };
     Ok(value)
 }

@@ -7,6 +7,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
 use crate::pattern::matches;
+use crate::text_of;
 
 /// Keys that name an entry of a list.
 const NAMES: [&str; 6] = ["name", "to", "title", "input", "label", "node"];
@@ -156,7 +157,9 @@ fn flat<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
     for (key, value) in table {
         let (place, name) = (key.span(), format!("{prefix}{}", key.get_ref()));
         match (value.span(), value.into_inner()) {
-            (_, DeValue::Table(inner)) => flattened.extend(flat(inner, &format!("{name}."))),
+            (_, DeValue::Table(inner)) if !text_of::names_file(&inner) => {
+                flattened.extend(flat(inner, &format!("{name}.")))
+            }
             (span, value) => {
                 let key = Spanned::new(place, DeString::from(name));
                 flattened.insert(key, Spanned::new(span, value));

@@ -7,6 +7,7 @@ use recording::table::Interpolation;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::one_or_more::{OneOrMore, one_or_more};
 use super::recorded_file::recorded_file;
 use crate::build_request::BuildRequest;
 
@@ -34,13 +35,22 @@ pub struct Fmu {
     /// Example of the package that the archive is built from, instead of the package itself.
     #[schemars(example = &"relay")]
     pub example: Option<Spanned<String>>,
-    /// Start values by variable: number, text, true or false, or the name of an item of an enumeration.
+    /// Start values by variable: number, text, true or false, or the name of an item of an enumeration. The value of a String variable
+    /// may be the text of a file: `{ text_of = "front.tir" }`.
     #[serde(default)]
     #[schemars(
         with = "BTreeMap<String, serde_json::Value>",
         example = serde_json::json!({"start.v_x": 27.8, "F_x": 0.0})
     )]
     pub start: BTreeMap<Spanned<String>, Spanned<toml::Value>>,
+    /// Files of start values for all FMUs that name them, one or a list: TOML whose tables and keys make the names of variables. Each FMU takes
+    /// what it has; `start` wins over them, and a later file over an earlier one.
+    #[serde(default, deserialize_with = "one_or_more")]
+    #[schemars(with = "OneOrMore", example = &"cars/sport/car.toml")]
+    pub parameters: Vec<Spanned<String>>,
+    /// What becomes of values in files of `parameters` that no FMU with the file has. Without a word they are refused.
+    #[schemars(example = &"tell")]
+    pub unused: Option<Unused>,
     /// Variables that are recorded and can be connected and checked besides the outputs, such as locals and parameters. `*` stands for
     /// any letters.
     #[serde(default)]
@@ -105,6 +115,14 @@ pub enum OnFailure {
 pub enum Unconnected {
     /// They keep the start value of the FMU's description. The report lists them.
     Start,
+}
+
+/// What becomes of values in files of parameters that no FMU with the file has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Unused {
+    /// They are left out, and the report lists them: the file is for other FMUs, too.
+    Tell,
 }
 
 impl Fmu {

@@ -10,6 +10,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::nodes::build_request;
+use super::one_or_more::{OneOrMore, one_or_more};
 use super::recorded_file::recorded_file;
 use crate::build_request::BuildRequest;
 
@@ -53,6 +54,10 @@ pub struct Analysis {
     #[serde(default)]
     #[schemars(example = BTreeMap::from([("prior", "tires.toml")]))]
     pub files: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Files of parameters, one or a list, as of `[[fmu]]`. The plugin gets all their values in its configuration under `parameters`.
+    #[serde(default, deserialize_with = "one_or_more")]
+    #[schemars(with = "OneOrMore", example = &"cars/sport/car.toml")]
+    pub parameters: Vec<Spanned<String>>,
     /// Configuration of the plugin, in the plugin's own keys.
     #[schemars(
         with = "Option<BTreeMap<String, serde_json::Value>>",

@@ -1,0 +1,200 @@
+//! Reads files of parameters, from which several FMUs and analyses take their values, so that none is in a scenario twice.
+
+use std::collections::HashSet;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use diagnostics::{Error, Mistakes, Source, TextFile, suggest};
+use fmu_import::description::Variable;
+use serde::Deserialize as _;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::nodes::UnplacedNode;
+use crate::plan::Body;
+use crate::text_of::{self, Texts};
+use crate::words::{self, Scenario, Unused};
+
+/// The largest file of parameters [B].
+const LARGEST: u64 = 64 << 20;
+
+/// So many values that no FMU has are told by name.
+const TOLD: usize = 12;
+
+/// A value of a file.
+pub(super) struct Parameter {
+    /// The keys that lead to it, with dots in between.
+    pub name: String,
+    /// The place of its last key.
+    pub key: Range<usize>,
+    pub value: toml::Value,
+    /// The place of the value.
+    pub place: Range<usize>,
+}
+
+/// A file.
+pub(super) struct File {
+    path: PathBuf,
+    pub source: Arc<Source>,
+    pub values: Vec<Parameter>,
+}
+
+/// The files that a scenario names, and the texts of those that values name.
+#[derive(Default)]
+pub(super) struct Parameters {
+    files: Vec<File>,
+    pub texts: Texts,
+}
+
+impl Parameters {
+    /// Reads all files that FMUs and analyses of a scenario name, each once.
+    pub fn read(scenario: &Scenario, mistakes: &mut Mistakes) -> Self {
+        let mut read = Self::default();
+        let mut known = HashSet::new();
+        for word in scenario.parameter_files() {
+            let path = scenario.source.resolve(word);
+            if !known.insert(path.clone()) {
+                continue;
+            }
+            let text = diagnostics::read_text_bounded(&path, LARGEST).map_err(|error| {
+                let path = path.display();
+                scenario.error(word, format!("the parameters {path} cannot be read: {error}"))
+            });
+            let Some(text) = mistakes.take(text) else { continue };
+            let file = file(path, text, &read.texts, mistakes);
+            read.files.extend(mistakes.take(file));
+        }
+        read
+    }
+
+    /// The files that these words name, as far as they could be read.
+    pub fn of<'a>(
+        &'a self,
+        scenario: &'a Scenario,
+        words: &'a [diagnostics::Spanned<String>],
+    ) -> impl DoubleEndedIterator<Item = &'a File> {
+        words.iter().filter_map(|word| {
+            let path = scenario.source.resolve(word);
+            self.files.iter().find(|file| file.path == path)
+        })
+    }
+
+    /// Tells values that no FMU with their file has. Of an FMU that cannot be used nobody knows what it has.
+    pub fn tell_unused(
+        &self,
+        scenario: &Scenario,
+        nodes: &[UnplacedNode],
+        (mistakes, warnings): super::Notes,
+    ) {
+        for file in &self.files {
+            let names = |fmu: &&words::Fmu| {
+                fmu.parameters.iter().any(|word| scenario.source.resolve(word) == file.path)
+            };
+            let fmus: Vec<_> = scenario.document.fmu.iter().filter(names).collect();
+            let variables: Vec<_> = fmus.iter().map_while(|fmu| variables(fmu, nodes)).collect();
+            if fmus.is_empty() || variables.len() < fmus.len() {
+                continue;
+            }
+            let variables = || variables.iter().copied().flatten();
+            let known: HashSet<&str> =
+                variables().flat_map(|it| [it.name.as_str(), it.array()]).collect();
+            let unused = file.values.iter().filter(|it| !known.contains(it.name.as_str()));
+            if fmus.iter().any(|fmu| fmu.unused == Some(Unused::Tell)) {
+                warnings.extend(left_out(file, &unused.collect::<Vec<_>>()));
+                continue;
+            }
+            for parameter in unused {
+                mistakes.push(nobodys(file, parameter, &fmus, variables().map(Variable::array)));
+            }
+        }
+    }
+}
+
+/// The variables of an FMU among the nodes.
+fn variables<'n>(fmu: &words::Fmu, nodes: &'n [UnplacedNode]) -> Option<&'n [Variable]> {
+    let node = nodes.iter().find(|node| node.name == *fmu.name.get_ref())?;
+    match &node.body {
+        Body::Fmu { fmu, .. } => Some(&fmu.description.variables),
+        _ => None,
+    }
+}
+
+/// The error of a value that no FMU has.
+fn nobodys<'v>(
+    file: &File,
+    Parameter { name, key, .. }: &Parameter,
+    fmus: &[&words::Fmu],
+    known: impl Iterator<Item = &'v str>,
+) -> Error {
+    let nodes: Vec<_> = fmus.iter().map(|fmu| format!("`{}`", fmu.name.get_ref())).collect();
+    let have = if nodes.len() == 1 { "has" } else { "have" };
+    let message = format!("{} {have} no variable `{name}`", nodes.join(" and "));
+    let close = suggest::closest(name, known).map(|close| format!("did you mean `{close}`?"));
+    let error = file.source.error(key.clone(), message, "");
+    error.help(close.unwrap_or_else(|| {
+        "remove it, or say unused = \"tell\" in the [[fmu]] when the file is for other FMUs, too"
+            .to_owned()
+    }))
+}
+
+/// The note about values that are left out.
+fn left_out(file: &File, unused: &[&Parameter]) -> Option<String> {
+    let names: Vec<_> = unused.iter().map(|it| it.name.as_str()).take(TOLD).collect();
+    let more = match unused.len() - names.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let path = file.path.display();
+    (!names.is_empty()).then(|| {
+        format!("{path}: no FMU with this file takes {}{more}: left out", names.join(", "))
+    })
+}
+
+/// The values of a text, each with the places of its key and of itself.
+fn file(
+    path: PathBuf,
+    text: String,
+    texts: &Texts,
+    mistakes: &mut Mistakes,
+) -> Result<File, Error> {
+    // A byte order mark is as long as three blanks.
+    let text = text.replacen('\u{feff}', "   ", 1);
+    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let source = Source::made(TextFile { path: path.clone(), text: text.clone(), folder: None });
+    let (table, errors) = DeTable::parse_recoverable(&text);
+    let end = text.len();
+    if let Some(error) = errors.first() {
+        return Err(source.error(error.span().unwrap_or(end..end), error.message(), "here"));
+    }
+    let mut values = Vec::new();
+    flatten(table.get_ref(), "", &mut |name, key, value| {
+        let place = value.span();
+        let read = toml::Value::deserialize(ValueDeserializer::from(value.clone()));
+        let read = read.map_err(|error| error.message().to_owned()).and_then(|value| {
+            text_of::file(&value).map_or(Ok(value.clone()), |file| {
+                texts.read(&folder.join(file)).map(toml::Value::String)
+            })
+        });
+        let read = read.map_err(|message| source.error(place.clone(), message, ""));
+        let value = mistakes.take(read);
+        values.extend(value.map(|value| Parameter { name, key, value, place }));
+    });
+    Ok(File { path, source: Arc::new(source), values })
+}
+
+/// Calls `take` for each value with its name and the place of its key.
+fn flatten<'a>(
+    table: &DeTable<'a>,
+    prefix: &str,
+    take: &mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>),
+) {
+    for (key, value) in table {
+        let name = format!("{prefix}{}", key.get_ref());
+        match value.get_ref() {
+            DeValue::Table(inner) if !text_of::names_file(inner) => {
+                flatten(inner, &format!("{name}."), take);
+            }
+            _ => take(name, key.span(), value),
+        }
+    }
+}
