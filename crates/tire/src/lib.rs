@@ -9,6 +9,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+mod axes;
 mod coefficients;
 mod example;
 mod magic_formula;
@@ -18,6 +19,7 @@ mod plain;
 mod slip;
 mod tire;
 
+pub use axes::Axes;
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
 pub use magic_formula::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
 pub use mf::{BadCoefficient, Details, MfTire, Reading};

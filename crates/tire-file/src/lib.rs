@@ -1,0 +1,83 @@
+//! Reads and writes tire property files (`.tir`): text goes in, coefficients and what there is to tell about them come out.
+//!
+//! Files of MF-Tyre, Adams, Chrono and of other converters differ in many ways; all of those that were met are read
+//! (docs/tires.md). Coefficients are in SI units, whatever the units of the file.
+//!
+//! ```
+//! let text = "[MODEL]\nFITTYP = 61\n[DIMENSION]\nUNLOADED_RADIUS = 0.31\n[VERTICAL]\nFNOMIN = 4000\n";
+//! let (coefficients, messages) = tire_file::read(text, "small.tir")?;
+//! assert_eq!(coefficients.UNLOADED_RADIUS, 0.31);
+//! assert!(messages.iter().any(|message| message.to_string().contains("PKY1")));
+//! # Ok::<(), tire_file::Errors>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod meaning;
+mod syntax;
+mod unit;
+mod write;
+
+use std::fmt;
+
+use tire::Coefficients;
+
+pub use syntax::{Entry, Table, TirFile, Value};
+pub use write::write;
+
+/// Something to know about a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Line in the file, from 1; none for what is not in it.
+    pub line: Option<usize>,
+    /// What there is to know.
+    pub text: String,
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "line {line}: {}", self.text),
+            None => f.write_str(&self.text),
+        }
+    }
+}
+
+/// What makes a file no tire.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Errors {
+    /// Name of the file.
+    pub file: String,
+    /// All of them, in the order of the file.
+    pub list: Vec<Message>,
+}
+
+impl fmt::Display for Errors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (number, Message { line, text }) in self.list.iter().enumerate() {
+            let end = if number > 0 { "\n" } else { "" };
+            let line = line.map_or(String::new(), |line| format!(":{line}"));
+            write!(f, "{end}{}{line}: {text}", self.file)?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Errors {}
+
+/// The coefficients of a file by its text, as a tire of the left side, and what was taken where the file says nothing.
+///
+/// `name` stands for the file in errors.
+///
+/// # Errors
+/// When a value that the formula needs is missing, no number, or outside of its bound.
+pub fn read(text: &str, name: &str) -> Result<(Coefficients, Vec<Message>), Errors> {
+    TirFile::parse(text).coefficients(name)
+}
+
+/// The text of a file in UTF-8, or else in Latin-1, as instruments write it.
+pub fn decode(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.to_owned(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
+}

@@ -1,0 +1,179 @@
+//! Takes the text of a file apart: sections, keys and values, tables; every line stays as it was written.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+/// A file: all its lines, and what they say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TirFile {
+    /// Without their ends.
+    pub(crate) lines: Vec<String>,
+    /// What the lines end with.
+    pub(crate) line_end: &'static str,
+    /// The assignments, in the order of the file.
+    pub entries: Vec<Entry>,
+    /// The tables, such as `[SHAPE]`.
+    pub tables: Vec<Table>,
+}
+
+/// An assignment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The section, in capitals.
+    pub section: String,
+    /// The key, in capitals.
+    pub key: String,
+    /// The value.
+    pub value: Value,
+    /// Its line, from 1.
+    pub line: usize,
+    /// The place of the value in the line [B].
+    pub(crate) place: Range<usize>,
+}
+
+/// A value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A text, in quotes or a bare word.
+    Text(String),
+    /// Nothing.
+    Empty,
+}
+
+/// Numbers in rows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table {
+    /// The section, in capitals.
+    pub section: String,
+    /// The names of the columns, where the file has them.
+    pub columns: Option<Vec<String>>,
+    /// The rows.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl TirFile {
+    /// Takes a text apart. Any text is a file; what it misses shows when it is asked for [`TirFile::coefficients`].
+    pub fn parse(text: &str) -> Self {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
+        let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let mut file = Self { line_end, ..Self::default() };
+        let (mut section, mut free_text) = (String::new(), false);
+        for (number, line) in lines.iter().enumerate() {
+            let content = &line[..line.len() - comment(line).len()];
+            let trimmed = content.trim();
+            if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.split(']').next()) {
+                (section, free_text) = (name.trim().to_ascii_uppercase(), false);
+            } else if trimmed.starts_with('(') {
+                free_text = true;
+            } else if free_text || trimmed.is_empty() {
+            } else if let Some((key, _)) = content.split_once('=') {
+                let place = value_place(content);
+                let value = value(&content[place.clone()]);
+                let key = key.trim().to_ascii_uppercase();
+                file.entries.push(Entry {
+                    section: section.clone(),
+                    key,
+                    value,
+                    line: number + 1,
+                    place,
+                });
+            } else {
+                file.row(&section, trimmed);
+            }
+        }
+        file.lines = lines;
+        file
+    }
+
+    /// A line without an assignment: the columns of a table, or one of its rows.
+    fn row(&mut self, section: &str, line: &str) {
+        let known = self.tables.iter().position(|table| table.section == section);
+        let table = known.unwrap_or_else(|| {
+            let section = section.to_owned();
+            self.tables.push(Table { section, columns: None, rows: Vec::new() });
+            self.tables.len() - 1
+        });
+        if let Some(names) = line.strip_prefix('{') {
+            let names = names.trim_end_matches('}').split_whitespace();
+            self.tables[table].columns = Some(names.map(str::to_owned).collect());
+        } else if let Some(row) = line.split_whitespace().map(number).collect() {
+            self.tables[table].rows.push(row);
+        }
+    }
+
+    /// The last assignment of a key in a section; of a key in several sections, the last one if `section` is empty.
+    pub fn entry(&self, section: &str, key: &str) -> Option<&Entry> {
+        let is_it = |it: &&Entry| it.key == key && (section.is_empty() || it.section == section);
+        self.entries.iter().rfind(is_it)
+    }
+
+    /// The text of the file, with what was changed in it.
+    pub fn text(&self) -> String {
+        let mut text = String::new();
+        for line in &self.lines {
+            let _ = write!(text, "{line}{}", self.line_end);
+        }
+        text
+    }
+}
+
+/// The comment at the end of a line, with its sign: `$` or `!` outside of quotes.
+fn comment(line: &str) -> &str {
+    let mut quote = None;
+    // A quote opens a text only where a value begins: a comment may have apostrophes.
+    let mut begins = false;
+    for (at, letter) in line.char_indices() {
+        match (quote, letter) {
+            (Some(open), _) if letter == open => quote = None,
+            (Some(_), _) => {}
+            (None, '$' | '!') => return &line[at..],
+            (None, '\'' | '"') if begins || line[..at].trim().is_empty() => quote = Some(letter),
+            (None, '=') => begins = true,
+            (None, _) if !letter.is_whitespace() => begins = false,
+            (None, _) => {}
+        }
+    }
+    // A quote that never closes is a letter.
+    if quote.is_some() {
+        let at = line.find(['$', '!']).unwrap_or(line.len());
+        return &line[at..];
+    }
+    ""
+}
+
+/// The place of the value behind the sign of an assignment, without blanks.
+fn value_place(content: &str) -> Range<usize> {
+    let begin = content.find('=').map_or(content.len(), |at| at + 1);
+    let value = &content[begin..];
+    let begin = begin + value.len() - value.trim_start().len();
+    begin..begin + value.trim().len()
+}
+
+fn value(written: &str) -> Value {
+    let quoted = |quote: char| {
+        let inner = written.strip_prefix(quote)?;
+        inner.strip_suffix(quote)
+    };
+    if written.is_empty() {
+        Value::Empty
+    } else if let Some(text) = quoted('\'').or_else(|| quoted('"')) {
+        Value::Text(text.to_owned())
+    } else if let Some(number) = number(written) {
+        Value::Number(number)
+    } else {
+        Value::Text(written.to_owned())
+    }
+}
+
+/// A number as C or Fortran write it: `-.1E+01`, `7.`, `1D-3`.
+fn number(written: &str) -> Option<f64> {
+    let is_number = written.bytes().any(|it| it.is_ascii_digit())
+        && written.bytes().all(|it| it.is_ascii_digit() || b"+-.eEdD".contains(&it));
+    if !is_number {
+        return None;
+    }
+    written.replace(['d', 'D'], "e").parse().ok()
+}
