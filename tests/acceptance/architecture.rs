@@ -20,7 +20,7 @@ tests! {
     the_readme_example_is_a_tested_scenario,
 }
 
-const FMUS: [&str; 3] = ["plant-fmu", "controller", "estimator"];
+const FMUS: [&str; 4] = ["plant-fmu", "controller", "estimator", "crates/driver-fmu"];
 
 /// The build dependencies of each package, ours and others; those of tests and benches don't count.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -67,6 +67,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("unified-features", &[]),
     ("plugin", &[]),
     ("tire", &[]),
+    ("tire-file", &["tire"]),
     ("vehicle", &["tire"]),
     ("track", &[]),
     ("kalman", &[]),
@@ -99,6 +100,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("python-fmu", &["fmu-export", "python-model"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
+    ("driver-fmu", &["fmu-export", "track", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
 ];

@@ -115,6 +115,7 @@ pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u6
         folder: std::path::PathBuf::new(),
     };
     System {
+        texts: Vec::new(),
         coupling: CouplingPlan::default(),
         clock: Clock { start: 0.0, step: STEP, steps },
         announced_stop: None,

@@ -113,3 +113,8 @@ impl Stage {
 
 /// Rounding puts a communication point just before the moment that it should meet [s].
 pub(crate) const EDGE: f64 = 1e-9;
+
+/// Whether so much time [s] of a stage is over.
+pub(crate) fn lasted(stage: &Stage, now: &Now, duration: f64) -> bool {
+    now.time - stage.since >= duration - EDGE
+}

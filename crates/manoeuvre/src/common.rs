@@ -1,13 +1,9 @@
 //! What all kinds of manoeuvres share.
 
-use std::sync::Arc;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::kind::Kind;
 use crate::law::{PathFollower, SpeedController};
-use crate::value::Wrong;
 
 /// The direction of the first steering.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -52,50 +48,4 @@ pub struct Common {
     pub step: f64,
     /// The seed of what is random.
     pub seed: u64,
-}
-
-/// A kind of manoeuvre with what all kinds share.
-#[derive(Debug, Clone)]
-pub struct Manoeuvre {
-    /// What all kinds share.
-    pub common: Common,
-    /// The kind.
-    pub kind: Arc<dyn Kind>,
-}
-
-/// So many communication steps the shortest part of a manoeuvre must have.
-const STEPS: f64 = 10.0;
-
-impl Manoeuvre {
-    /// Checks all numbers.
-    ///
-    /// # Errors
-    /// With the first one that no test can be driven with.
-    pub fn check(&self) -> Result<(), Wrong> {
-        let Common { entry_speed, speed_tolerance, settle, wheelbase, step, .. } = self.common;
-        let common = |it: Wrong| Wrong { of_kind: false, ..it };
-        let run_up = self.kind.run_up(&self.common);
-        if !(entry_speed.is_finite() && entry_speed >= 0.0) || (run_up > 0.0 && entry_speed == 0.0)
-        {
-            let message = format!("expected an entry speed above 0 m/s, found {entry_speed} m/s");
-            return Err(Wrong::common("entry_speed", message));
-        }
-        let keys = [("speed_tolerance", speed_tolerance, "m/s"), ("settle", settle, "s")];
-        Wrong::positive(keys).map_err(common)?;
-        let wheelbase = wheelbase.unwrap_or(1.0);
-        Wrong::positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
-        self.common.speed_controller.check()?;
-        self.common.path_follower.check()?;
-        self.kind.check(&self.common)?;
-        match self.kind.shortest() {
-            Some((key, part)) if step * STEPS > part * (1.0 + 1e-9) => Err(Wrong::at(
-                key,
-                format!(
-                    "its shortest part lasts {part:.4} s, which needs a communication step of at most {:.4} s, found {step} s",
-                    part / STEPS
-                ),
-            )),
-            _ => Ok(()),
-        }
-    }
 }

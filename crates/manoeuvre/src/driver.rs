@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Drive, EDGE, Now, Stage, Steer};
+use crate::action::{Action, Drive, Now, Stage, Steer};
 use crate::channel::Channel;
-use crate::common::Manoeuvre;
+use crate::frame::turned;
 use crate::law::Seen;
+use crate::manoeuvre::Manoeuvre;
 use crate::path::Path;
 
 /// An output of a manoeuvre.
@@ -154,15 +155,4 @@ impl Driver {
         let [steer, offset] = [sign * memory.steer, sign * offset].map(|it| it + 0.0);
         [steer, memory.force, phase, speed, offset]
     }
-}
-
-/// A vector in a frame that is turned by an angle [rad].
-pub(crate) fn turned([x, y]: [f64; 2], psi: f64) -> [f64; 2] {
-    let (sin, cos) = psi.sin_cos();
-    [cos * x + sin * y, cos * y - sin * x]
-}
-
-/// Whether so much time [s] of a stage is over.
-pub(crate) fn lasted(stage: &Stage, now: &Now, duration: f64) -> bool {
-    now.time - stage.since >= duration - EDGE
 }

@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use crate::action::Stage;
-use crate::channel::Channel;
-use crate::common::Manoeuvre;
-use crate::driver::turned;
+use crate::frame::turned;
 
 /// What was commanded and measured from the beginning of a test on, mirrored for a test to the right. All lists have one length.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -35,73 +32,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// The test in a whole run: `commands` are steering, drive and phase, `inputs` what the kind needs, in that order.
-    ///
-    /// # Errors
-    /// In words, when the test did not begin or did not end.
-    pub fn of(
-        manoeuvre: &Manoeuvre,
-        time: &[f64],
-        [steer, drive, phase]: [&[f64]; 3],
-        inputs: &[Vec<f64>],
-    ) -> Result<Self, String> {
-        let common = &manoeuvre.common;
-        let channels = manoeuvre.kind.needs();
-        let [first, last] = [time.first(), time.last()].map(|it| it.copied().unwrap_or(0.0));
-        let begin = phase.iter().position(|phase| *phase != 0.0);
-        let Some(begin) = begin else {
-            let wanted = manoeuvre.kind.run_up(common);
-            let speed = channels.iter().position(|it| *it == Channel::ForwardSpeed);
-            let speeds = speed.map_or(&[][..], |place| &inputs[place]);
-            let near = |a: &f64, b: &f64| (a - wanted).abs().total_cmp(&(b - wanted).abs());
-            let nearest = speeds.iter().copied().min_by(near).unwrap_or(0.0);
-            let (settle, tolerance) = (common.settle, common.speed_tolerance);
-            return Err(format!(
-                "the car did not keep its entry speed of {wanted:.2} m/s to {tolerance:.2} m/s for {settle:.2} s before the run ended at {last:.2} s: \
-                 it came as near as {nearest:.2} m/s"
-            ));
-        };
-        if begin == 0 && phase[0] != 0.0 {
-            return Err(format!(
-                "the run begins at {first:.2} s, when the manoeuvre goes on already: its beginning was not measured"
-            ));
-        }
-        let over = phase.iter().position(|phase| *phase == f64::from(Stage::OVER));
-        let Some(over) = over else {
-            let (stage, began) = (phase[phase.len() - 1], time[begin]);
-            let what = manoeuvre.kind.stages().get(stage as usize - 1).copied().unwrap_or("test");
-            return Err(format!(
-                "the run ended at {last:.2} s, before the manoeuvre that began at {began:.2} s did: it was still at \"{what}\""
-            ));
-        };
-        let sign = common.direction.sign();
-        let cut =
-            |values: &[f64], sign: f64| values[begin..=over].iter().map(|it| sign * it).collect();
-        let mut all: [Vec<f64>; Channel::ALL.len()] = Default::default();
-        for channel in Channel::ALL {
-            let place = channels.iter().position(|it| *it == channel);
-            let mirror = if sign < 0.0 { channel.mirror() } else { 1.0 };
-            all[channel.place()] =
-                place.map_or(vec![0.0; over + 1 - begin], |place| cut(&inputs[place], mirror));
-        }
-        let [v_x, v_y, r, a_y, east, north, heading] = all;
-        let mut log = Log {
-            t: time[begin..=over].iter().map(|it| it - time[begin]).collect(),
-            phase: cut(phase, 1.0),
-            steer: cut(steer, sign),
-            drive: cut(drive, 1.0),
-            v_x,
-            v_y,
-            r,
-            a_y,
-            ..Log::default()
-        };
-        log.locate(&east, &north, &heading);
-        Ok(log)
-    }
-
     /// Takes positions and headings, in the frame of the first of them.
-    fn locate(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
+    pub(crate) fn locate(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
         let (x0, y0, psi0) = (east[0], north[0], heading[0]);
         let mut turns = 0.0;
         for (place, psi) in heading.iter().enumerate() {

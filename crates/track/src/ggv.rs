@@ -33,6 +33,12 @@ impl Limits {
         let (lateral, drive, brake, drag, downforce) = (0.0, 0.0, 0.0, 0.0, 0.0);
         Limits { v, lateral, drive, brake, engine: f64::INFINITY, drag, downforce }
     }
+
+    /// What presses the car onto this road at this speed, over what presses it onto a level one [-].
+    #[must_use]
+    pub fn pressed(&self, road: &Road) -> f64 {
+        (road.load(self.v) + self.downforce).max(0.0) / (G + self.downforce)
+    }
 }
 
 /// The road under a station of a line.
@@ -157,7 +163,7 @@ impl Ggv {
     #[must_use]
     pub fn range_beside(&self, v: f64, road: &Road, lateral: f64) -> [f64; 2] {
         let limits = self.at(v);
-        let pressed = (road.load(v) + limits.downforce).max(0.0) / (G + limits.downforce);
+        let pressed = limits.pressed(road);
         let used = lateral.abs() / (limits.lateral * pressed);
         let share = match self.exponent {
             _ if used.is_nan() || used >= 1.0 => 0.0,
@@ -171,7 +177,7 @@ impl Ggv {
     /// What is left of the lateral grip at a speed [m/s] on the line [m/s²]; negative where the car cannot follow it.
     fn reserve(&self, v: f64, road: &Road) -> f64 {
         let limits = self.at(v);
-        let pressed = (road.load(v) + limits.downforce).max(0.0) / (G + limits.downforce);
+        let pressed = limits.pressed(road);
         limits.lateral * pressed - road.lateral(v).abs()
     }
 

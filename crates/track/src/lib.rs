@@ -25,6 +25,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+mod angle;
 mod error;
 mod ggv;
 mod line;
@@ -35,11 +36,12 @@ mod spline;
 mod steering;
 mod survey;
 
+pub use angle::wrap;
 pub use error::Error;
 pub use ggv::{G, Ggv, Limits, Road};
 pub use line::{Line, Place};
 pub use profile::{Bounds, Profile};
 pub use projection::Station;
 pub use speed::{SpeedLaw, Wanted};
-pub use steering::{Handling, Motion, Steering, wrap};
+pub use steering::{Handling, Motion, Pressing, Steering};
 pub use survey::Survey;

@@ -1,7 +1,8 @@
 //! Projects points onto a line: anywhere on it at first, then onward from the last station.
 
+use crate::Line;
+use crate::angle::wrap;
 use crate::survey::distance;
-use crate::{Line, wrap};
 
 /// Where a point is, seen from the line.
 #[derive(Debug, Clone, Copy, PartialEq)]

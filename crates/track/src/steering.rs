@@ -1,9 +1,8 @@
 //! Steers along a line: feed-forward of curvature and of steady slip angles, feedback of the deviation at a point ahead.
 
-use std::f64::consts::{PI, TAU};
-
 use serde::{Deserialize, Serialize};
 
+use crate::angle::wrap;
 use crate::{Error, Line, Station};
 
 /// What a steady turn of a car needs: geometry, and the slip angles of its axles over lateral acceleration.
@@ -22,11 +21,12 @@ impl Handling {
     /// [rad s²/m]. Their difference is the understeer gradient. Zeros make a car that rolls without slip.
     #[must_use]
     pub fn linear(wheelbase: f64, l_r: f64, [front, rear]: [f64; 2]) -> Self {
-        Handling { wheelbase, l_r, slips: vec![[0.0; 3], [1.0, front, rear]] }
+        let far = 1e3;
+        Handling { wheelbase, l_r, slips: vec![[0.0; 3], [far, far * front, far * rear]] }
     }
 
     /// A car with a table of its steady slip angles: lateral acceleration [m/s²] from 0 on, slip angles of front and rear axle
-    /// [rad], positive where the force of a left turn comes from. It goes on with its last slope.
+    /// [rad], positive in left turns. Beyond its end it is constant: there a tire has no more to give.
     ///
     /// # Errors
     /// When the table has fewer than two rows, or accelerations do not rise from 0.
@@ -53,17 +53,15 @@ impl Handling {
         let above = self.slips.partition_point(|row| row[0] <= size).clamp(1, self.slips.len() - 1);
         let [[a, front_a, rear_a], [b, front_b, rear_b]] =
             [self.slips[above - 1], self.slips[above]];
-        let t = (size - a) / (b - a);
+        let t = ((size - a) / (b - a)).min(1.0);
         let sign = if a_y < 0.0 { -1.0 } else { 1.0 };
         [sign * (front_a + t * (front_b - front_a)), sign * (rear_a + t * (rear_b - rear_a))]
     }
 }
 
-/// The steering law with its gains.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// The steering law with its gains. Its default has those of the source, and no preview.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Steering {
-    /// The car.
-    pub handling: Handling,
     /// Deviation ahead to steering angle, k_p [rad/m].
     pub gain: f64,
     /// Distance of the point ahead, x_LA [m].
@@ -81,42 +79,62 @@ pub struct Motion {
     pub v_x: f64,
 }
 
-impl Steering {
-    /// A law with the gains of the source: 0.053 rad/m, 14.2 m ahead, no preview.
-    #[must_use]
-    pub fn of(handling: Handling) -> Self {
-        Steering { handling, gain: 0.053, lookahead: 14.2, preview: 0.0 }
-    }
+/// How a road and the air press the car onto its tires.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Pressing {
+    /// Lateral acceleration that the tires give besides that of the turn [m/s²]: g sin φ on a bank.
+    pub lateral: f64,
+    /// Load of the tires over that on a level road at rest [-]; the slip angles of a turn are those of one with a lateral
+    /// acceleration smaller by this.
+    pub load: f64,
+}
 
+impl Default for Pressing {
+    fn default() -> Self {
+        Pressing { lateral: 0.0, load: 1.0 }
+    }
+}
+
+impl Default for Steering {
+    fn default() -> Self {
+        Steering { gain: 0.053, lookahead: 14.2, preview: 0.0 }
+    }
+}
+
+impl Steering {
     /// Road-wheel angle [rad] for a car at this station of a line, after N. Kapania, J. Gerdes, "Design of a
     /// feedback-feedforward steering controller for accurate path tracking and stability at the limits of handling", Vehicle
     /// System Dynamics 53 (2015): δ = L κ + α_f − α_r − k_p (e + x_LA sin(Δψ + β_ss)), with the slip angles and
     /// the sideslip angle β_ss = l_r κ − α_r of a steady turn with a_y = κ v². Slip angles here are positive in left turns,
     /// which turns their signs round. With the steady sideslip in the feedback the car settles with its centre of gravity on the line.
     ///
-    /// `bank_lateral` [m/s²] is what a bank adds to the lateral acceleration of the tires, g sin φ.
     #[must_use]
-    pub fn angle(&self, line: &Line, station: &Station, motion: &Motion, bank_lateral: f64) -> f64 {
+    pub fn angle(
+        &self,
+        handling: &Handling,
+        line: &Line,
+        station: &Station,
+        motion: &Motion,
+        pressing: &Pressing,
+    ) -> f64 {
         let Motion { psi, v_x } = *motion;
+        let Pressing { lateral, load } = *pressing;
+        let slips = |kappa: f64| handling.slips((kappa * v_x * v_x + lateral) / load);
         let ahead = station.s + v_x * self.preview;
         let kappa = if self.preview == 0.0 { station.kappa } else { line.curvature(ahead) };
-        let [front, rear] = self.handling.slips(kappa * v_x * v_x + bank_lateral);
-        let forward = self.handling.wheelbase * kappa + front - rear;
-        let [_, rear] = self.handling.slips(station.kappa * v_x * v_x + bank_lateral);
-        let sideslip = self.handling.l_r * station.kappa - rear;
+        let [front, rear] = slips(kappa);
+        let forward = handling.wheelbase * kappa + front - rear;
+        let [_, rear] = slips(station.kappa);
+        let sideslip = handling.l_r * station.kappa - rear;
         let error = station.lateral + self.lookahead * (wrap(psi - station.psi) + sideslip).sin();
         forward - self.gain * error
     }
 }
 
-/// The same angle within -pi .. pi.
-#[must_use]
-pub fn wrap(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::{PI, TAU};
+
     use approx::assert_relative_eq;
 
     use super::*;
@@ -146,10 +164,14 @@ mod tests {
         }
     }
 
-    fn law() -> Steering {
+    fn car() -> Handling {
         let (m, l_f, l_r, c_f, c_r) = (1500.0, 1.2, 1.5, 90e3, 110e3);
         let per_a = m / (l_f + l_r);
-        Steering::of(Handling::linear(l_f + l_r, l_r, [per_a * l_r / c_f, per_a * l_f / c_r]))
+        Handling::linear(l_f + l_r, l_r, [per_a * l_r / c_f, per_a * l_f / c_r])
+    }
+
+    fn steered(law: &Steering, line: &Line, station: &Station, psi: f64) -> f64 {
+        law.angle(&car(), line, station, &Motion { psi, v_x: V }, &Pressing::default())
     }
 
     #[test]
@@ -161,18 +183,19 @@ mod tests {
         let points = (0..300).map(point).collect();
         let line =
             Line::through(&Survey { points, closed: true, ..Survey::default() }).expect("one");
-        let settled = |law: &Steering| {
+        let settled = |known: &Handling| {
             let mut car = Car { point: [61.0, 0.0], psi: PI / 2.0 + 0.1, v_y: 0.0, r: 0.0 };
             let mut station = line.locate(car.point, Some(car.psi));
             for _ in 0..20_000 {
                 station = line.follow(station.s, car.point);
                 let motion = Motion { psi: car.psi, v_x: V };
-                car.step(law.angle(&line, &station, &motion, 0.0), 1e-3);
+                let law = Steering::default();
+                car.step(law.angle(known, &line, &station, &motion, &Pressing::default()), 1e-3);
             }
             station.lateral
         };
-        assert_relative_eq!(settled(&law()), 0.0, epsilon = 0.01);
-        let rolling = Steering::of(Handling::linear(2.7, 1.5, [0.0; 2]));
+        assert_relative_eq!(settled(&car()), 0.0, epsilon = 0.01);
+        let rolling = Handling::linear(2.7, 1.5, [0.0; 2]);
         assert!(settled(&rolling).abs() > 0.1, "{}", settled(&rolling));
     }
 
@@ -180,23 +203,23 @@ mod tests {
     fn a_step_beside_a_straight_line_decays_without_swinging() {
         let line = Line::read("x,y\n0,0\n100,0\n200,0\n300,0\n").expect("a line");
         let mut car = Car { point: [0.0, 2.0], psi: 0.0, v_y: 0.0, r: 0.0 };
-        let (law, mut s, mut lowest) = (law(), 0.0, f64::INFINITY);
+        let (mut s, mut lowest) = (0.0, f64::INFINITY);
         for _ in 0..10_000 {
             let station = line.follow(s, car.point);
             s = station.s;
             lowest = station.lateral.min(lowest);
-            car.step(law.angle(&line, &station, &Motion { psi: car.psi, v_x: V }, 0.0), 1e-3);
+            car.step(steered(&Steering::default(), &line, &station, car.psi), 1e-3);
         }
         assert!(car.point[1].abs() < 0.01 && lowest > -0.2, "{:?} {lowest}", car.point);
     }
 
     #[test]
-    fn slip_angles_are_odd_and_go_on_with_their_last_slope() {
+    fn slip_angles_are_odd_and_end_with_the_table() {
         let table = vec![[0.0, 0.0, 0.0], [5.0, 0.02, 0.01], [10.0, 0.08, 0.05]];
         let handling = Handling::tabulated(3.0, 1.5, table).expect("a table");
         assert_relative_eq!(handling.slips(7.5)[0], 0.05, max_relative = 1e-12);
         assert_relative_eq!(handling.slips(-7.5)[1], -0.03, max_relative = 1e-12);
-        assert_relative_eq!(handling.slips(15.0)[0], 0.14, max_relative = 1e-12);
+        assert_relative_eq!(handling.slips(15.0)[0], 0.08, max_relative = 1e-12);
         assert!(Handling::tabulated(3.0, 1.5, vec![[0.0; 3]; 2]).is_err());
         assert!((wrap(7.0) - (7.0 - TAU)).abs() < 1e-12 && (wrap(-PI) + PI).abs() < 1e-12);
     }
@@ -205,9 +228,9 @@ mod tests {
     fn preview_reads_the_curvature_ahead() {
         let line = Line::read("x,y\n0,0\n20,0\n40,0\n60,5\n75,20\n80,40\n80,60\n").expect("a line");
         let station = line.follow(20.0, [20.0, 0.0]);
-        let motion = Motion { psi: station.psi, v_x: V };
-        let here = law().angle(&line, &station, &motion, 0.0);
-        let ahead = Steering { preview: 1.5, ..law() }.angle(&line, &station, &motion, 0.0);
+        let here = steered(&Steering::default(), &line, &station, station.psi);
+        let early = Steering { preview: 1.5, ..Steering::default() };
+        let ahead = steered(&early, &line, &station, station.psi);
         assert!(ahead > here + 0.05, "{here} {ahead}");
     }
 }

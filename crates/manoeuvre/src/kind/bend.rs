@@ -1,10 +1,10 @@
 //! Changes the driving force in a bend with the steering held: what power on, power off and braking have in common.
 
 use super::known;
+use crate::action::lasted;
 use crate::action::{Action, Drive, Now, Stage};
 use crate::channel::Channel;
 use crate::common::Common;
-use crate::driver::lasted;
 use crate::log::{Log, largest, mean};
 use crate::value::{Known, Values};
 

@@ -125,7 +125,7 @@ impl LaneChange {
 
     /// How far a point is inside of the car at a moment [m]; negative outside.
     fn inside(&self, log: &Log, k: usize, [x, y]: [f64; 2]) -> f64 {
-        let [along, across] = crate::driver::turned([x - log.x[k], y - log.y[k]], log.psi[k]);
+        let [along, across] = crate::frame::turned([x - log.x[k], y - log.y[k]], log.psi[k]);
         (self.front - along).min(along + self.rear).min(0.5 * self.width - across.abs())
     }
 }

@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Kind, known};
+use crate::action::lasted;
 use crate::action::{Action, Drive, Now, Stage};
 use crate::channel::Channel;
 use crate::common::Common;
-use crate::driver::lasted;
 use crate::line::Line;
 use crate::log::{Log, largest};
 use crate::path::Path;

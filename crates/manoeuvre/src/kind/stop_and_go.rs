@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::bend::STANDS;
 use super::{Kind, known};
+use crate::action::lasted;
 use crate::action::{Action, Drive, Now, Stage};
 use crate::channel::Channel;
 use crate::common::Common;
-use crate::driver::lasted;
 use crate::log::{Log, largest};
 use crate::value::{Known, Values, Wrong};
 

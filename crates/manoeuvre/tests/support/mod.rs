@@ -139,7 +139,7 @@ pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<Log, S
         car.advance(outputs[0], outputs[1], h);
     }
     let [steer, drive, phase] = &commands;
-    Log::of(manoeuvre, &time, [steer, drive, phase], &inputs)
+    manoeuvre.log(&time, [steer, drive, phase], &inputs)
 }
 
 /// The characteristic values.

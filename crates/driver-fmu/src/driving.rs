@@ -1,0 +1,208 @@
+//! Drives: finds the car on the line, then steers and sets the driving force; counts laps.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use fmu_export::ModelError;
+use serde::{Deserialize, Serialize};
+use track::{Motion, Pressing, Road, SpeedLaw, Station, Steering, Wanted, wrap};
+use vehicle::G;
+
+use crate::plan::Plan;
+
+/// Slowest forward speed with which the rolling angle of the front wheels is computed [m/s].
+const SLOWEST: f64 = 1.0;
+/// Share of the lateral limit beyond which the driver still brakes and drives with what is left there.
+const LATERAL_MOST: f64 = 0.95;
+
+/// Motion of the car.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Input {
+    /// Position of the centre of gravity [m].
+    pub X: f64,
+    /// Position of the centre of gravity [m].
+    pub Y: f64,
+    /// Heading [rad].
+    pub psi: f64,
+    /// Forward speed [m/s].
+    pub v_x: f64,
+    /// Speed to the left [m/s].
+    pub v_y: f64,
+    /// Yaw rate [rad/s].
+    pub r: f64,
+}
+
+/// Commands, and what the driver knows of his way.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Output {
+    /// Road-wheel angle [rad].
+    pub delta: f64,
+    /// Driving force [N].
+    pub F_x: f64,
+    /// Station [m].
+    pub s: f64,
+    /// Way along the line since the beginning [m].
+    pub distance: f64,
+    /// Completed laps.
+    pub lap: i32,
+    /// Duration of the last completed lap [s].
+    pub lap_time: f64,
+    /// Deviation to the left of the line [m].
+    pub lateral_deviation: f64,
+    /// Heading less that of the line [rad].
+    pub heading_error: f64,
+    /// From the centre of gravity to the nearer edge of the track [m]; negative beyond it.
+    pub edge_distance: f64,
+    /// Wanted speed [m/s].
+    pub v_ref: f64,
+    /// Curvature, bank and grade of the line at the station.
+    pub curvature: f64,
+    /// Bank angle [rad].
+    pub bank: f64,
+    /// Grade [rad].
+    pub grade: f64,
+}
+
+/// What the driver remembers.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Memory {
+    /// Last station [m].
+    s: Option<f64>,
+    /// Integral of the speed law [m/s²].
+    integral: f64,
+    /// When the lap that goes on began [s].
+    lap_began: f64,
+}
+
+/// What the driver does with the pedals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Follows the speed profile.
+    Profile,
+    /// Steers only; somebody else sets the speed.
+    Steering,
+}
+
+/// The laws with their gains.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Laws {
+    /// Steering.
+    pub steering: Steering,
+    /// Speed.
+    pub speed: SpeedLaw,
+}
+
+impl Laws {
+    /// Finds the car on the line, and writes where it is.
+    pub fn sense(
+        &self,
+        plan: &Plan,
+        input: &Input,
+        memory: &mut Memory,
+        output: &mut Output,
+    ) -> Station {
+        let (line, point) = (&plan.line, [input.X, input.Y]);
+        let station = match memory.s {
+            Some(s) => line.follow(s, point),
+            None => line.locate(point, Some(input.psi)),
+        };
+        let Road { kappa, bank, grade } = line.road(station.s);
+        let [left, right] = line.widths(station.s).unwrap_or([plan.settings.half_width; 2]);
+        memory.s = Some(station.s);
+        output.s = station.s;
+        output.lateral_deviation = station.lateral;
+        output.heading_error = wrap(input.psi - station.psi);
+        output.edge_distance = (left - station.lateral).min(right + station.lateral);
+        output.v_ref = plan.profile.speed(station.s);
+        (output.curvature, output.bank, output.grade) = (kappa, bank, grade);
+        station
+    }
+
+    /// One step of `h` [s] to `time` [s].
+    ///
+    /// # Errors
+    /// When the motion is not finite.
+    pub fn drive(
+        &self,
+        plan: &Plan,
+        mode: Mode,
+        input: &Input,
+        [time, h]: [f64; 2],
+        memory: &mut Memory,
+        output: &mut Output,
+    ) -> Result<(), ModelError> {
+        let Input { X, Y, psi, v_x, v_y, r } = *input;
+        if ![X, Y, psi, v_x, v_y, r].iter().all(|it| it.is_finite()) {
+            let message = format!("expected a finite motion of the car, found {input:?}");
+            return Err(ModelError::Error(message));
+        }
+        let before = memory.s;
+        let station = self.sense(plan, input, memory, output);
+        let moved = before.map_or(0.0, |s| plan.line.moved(s, station.s));
+        count(plan.line.length(), moved, [time, h], memory, output);
+        let road = Road { kappa: station.kappa, bank: output.bank, grade: output.grade };
+        output.delta = self.steer(plan, &station, &road, input, h, output.delta);
+        output.F_x = match mode {
+            Mode::Profile => self.force(plan, &station, &road, input, h, &mut memory.integral),
+            Mode::Steering => 0.0,
+        };
+        Ok(())
+    }
+
+    /// The steering law within the slip that the front tires can use, the largest angle and the fastest change.
+    fn steer(
+        &self,
+        plan: &Plan,
+        station: &Station,
+        road: &Road,
+        input: &Input,
+        h: f64,
+        before: f64,
+    ) -> f64 {
+        let (limit, v) = (&plan.settings.limit, input.v_x);
+        let load = (road.load(v) + plan.ggv.at(v).downforce).max(0.1 * G) / G;
+        let pressing = Pressing { lateral: road.lateral(0.0), load };
+        let motion = Motion { psi: input.psi, v_x: v };
+        let wanted = self.steering.angle(&plan.handling, &plan.line, station, &motion, &pressing);
+        let l_f = plan.settings.vehicle.body.l_f;
+        let rolling = (input.v_y + l_f * input.r).atan2(v.max(SLOWEST));
+        let usable = wanted.clamp(rolling - plan.front_slip, rolling + plan.front_slip);
+        let change = limit.delta_rate * h;
+        usable.clamp(-limit.delta, limit.delta).clamp(before - change, before + change)
+    }
+
+    /// The speed law: F_x = m (a + drag + g sin θ), within what tires and engine can do beside the lateral acceleration.
+    fn force(
+        &self,
+        plan: &Plan,
+        station: &Station,
+        road: &Road,
+        input: &Input,
+        h: f64,
+        integral: &mut f64,
+    ) -> f64 {
+        let (m, v) = (plan.settings.vehicle.body.m, input.v_x);
+        let limits = plan.ggv.at(v);
+        let turning = v * input.r + road.lateral(0.0);
+        let most = LATERAL_MOST * limits.lateral * limits.pressed(road);
+        let lateral = road.lateral(v).abs().max(turning.abs()).min(most);
+        let range = plan.ggv.range_beside(v, road, lateral);
+        let wanted = Wanted {
+            speed: plan.profile.speed(station.s),
+            acceleration: plan.profile.acceleration(station.s),
+        };
+        let a = self.speed.acceleration(&wanted, v, range, integral, h);
+        m * (a + limits.drag + G * road.grade.sin())
+    }
+}
+
+/// Counts laps of this length [m] from where the drive began; the end of a lap lies between two steps.
+fn count(length: f64, moved: f64, [time, h]: [f64; 2], memory: &mut Memory, output: &mut Output) {
+    let before = output.distance;
+    output.distance += moved;
+    let end = f64::from(output.lap + 1) * length;
+    if before < end && output.distance >= end {
+        let crossed = time - h * (output.distance - end) / moved;
+        output.lap += 1;
+        output.lap_time = crossed - memory.lap_began;
+        memory.lap_began = crossed;
+    }
+}

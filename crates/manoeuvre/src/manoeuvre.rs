@@ -1,0 +1,121 @@
+//! Puts a kind of manoeuvre together with what all kinds share: checks it, and finds its test in a run.
+
+use std::sync::Arc;
+
+use crate::action::Stage;
+use crate::channel::Channel;
+use crate::common::Common;
+use crate::kind::Kind;
+use crate::log::Log;
+use crate::value::Wrong;
+
+/// A kind of manoeuvre with what all kinds share.
+#[derive(Debug, Clone)]
+pub struct Manoeuvre {
+    /// What all kinds share.
+    pub common: Common,
+    /// The kind.
+    pub kind: Arc<dyn Kind>,
+}
+
+/// So many communication steps the shortest part of a manoeuvre must have.
+const STEPS: f64 = 10.0;
+
+impl Manoeuvre {
+    /// Checks all numbers.
+    ///
+    /// # Errors
+    /// With the first one that no test can be driven with.
+    pub fn check(&self) -> Result<(), Wrong> {
+        let Common { entry_speed, speed_tolerance, settle, wheelbase, step, .. } = self.common;
+        let common = |it: Wrong| Wrong { of_kind: false, ..it };
+        let run_up = self.kind.run_up(&self.common);
+        if !(entry_speed.is_finite() && entry_speed >= 0.0) || (run_up > 0.0 && entry_speed == 0.0)
+        {
+            let message = format!("expected an entry speed above 0 m/s, found {entry_speed} m/s");
+            return Err(Wrong::common("entry_speed", message));
+        }
+        let keys = [("speed_tolerance", speed_tolerance, "m/s"), ("settle", settle, "s")];
+        Wrong::positive(keys).map_err(common)?;
+        let wheelbase = wheelbase.unwrap_or(1.0);
+        Wrong::positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
+        self.common.speed_controller.check()?;
+        self.common.path_follower.check()?;
+        self.kind.check(&self.common)?;
+        match self.kind.shortest() {
+            Some((key, part)) if step * STEPS > part * (1.0 + 1e-9) => Err(Wrong::at(
+                key,
+                format!(
+                    "its shortest part lasts {part:.4} s, which needs a communication step of at most {:.4} s, found {step} s",
+                    part / STEPS
+                ),
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The test in a whole run: `commands` are steering, drive and phase, `inputs` what the kind needs, in that order.
+    ///
+    /// # Errors
+    /// In words, when the test did not begin or did not end.
+    pub fn log(
+        &self,
+        time: &[f64],
+        [steer, drive, phase]: [&[f64]; 3],
+        inputs: &[Vec<f64>],
+    ) -> Result<Log, String> {
+        let common = &self.common;
+        let channels = self.kind.needs();
+        let [first, last] = [time.first(), time.last()].map(|it| it.copied().unwrap_or(0.0));
+        let begin = phase.iter().position(|phase| *phase != 0.0);
+        let Some(begin) = begin else {
+            let wanted = self.kind.run_up(common);
+            let speed = channels.iter().position(|it| *it == Channel::ForwardSpeed);
+            let speeds = speed.map_or(&[][..], |place| &inputs[place]);
+            let near = |a: &f64, b: &f64| (a - wanted).abs().total_cmp(&(b - wanted).abs());
+            let nearest = speeds.iter().copied().min_by(near).unwrap_or(0.0);
+            let (settle, tolerance) = (common.settle, common.speed_tolerance);
+            return Err(format!(
+                "the car did not keep its entry speed of {wanted:.2} m/s to {tolerance:.2} m/s for {settle:.2} s before the run ended at {last:.2} s: \
+                 it came as near as {nearest:.2} m/s"
+            ));
+        };
+        if begin == 0 && phase[0] != 0.0 {
+            return Err(format!(
+                "the run begins at {first:.2} s, when the manoeuvre goes on already: its beginning was not measured"
+            ));
+        }
+        let over = phase.iter().position(|phase| *phase == f64::from(Stage::OVER));
+        let Some(over) = over else {
+            let (stage, began) = (phase[phase.len() - 1], time[begin]);
+            let what = self.kind.stages().get(stage as usize - 1).copied().unwrap_or("test");
+            return Err(format!(
+                "the run ended at {last:.2} s, before the manoeuvre that began at {began:.2} s did: it was still at \"{what}\""
+            ));
+        };
+        let sign = common.direction.sign();
+        let cut =
+            |values: &[f64], sign: f64| values[begin..=over].iter().map(|it| sign * it).collect();
+        let mut all: [Vec<f64>; Channel::ALL.len()] = Default::default();
+        for channel in Channel::ALL {
+            let place = channels.iter().position(|it| *it == channel);
+            let mirror = if sign < 0.0 { channel.mirror() } else { 1.0 };
+            all[channel.place()] =
+                place.map_or(vec![0.0; over + 1 - begin], |place| cut(&inputs[place], mirror));
+        }
+        let [v_x, v_y, r, a_y, east, north, heading] = all;
+        let mut log = Log {
+            t: time[begin..=over].iter().map(|it| it - time[begin]).collect(),
+            phase: cut(phase, 1.0),
+            steer: cut(steer, sign),
+            drive: cut(drive, 1.0),
+            v_x,
+            v_y,
+            r,
+            a_y,
+            ..Log::default()
+        };
+        log.locate(&east, &north, &heading);
+        Ok(log)
+    }
+}
