@@ -78,8 +78,8 @@ fn mistakes_in_a_file_are_pointed_at_there() {
 fn a_scenario_with_parameters_is_swept() {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
-    lab.write("cars/car.toml", &sound());
+    lab.write("cars/car.toml", sound());
     let vary = "\n[[sweep.vary]]\nname = \"plant.body.h\"\nvalues = [0.3, 0.4]\n";
-    lab.write("case.toml", &format!("{}\n[sweep]\n{vary}", scenario("")));
+    lab.write("case.toml", format!("{}\n[sweep]\n{vary}", scenario("")));
     lab.trackside(&["sweep", "case.toml", "--out", "sweep"]).expect(0);
 }

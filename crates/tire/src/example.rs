@@ -11,7 +11,7 @@ impl Coefficients {
 
     fn body() -> Self {
         Self {
-            UNLOADED_RADIUS: 0.318,
+            UNLOADED_RADIUS: 0.317,
             WIDTH: 0.225,
             ASPECT_RATIO: 0.45,
             RIM_RADIUS: 0.216,

@@ -144,8 +144,10 @@ impl<T: Number> Tire<T> for MfTire<T> {
                 x - low
             } else if x > high {
                 x - high
+            } else if x.is_nan() {
+                x
             } else {
-                x - x
+                0.0
             }
         };
         let F_z = if slip.F_z.re() <= 0.0 { 0.0 } else { excess(slip.F_z, c.FZMIN, c.FZMAX) };

@@ -117,7 +117,7 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
             }
             let miss = found.map_or(f64::NAN, |found| (found - expected).abs());
             column.largest = column.largest.max(expected.abs());
-            if !(miss <= column.worst.0) {
+            if miss > column.worst.0 || miss.is_nan() {
                 column.worst = (miss, format!("{found:?} for {expected} in {line}"));
             }
         }
@@ -130,7 +130,8 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
         let known = LOST_DIGITS.iter().find(|it| (it.0, it.1) == (name, column));
         known.map_or(TOLERANCE, |it| it.2)
     };
-    let wrong = columns.iter().filter(|it| !(it.worst.0 <= bound(it.name) * it.largest));
+    let wrong =
+        columns.iter().filter(|it| it.worst.0 > bound(it.name) * it.largest || it.worst.0.is_nan());
     Ok(wrong
         .map(|it| {
             format!("{}: off by {:e} of {:e}: {}", it.name, it.worst.0, it.largest, it.worst.1)

@@ -35,6 +35,9 @@ pub type PerWheel<T> = [T; 4];
 /// One value for each axle: front, rear.
 pub type PerAxle<T> = [T; 2];
 
+/// Forces on the wheels, the rates of their states, and sine and cosine of their angles to the body.
+type Rolled<T> = (PerWheel<WheelMotion<T>>, PerWheel<Wheel<T>>, PerWheel<(T, T)>);
+
 const FRONT: usize = 0;
 const REAR: usize = 1;
 
@@ -193,11 +196,7 @@ impl<W> DualTrack<W> {
 
     /// Forces on the wheels, rates of their states, and how they are turned.
     #[inline]
-    fn roll<T: Number>(
-        &self,
-        state: &State<T>,
-        input: &Input<T>,
-    ) -> (PerWheel<WheelMotion<T>>, PerWheel<Wheel<T>>, PerWheel<(T, T)>)
+    fn roll<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Rolled<T>
     where
         W: Tire<T>,
     {

@@ -182,12 +182,11 @@ fn file(
     Ok(File { path, source: Arc::new(source), values })
 }
 
+/// Takes a value with its name and the place of its key.
+type Take<'t, 'a> = &'t mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>);
+
 /// Calls `take` for each value with its name and the place of its key.
-fn flatten<'a>(
-    table: &DeTable<'a>,
-    prefix: &str,
-    take: &mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>),
-) {
+fn flatten<'a>(table: &DeTable<'a>, prefix: &str, take: Take<'_, 'a>) {
     for (key, value) in table {
         let name = format!("{prefix}{}", key.get_ref());
         match value.get_ref() {

@@ -126,14 +126,14 @@ impl<T: Number> MfTire<T> {
 fn root_below<T: Number>(top: T, within: f64, f: impl Fn(T) -> T) -> T {
     let at = |x: f64| f(T::from(x)).re();
     let (mut high, end) = (top.re(), top.re() - 0.95 * within);
-    if !(at(high) < 0.0) {
+    if at(high) >= 0.0 || at(high).is_nan() {
         return top;
     }
     let step = within / 64.0;
     let mut low = high - step;
-    while !(at(low) >= 0.0) {
+    while at(low) < 0.0 {
         (high, low) = (low, low - step);
-        if !(low > end) {
+        if low <= end {
             return T::from(end);
         }
     }
