@@ -24,7 +24,13 @@ ROOT = Path(__file__).resolve().parent.parent
 WORK = ROOT / "target" / "wheel"
 SHARE = WORK / "trackside.data" / "data" / "share" / "trackside"
 # The packages that scenarios name by `crate`, with the archives that `trackside pack` makes of them.
-FMUS = {"plant-fmu": "plant.fmu", "controller": "controller.fmu", "estimator": "estimator.fmu"}
+FMUS = {
+    "plant-fmu": "plant.fmu",
+    "controller": "controller.fmu",
+    "estimator": "estimator.fmu",
+    "plant-dual-fmu": "plant_dual.fmu",
+    "driver-fmu": "driver.fmu",
+}
 # Libraries that the program loads: an analysis, and what `trackside pack --fmu` puts into an archive.
 PLUGINS = ["identify", "python-fmu", "system-fmu"]
 TOOLS = ["maturin==1.16.0", "auditwheel==6.8.2"]

@@ -12,7 +12,8 @@ use filter::{Estimator, Output};
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
-use tire::MagicFormula;
+use tire::{BadCoefficient, MagicFormula, MfTire};
+use tire_file::TireChoice;
 use vehicle::{Aero, Body, NominalCar, TireCar};
 
 /// The filter between its inputs and its outputs.
@@ -26,6 +27,8 @@ struct Node {
     /// Cornering stiffness of the front and the rear axle of the linear tires [N/rad].
     stiffness: [f64; 2],
     tires: [MagicFormula; 2],
+    /// Tires of a file, which win over those of the plain formula.
+    files: [TireChoice; 2],
     /// What the parameters make, once it is asked for.
     #[serde(skip)]
     car: Option<Arc<dyn Car>>,
@@ -46,6 +49,7 @@ impl Default for Node {
             brake_front_share: 0.6,
             stiffness: [NominalCar::default().C_f, NominalCar::default().C_r],
             tires: [MagicFormula::default(); 2],
+            files: <[TireChoice; 2]>::default(),
             car: None,
             start: [15.0, 0.0, 0.0],
             F_x: 0.0,
@@ -90,7 +94,16 @@ impl Node {
         let car: Arc<dyn Car> = if self.model == MODEL_TIRES {
             let Node { body, aero, brake_front_share, tires, .. } = *self;
             let car = TireCar { body, aero, brake_front_share, tires };
-            Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.lift())) })
+            if self.files.iter().all(|file| file.tir.is_empty()) {
+                Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.lift())) })
+            } else {
+                let [front, rear] = &self.files;
+                let tires = [front.tire("tire_f.tir")?.0, rear.tire("tire_r.tir")?.0];
+                let [dual_f, dual_r] = tires.map(|tire| MfTire::new(tire.coefficients().lift()));
+                let wrong = |bad: BadCoefficient| bad.to_string();
+                let dual = car.with_tires([dual_f.map_err(wrong)?, dual_r.map_err(wrong)?]);
+                Arc::new(OnTires { car: car.with_tires(tires), dual })
+            }
         } else {
             let (Body { m, I_zz, l_f, l_r, .. }, [C_f, C_r]) = (self.body, self.stiffness);
             Arc::new(NominalCar { m, I_zz, l_f, l_r, C_f, C_r })
@@ -236,6 +249,42 @@ impl Model for Node {
             .at(|n| &mut n.tires[1].S_h),
         parameter("tire_r.S_v", "1", "Rear vertical shift, in units of the load in model 1")
             .at(|n| &mut n.tires[1].S_v),
+        parameter(
+            "tire_f.tir",
+            "",
+            "Front tires in model 1: text of a .tir file or its path; empty for the plain formula",
+        )
+        .at_string(|n| &mut n.files[0].tir),
+        parameter("tire_f.LMUX", "1", "Front tires of a file: factor to the longitudinal friction")
+            .min(0.0)
+            .at(|n| &mut n.files[0].LMUX),
+        parameter("tire_f.LMUY", "1", "Front tires of a file: factor to the lateral friction")
+            .min(0.0)
+            .at(|n| &mut n.files[0].LMUY),
+        parameter("tire_f.LKX", "1", "Front tires of a file: factor to the slip stiffness")
+            .min(0.0)
+            .at(|n| &mut n.files[0].LKX),
+        parameter("tire_f.LKY", "1", "Front tires of a file: factor to the cornering stiffness")
+            .min(0.0)
+            .at(|n| &mut n.files[0].LKY),
+        parameter(
+            "tire_r.tir",
+            "",
+            "Rear tires in model 1: text of a .tir file or its path; empty for the plain formula",
+        )
+        .at_string(|n| &mut n.files[1].tir),
+        parameter("tire_r.LMUX", "1", "Rear tires of a file: factor to the longitudinal friction")
+            .min(0.0)
+            .at(|n| &mut n.files[1].LMUX),
+        parameter("tire_r.LMUY", "1", "Rear tires of a file: factor to the lateral friction")
+            .min(0.0)
+            .at(|n| &mut n.files[1].LMUY),
+        parameter("tire_r.LKX", "1", "Rear tires of a file: factor to the slip stiffness")
+            .min(0.0)
+            .at(|n| &mut n.files[1].LKX),
+        parameter("tire_r.LKY", "1", "Rear tires of a file: factor to the cornering stiffness")
+            .min(0.0)
+            .at(|n| &mut n.files[1].LKY),
         parameter("sensor.v_x", "m/s", "Standard deviation of the noise of v_x_meas")
             .min(1e-9)
             .at(|n| &mut n.estimator.sensor[0]),

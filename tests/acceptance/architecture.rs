@@ -20,7 +20,8 @@ tests! {
     the_readme_example_is_a_tested_scenario,
 }
 
-const FMUS: [&str; 4] = ["plant-fmu", "controller", "estimator", "crates/driver-fmu"];
+const FMUS: [&str; 5] =
+    ["plant-fmu", "controller", "estimator", "crates/driver-fmu", "crates/plant-dual-fmu"];
 
 /// The build dependencies of each package, ours and others; those of tests and benches don't count.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -101,7 +102,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "track", "vehicle"]),
-    ("estimator", &["fmu-export", "kalman", "tire", "vehicle"]),
+    ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
+    ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
 ];
 

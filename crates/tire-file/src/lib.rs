@@ -12,6 +12,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod choice;
 mod meaning;
 mod syntax;
 mod unit;
@@ -21,6 +22,7 @@ use std::fmt;
 
 use tire::Coefficients;
 
+pub use choice::TireChoice;
 pub use syntax::{Entry, Table, TirFile, Value};
 pub use write::write;
 

@@ -48,6 +48,10 @@ impl Coefficients {
             PRESMAX: 350_000.0,
             FZMIN: 100.0,
             FZMAX: 11_000.0,
+            KPUMIN: -1.0,
+            KPUMAX: 1.0,
+            ALPMIN: -0.6,
+            ALPMAX: 0.6,
             CAMMIN: -0.2,
             CAMMAX: 0.2,
             ..Self::default()

@@ -1,0 +1,210 @@
+//! Exports the dual-track car on its tires as an FMU: one step, and what the parameters make.
+#![forbid(unsafe_code)]
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+mod table;
+
+use std::sync::Arc;
+
+use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
+use serde::{Deserialize, Serialize};
+use tire::{MfTire, Slip, Tire};
+use tire_file::TireChoice;
+use vehicle::dual_track::{DualTrack, Input, Parameters, State, WheelMotion};
+
+/// Largest sub-step of the integrator [s], the start value of its parameter.
+const SUBSTEP: f64 = 0.001;
+
+/// The wheels, as names of variables call them.
+const WHEELS: [&str; 4] = ["front left", "front right", "rear left", "rear right"];
+
+/// The motion at the start: position, heading and velocities.
+type Start = vehicle::State;
+
+/// The car, where it starts, and where it is.
+#[derive(Clone, Serialize, Deserialize)]
+struct Plant {
+    parameters: Parameters,
+    tires: [TireChoice; 2],
+    /// What the parameters make; made anew after a state was read.
+    #[serde(skip)]
+    car: Option<Arc<DualTrack<MfTire>>>,
+    substep: f64,
+    start: Start,
+    state: State,
+    input: Input,
+    seen: Seen,
+    /// Wheels whose tire was told to be outside of its limits.
+    told: [bool; 4],
+}
+
+/// Outputs that are no states.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+struct Seen {
+    a_x: f64,
+    a_y: f64,
+    wheels: [Wheel; 4],
+    /// Wheels whose tire is outside of the limits that its coefficients are valid for.
+    outside: i32,
+}
+
+/// One wheel, in its own axes.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Wheel {
+    F_x: f64,
+    F_y: f64,
+    F_z: f64,
+    M_z: f64,
+    kappa: f64,
+    alpha: f64,
+    gamma: f64,
+    torque: f64,
+}
+
+impl From<&WheelMotion> for Wheel {
+    fn from(it: &WheelMotion) -> Self {
+        let WheelMotion { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, .. } = *it;
+        Self { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque }
+    }
+}
+
+impl Default for Plant {
+    fn default() -> Self {
+        Plant {
+            parameters: table::parameters(),
+            tires: <[TireChoice; 2]>::default(),
+            car: None,
+            substep: SUBSTEP,
+            start: Start { v_x: 15.0, ..Start::default() },
+            state: State::default(),
+            input: Input::default(),
+            seen: Seen::default(),
+            told: [false; 4],
+        }
+    }
+}
+
+impl Plant {
+    /// The car that the parameters describe.
+    fn car(&mut self) -> Result<Arc<DualTrack<MfTire>>, ModelError> {
+        if let Some(car) = &self.car {
+            return Ok(Arc::clone(car));
+        }
+        let [front, rear] = &self.tires;
+        let tire = |choice: &TireChoice, name: &str| {
+            let (tire, messages) = choice.tire(name).map_err(ModelError::Error)?;
+            messages.iter().for_each(|message| warn(format!("{name}: {message}")));
+            Ok::<_, ModelError>(tire)
+        };
+        let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
+        let car = DualTrack::new(self.parameters.clone(), tires);
+        let car = Arc::new(car.map_err(|bad| ModelError::Error(bad.to_string()))?);
+        self.car = Some(Arc::clone(&car));
+        Ok(car)
+    }
+
+    /// Says once for each wheel that its tire is asked beyond what it was measured for.
+    fn tell_outside(&mut self, car: &DualTrack<MfTire>, time: f64) {
+        let mut outside = 0;
+        for (i, wheel) in self.seen.wheels.iter().enumerate() {
+            let Wheel { kappa, alpha, gamma, F_z, .. } = *wheel;
+            let slip = Slip { kappa, alpha, gamma, F_z, ..Slip::default() };
+            let validity = car.tires()[i / 2].validity(&slip);
+            if F_z <= 0.0 || validity.is_valid() {
+                continue;
+            }
+            outside += 1;
+            if !std::mem::replace(&mut self.told[i], true) {
+                let what = validity.excesses().into_iter().find(|(_, excess)| *excess != 0.0);
+                let (name, excess) = what.unwrap_or_default();
+                warn(format!(
+                    "at {time} s the {} tire is outside of its limits of validity: {name} by {excess:.3}; its forces are those at the limit",
+                    WHEELS[i]
+                ));
+            }
+        }
+        self.seen.outside = outside;
+    }
+}
+
+const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
+
+const SENSORS: &[Member] = &[
+    Member::signal("X", "X"),
+    Member::signal("Y", "Y"),
+    Member::signal("psi", "psi"),
+    Member::signal("v_x", "v_x"),
+    Member::signal("v_y", "v_y"),
+    Member::signal("r", "r"),
+    Member::signal("a_x", "a_x"),
+    Member::signal("a_y", "a_y"),
+];
+
+const ROAD: &[Member] = &[
+    Member::signal("mu_fl", "mu_fl"),
+    Member::signal("mu_fr", "mu_fr"),
+    Member::signal("mu_rl", "mu_rl"),
+    Member::signal("mu_rr", "mu_rr"),
+    Member::signal("grade", "grade"),
+    Member::signal("bank", "bank"),
+];
+
+impl Model for Plant {
+    const INFO: Info = Info::new(
+        "plant_dual",
+        "Dual-track car: four wheels with Magic Formula tires, roll, pitch, brakes and driveline",
+        0.01,
+    )
+    .substep(SUBSTEP)
+    .terminals(&[
+        Terminal::bus("actuators", "Commands to the car", ACTUATORS),
+        Terminal::bus("sensors", "Motion of the car", SENSORS),
+        Terminal::bus("road", "Friction and slopes of the road", ROAD),
+    ]);
+
+    const VARIABLES: &'static [Variable<Self>] = table::VARIABLES;
+
+    fn initialise(&mut self) -> Result<(), ModelError> {
+        self.car = None;
+        let car = self.car()?;
+        self.told = [false; 4];
+        self.state = State { planar: self.start, ..car.rolling(self.start.v_x) };
+        Ok(())
+    }
+
+    fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
+        let car = self.car()?;
+        self.state = car.advance(&self.state, &self.input, step, self.substep);
+        let Start { X, Y, psi, v_x, v_y, r } = self.state.planar;
+        let rolls = self.state.wheels.iter().all(|wheel| wheel.omega.is_finite());
+        if !rolls || ![X, Y, psi, v_x, v_y, r].iter().all(|value| value.is_finite()) {
+            let (Input { F_x, delta, .. }, end) = (self.input, time + step);
+            return Err(ModelError::Error(format!(
+                "the state is not finite at {end} s, with F_x = {F_x} N and delta = {delta} rad"
+            )));
+        }
+        self.see(&car);
+        self.tell_outside(&car, time + step);
+        Ok(())
+    }
+
+    fn outputs(&mut self) {
+        // Parameters that make no car are an error of the initialisation.
+        if let Ok(car) = self.car() {
+            self.see(&car);
+        }
+    }
+}
+
+impl Plant {
+    fn see(&mut self, car: &DualTrack<MfTire>) {
+        let motion = car.evaluate(&self.state, &self.input);
+        (self.seen.a_x, self.seen.a_y) = (motion.a_x, motion.a_y);
+        self.seen.wheels = motion.wheels.each_ref().map(Wheel::from);
+    }
+}
+
+fmu_export::export!(Plant);
+
+#[cfg(test)]
+mod tests;
