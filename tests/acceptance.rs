@@ -189,6 +189,8 @@ mod recordings;
 mod first_day;
 #[path = "acceptance/parameters.rs"]
 mod parameters;
+#[path = "acceptance/tires.rs"]
+mod tires;
 // Folders of results, and all that can happen to them.
 #[path = "acceptance/results.rs"]
 mod results;
@@ -260,6 +262,7 @@ fn main() -> ExitCode {
     features::register(&mut tests);
     first_day::register(&mut tests);
     parameters::register(&mut tests);
+    tires::register(&mut tests);
     identification::register(&mut tests);
     importers::register(&mut tests);
     interop::register(&mut tests);

@@ -16,6 +16,7 @@ mod submit;
 mod supervised;
 mod sweep;
 mod test;
+mod tire;
 mod view;
 
 use std::io::{ErrorKind, Write as _};
@@ -53,6 +54,8 @@ pub enum Command {
     View(view::Arguments),
     /// Write the signals of a recording as a table: Parquet or CSV.
     Convert(convert::Arguments),
+    /// Look at a tire: key figures and a page with curves of a `.tir` file, or of two side by side; convert its axes.
+    Tire(tire::Arguments),
     /// Make a valid recording of one that a killed run left.
     Recover(recover::Arguments),
     /// Print the JSON schema of scenario files, for editors.
@@ -78,6 +81,7 @@ impl Command {
             Command::Doctor(arguments) => doctor::run(arguments),
             Command::View(arguments) => view::run(arguments),
             Command::Convert(arguments) => convert::run(arguments),
+            Command::Tire(arguments) => tire::run(arguments),
             Command::Recover(arguments) => recover::run(arguments),
             Command::Schema(arguments) => schema::run(arguments),
             Command::Explain(arguments) => explain::run(arguments),

@@ -7,7 +7,7 @@ mod baseline;
 mod branch;
 mod checkpoint_file;
 mod course;
-mod fresh;
+pub mod fresh;
 pub mod inspect;
 mod options;
 mod pace;

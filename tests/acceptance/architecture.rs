@@ -69,6 +69,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plugin", &[]),
     ("tire", &[]),
     ("tire-file", &["tire"]),
+    ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
     ("track", &[]),
     ("kalman", &[]),
@@ -104,7 +105,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("driver-fmu", &["fmu-export", "track", "vehicle"]),
     ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -1,0 +1,148 @@
+//! Finds the key figures of a tire.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use tire::{MfTire, Slip, Tire};
+
+/// Speed of the figures and the curves [m/s].
+pub(crate) const SPEED: f64 = 16.7;
+
+/// Points on the way to a peak.
+const POINTS: u32 = 2000;
+
+/// A number with its name and unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// What it is.
+    pub name: String,
+    /// Its unit, or nothing.
+    pub unit: &'static str,
+    /// Its value; not a number where there is none, such as a peak that is not reached.
+    pub value: f64,
+}
+
+/// Load [N] and pressure [Pa] that a tire is looked at with.
+#[derive(Clone, Copy)]
+pub(crate) struct At<'t> {
+    pub tire: &'t MfTire,
+    pub F_z: f64,
+    pub pressure: f64,
+}
+
+impl<'t> At<'t> {
+    pub fn nominal(tire: &'t MfTire, share: f64) -> Self {
+        let c = tire.coefficients();
+        Self { tire, F_z: share * c.FNOMIN * c.LFZO, pressure: c.INFLPRES }
+    }
+
+    pub fn slip(&self, kappa: f64, alpha: f64, gamma: f64) -> Slip {
+        let pressure = Some(self.pressure);
+        Slip { kappa, alpha, gamma, F_z: self.F_z, v_x: SPEED, pressure, ..Slip::default() }
+    }
+
+    pub fn F_x(&self, kappa: f64, alpha: f64) -> f64 {
+        self.tire.F_xy(&self.slip(kappa, alpha, 0.0))[0]
+    }
+
+    pub fn F_y(&self, kappa: f64, alpha: f64, gamma: f64) -> f64 {
+        self.tire.F_xy(&self.slip(kappa, alpha, gamma))[1]
+    }
+}
+
+/// The slip of the first largest value up to `end`, and the value; no slip when it still rises there.
+fn peak(end: f64, force: impl Fn(f64) -> f64) -> (f64, f64) {
+    let slip = |i: u32| end * f64::from(i) / f64::from(POINTS);
+    let (at, value) = (1..=POINTS)
+        .map(|i| (i, force(slip(i))))
+        .fold((0, f64::NEG_INFINITY), |best, it| if it.1 > best.1 { it } else { best });
+    (if at == POINTS { f64::NAN } else { slip(at) }, value)
+}
+
+/// The key figures of a tire, in one order for all tires.
+pub fn figures(tire: &MfTire) -> Vec<Figure> {
+    let c = tire.coefficients();
+    let mut all = Vec::new();
+    let mut add = |name: &str, unit, value| all.push(Figure { name: name.to_owned(), unit, value });
+    let nominal = At::nominal(tire, 1.0);
+    let load = nominal.F_z;
+    add("nominal load", "N", load);
+    add("inflation pressure", "kPa", c.INFLPRES / 1e3);
+    add("unloaded radius", "mm", c.UNLOADED_RADIUS * 1e3);
+    let sideways = |share: f64| {
+        let at = At::nominal(tire, share);
+        // α below 0 pushes to the left.
+        let (slip, force) = peak(-c.ALPMIN.max(-0.6), |alpha| at.F_y(0.0, -alpha, 0.0));
+        (slip, force / at.F_z)
+    };
+    let (slip, friction) = sideways(1.0);
+    add("lateral peak friction", "", friction);
+    add("  at the slip angle", "deg", slip.to_degrees());
+    add("  at half the load", "", sideways(0.5).1);
+    add("  at one and a half", "", sideways(1.5).1);
+    let (slip, force) = peak(c.KPUMAX.min(0.6), |kappa| nominal.F_x(kappa, 0.0));
+    add("driving peak friction", "", force / load);
+    add("  at the slip", "%", slip * 100.0);
+    let (slip, force) = peak(-c.KPUMIN.max(-0.6), |kappa| -nominal.F_x(-kappa, 0.0));
+    add("braking peak friction", "", force / load);
+    add("  at the slip", "%", -slip * 100.0);
+    for (name, share) in [("half", 0.5), ("nominal", 1.0), ("one and a half", 1.5)] {
+        let at = At::nominal(tire, share);
+        let (_, details) = tire.details(&at.slip(0.0, 0.0, 0.0));
+        add(&format!("cornering stiffness at {name} load"), "kN/rad", -details.K_ya / 1e3);
+    }
+    let (forces, details) = tire.details(&nominal.slip(0.0, 0.0, 0.0));
+    add("slip stiffness", "kN", details.K_xk / 1e3);
+    let small = 1e-4;
+    let camber = (nominal.F_y(0.0, 0.0, small) - nominal.F_y(0.0, 0.0, -small)) / (2.0 * small);
+    add("camber stiffness", "kN/rad", -camber / 1e3);
+    add("ply steer and conicity, force at no slip", "N", forces.F_y);
+    add("pneumatic trail", "mm", details.trail * 1e3);
+    let relaxation = tire.relaxation(&nominal.slip(0.0, 0.0, 0.0));
+    add("relaxation length, longitudinal", "mm", relaxation.x * 1e3);
+    add("relaxation length, lateral", "mm", relaxation.y * 1e3);
+    let slip = nominal.slip(0.0, 0.0, 0.0);
+    let millimetres = |radius: Option<f64>| radius.map_or(f64::NAN, |it| it * 1e3);
+    add("effective rolling radius", "mm", millimetres(tire.effective_radius(&slip)));
+    add("loaded radius", "mm", millimetres(tire.loaded_radius(&slip, &forces)));
+    add("rolling resistance", "N", -forces.M_y / c.UNLOADED_RADIUS);
+    add("valid load from", "N", c.FZMIN);
+    add("valid load to", "N", c.FZMAX);
+    add("valid slip angle to", "deg", c.ALPMAX.to_degrees());
+    add("valid slip to", "%", c.KPUMAX * 100.0);
+    add("valid camber to", "deg", c.CAMMAX.to_degrees());
+    all
+}
+
+/// Four digits of a number, and a word for what is none.
+pub fn digits(value: f64) -> String {
+    if value.is_nan() {
+        return "none".to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let before = value.abs().max(1e-9).log10().floor() as i32 + 1;
+    let behind = (4 - before).clamp(0, 8) as usize;
+    format!("{value:.behind$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use tire::Coefficients;
+
+    use super::*;
+
+    #[test]
+    fn the_figures_are_those_of_the_coefficients() {
+        let coefficients = Coefficients::sports_tire();
+        let tire = MfTire::new(coefficients).expect("a tire");
+        let all = figures(&tire);
+        let of = |name: &str| all.iter().find(|it| it.name == name).expect("a figure").value;
+        assert!((of("lateral peak friction") - coefficients.PDY1).abs() < 1e-3);
+        assert!((of("driving peak friction") - coefficients.PDX1).abs() < 1e-3);
+        let stiffness = -coefficients.PKY1 * 4.0 * (2.0 * (1.0 / coefficients.PKY2).atan()).sin();
+        assert!((of("cornering stiffness at nominal load") - stiffness).abs() < 1e-6);
+        assert!((of("slip stiffness") - coefficients.PKX1 * 4.0).abs() < 1e-9);
+        assert!(of("  at half the load") > of("  at one and a half"));
+        assert!(of("camber stiffness") > 0.0 && of("pneumatic trail") > 10.0);
+    }
+}

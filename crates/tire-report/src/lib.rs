@@ -1,0 +1,21 @@
+//! Says what a tire is like: key figures, and a page with its curves; of two tires, side by side.
+#![forbid(unsafe_code)]
+
+mod figures;
+mod page;
+
+use tire::MfTire;
+
+pub use figures::{Figure, digits, figures};
+pub use page::page;
+
+/// A tire with what it is called.
+#[derive(Clone, Debug)]
+pub struct Named {
+    /// Its name, such as that of its file.
+    pub name: String,
+    /// The tire.
+    pub tire: MfTire,
+    /// What reading it told.
+    pub messages: Vec<String>,
+}
