@@ -1,4 +1,4 @@
-//! Runs every file of `scenarios/` as a test of its name, with the program as a user starts it.
+//! Runs every file of `scenarios/` and `scenarios/manoeuvres/` as a test of its name, with the program as a user starts it.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -11,14 +11,16 @@ fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     // Paths in messages are short from the workspace on.
     std::env::set_current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/..")).expect("the workspace");
-    let files = suite::find(&["scenarios".into()]).expect("there are scenarios");
+    let folders = ["scenarios".into(), "scenarios/manoeuvres".into()];
+    let files = suite::find(&folders).expect("there are scenarios");
     libtest_mimic::run(&arguments, files.into_iter().map(trial).collect()).exit_code()
 }
 
 /// A scenario whose data is not there is ignored, but not where data is meant to be: with CI=true its
 /// run fails and says which file is missing.
 fn trial(file: PathBuf) -> Trial {
-    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let below = file.strip_prefix("scenarios").unwrap_or(&file);
+    let name = below.with_extension("").to_string_lossy().into_owned();
     let absent = Scenario::read(&file).ok().and_then(|scenario| suite::absent_data(&scenario));
     let trial = Trial::test(name.as_str(), {
         let name = name.clone();

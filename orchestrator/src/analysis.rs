@@ -1,5 +1,6 @@
 //! Hands recorded signals to plugins and takes what they find: a result, columns for the recording, diagrams, files.
 
+mod manoeuvre;
 mod script;
 
 use std::path::{Path, PathBuf};
@@ -86,6 +87,9 @@ pub fn run(
     let plugin = match &plan.analyser {
         Analyser::Plugin(plugin) => plugin,
         Analyser::Python(waiting) => return script::run(plan, waiting, &request, &mut host),
+        Analyser::Manoeuvre(driven) => {
+            return manoeuvre::run(name, driven, &collected.time, &columns);
+        }
     };
     let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
         plugin.run(&request, &mut host)

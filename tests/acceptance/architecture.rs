@@ -87,8 +87,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "plugin", "units"]),
-    ("scenario", &["diagnostics", "expression", "fmu-import", "plugin", "python", "recording", "ssp", "units"]),
-    ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "recording", "scenario"]),
+    ("scenario", &["diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
+    ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "manoeuvre", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation"]),
@@ -105,7 +105,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("driver-fmu", &["fmu-export", "track", "vehicle"]),
     ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
-    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
+    ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

@@ -42,7 +42,10 @@ fn every_scenario_names_the_schema_of_the_repository() {
         for entry in std::fs::read_dir(&folder).expect("a folder") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
-                folders.push(path);
+                // Parameters of cars: tables of values without a schema.
+                if path.file_name().is_none_or(|name| name != "cars") {
+                    folders.push(path);
+                }
                 continue;
             }
             if path.extension().is_none_or(|extension| extension != "toml") {

@@ -5,6 +5,7 @@ use super::harness::{Ended, Lab};
 
 tests! {
     every_number_of_a_scenario_may_be_absurd,
+    every_number_of_a_manoeuvre_may_be_absurd,
     all_keys_with_numbers_are_tried,
     a_number_that_nothing_can_be_computed_with_is_pointed_at,
     names_of_any_length_are_told_and_recorded,
@@ -15,6 +16,8 @@ tests! {
     a_hundred_thousand_of_anything_is_taken,
 }
 
+/// All kinds of manoeuvres, which are over before they begin.
+const MANOEUVRES: &str = include_str!("scenarios/manoeuvres.toml");
 const EVERYTHING: &str = include_str!("../../crates/scenario/tests/support/everything.toml");
 
 /// A lab with the files of the scenario with all keys.
@@ -54,20 +57,32 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
 
 /// Whatever a number is: the run passes, fails, or is refused with a place.
 fn every_number_of_a_scenario_may_be_absurd() {
+    run(&lab(), EVERYTHING).completes();
+    try_numbers(EVERYTHING, &|ended| matches!(ended.code(), Some(0 | 1)));
+}
+
+fn every_number_of_a_manoeuvre_may_be_absurd() {
+    let not_driven = |ended: &Ended| {
+        let text = &ended.stderr;
+        ended.code() == Some(3) && text.contains("the car did not keep its entry speed")
+    };
+    assert!(not_driven(&run(&lab(), MANOEUVRES)));
+    try_numbers(MANOEUVRES, &not_driven);
+}
+
+/// Puts absurd numbers in the place of each number: the run ends as it should, or is refused with a place.
+fn try_numbers(scenario: &str, ran: &dyn Fn(&Ended) -> bool) {
     let lab = lab();
-    run(&lab, EVERYTHING).completes();
-    let places = numbers(EVERYTHING);
-    assert!(places.len() > 100, "{}", places.len());
+    let places = numbers(scenario);
+    assert!(places.len() > 80, "{}", places.len());
     let mut wrong = Vec::new();
     for place in places {
         for number in ["nan", "-inf", "inf", "1e308", "-1", "0"] {
-            let text = [&EVERYTHING[..place.start], number, &EVERYTHING[place.end..]].concat();
+            let text = [&scenario[..place.start], number, &scenario[place.end..]].concat();
             let line = 1 + text[..place.start].matches('\n').count();
             let ended = run(&lab, &text);
             let refused = ended.code() == Some(2) && ended.stderr.contains("case.toml:");
-            // A limit of 0 s is over at once.
-            let ran = matches!(ended.code(), Some(0 | 1));
-            if !(ran || refused) || ended.stderr.contains("panicked") {
+            if !(ran(&ended) || refused) || ended.stderr.contains("panicked") {
                 wrong.push(format!("line {line}: {number}: {:?}\n{}", ended.code(), ended.stderr));
             }
         }
@@ -92,7 +107,9 @@ fn all_keys_with_numbers_are_tried() {
     let mut missing = Vec::new();
     for (key, value) in parts.flat_map(|part| part["properties"].as_object()).flatten() {
         let words = [format!("{key} = "), format!("{key}\" = ")];
-        if is_number(value) && !words.iter().any(|word| EVERYTHING.contains(word)) {
+        if is_number(value)
+            && !words.iter().any(|word| EVERYTHING.contains(word) || MANOEUVRES.contains(word))
+        {
             missing.push(key);
         }
     }

@@ -47,12 +47,12 @@ pub struct Checkpoint {
     chains: Vec<(String, ChainMemory)>,
     /// The last values of inputs with courses within a step, by the names of the inputs.
     moving: Vec<(String, Moving)>,
-    /// The states of FMUs by the names of their nodes; none when they do not leave the process.
+    /// The states of FMUs and drivers by the names of their nodes; none when they do not leave the process.
     nodes: Vec<(String, Vec<u8>)>,
     coupling: Vec<u8>,
 }
 
-/// The states of FMUs by the names of their nodes.
+/// The states of FMUs and drivers by the names of their nodes.
 pub type States = HashMap<String, NodeState>;
 
 /// Finds the FMUs that cannot do what a checkpoint needs: save a state, and turn it into bytes, if it has to leave the process.
@@ -104,7 +104,7 @@ impl Checkpoint {
         let time = exchange.clock().at(tick);
         let (mut states, mut nodes) = (States::new(), Vec::new());
         for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
-            if !matches!(plan.body, Body::Fmu { .. }) {
+            if !plan.body.remembers() {
                 continue;
             }
             let failed = |error| failure(plan, error, time);
@@ -182,16 +182,16 @@ impl Checkpoint {
             let kept = states.and_then(|states| states.get(&name));
             let time = clock.at(self.tick);
             let failed = |error: CallError| failure(plan, error, time);
-            match (&plan.body, kept, bytes.get(name.as_str())) {
-                (Body::Fmu { .. }, Some(state), _) => node.restore(state).map_err(failed)?,
-                (Body::Fmu { .. }, None, Some(bytes)) => {
+            match (plan.body.remembers(), kept, bytes.get(name.as_str())) {
+                (true, Some(state), _) => node.restore(state).map_err(failed)?,
+                (true, None, Some(bytes)) => {
                     from_bytes(node.as_mut(), bytes).map_err(failed)?;
                 }
-                (Body::Fmu { .. }, None, None) => {
+                (true, None, None) => {
                     return Err(self.broken(&format!("it has no state of `{name}`")));
                 }
                 // A source knows nothing but its time.
-                _ => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
+                (false, ..) => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
             }
             self.recall(plan, exchange.columns, &row, &chains)?;
             let tuned = fit.tuned.iter().filter(|(node, _)| *node == name);

@@ -3,6 +3,7 @@
 //! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
 mod apart;
+mod driver;
 mod faulty;
 mod fmu;
 mod isolated;
@@ -19,6 +20,7 @@ use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
 
 use crate::course::Course;
 pub use apart::{apart, return_sources};
+use driver::DriverNode;
 pub use faulty::{Provocation, with_faults};
 pub use fmu::FmuNode;
 pub use isolated::{Host, serve};
@@ -281,6 +283,7 @@ pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
         match &mut plan.body {
             Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
             Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+            Body::Driver(driver) => Box::new(DriverNode::new(driver)),
             // The exchange puts the values of connectors into the row.
             Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
         }
@@ -312,6 +315,7 @@ fn node(
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
         Body::Table(table) => Box::new(SourceNode::new(table.clone())),
+        Body::Driver(driver) => Box::new(DriverNode::new(driver)),
         // The exchange puts their values into the row.
         Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
     })

@@ -142,7 +142,11 @@ impl Driver {
         let speed = if let Drive::Speed(speed) = action.drive { speed } else { now.v_x };
         memory.force = match action.drive {
             Drive::Hold => memory.force,
-            Drive::Force(force) => force,
+            // The integral belongs to a speed that nobody wants any more.
+            Drive::Force(force) => {
+                memory.missing = 0.0;
+                force
+            }
             Drive::Speed(speed) => {
                 let missing = speed - now.v_x;
                 common.speed_controller.force(missing, &mut memory.missing, common.step)

@@ -24,7 +24,7 @@ mod value;
 pub use action::{Action, Drive, Now, Stage, Steer};
 pub use channel::Channel;
 pub use common::{Common, Direction};
-pub use driver::{Driver, OUTPUTS, Output};
+pub use driver::{Driver, OUTPUTS, Output, Remembered};
 pub use law::{PathFollower, SpeedController};
 pub use line::Line;
 pub use log::Log;

@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{Causality, Fmu, Storage, Value};
+use manoeuvre::{Manoeuvre, Output};
 use recording::table::Table;
 use recording::{
     Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection,
@@ -215,10 +216,43 @@ pub enum Body {
     Signals(Vec<Signal>),
     /// A table, one column for each output.
     Table(Table),
+    /// The driver of a manoeuvre.
+    Driver(DriverPlan),
     /// A connector, whose input is its output. It takes its value before the nodes that it leads to step.
     Inlet,
     /// The same; it takes its value after the node that it comes from has stepped.
     Outlet,
+}
+
+impl Body {
+    /// Whether it knows more than its inputs and the time.
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        matches!(self, Body::Fmu { .. } | Body::Driver(_))
+    }
+}
+
+/// The driver of a manoeuvre, whose inputs are what it measures.
+#[derive(Debug, Clone)]
+pub struct DriverPlan {
+    /// The manoeuvre.
+    pub manoeuvre: Arc<Manoeuvre>,
+    /// Angle of the steering wheel over that of the front wheels.
+    pub steering_ratio: f64,
+}
+
+impl DriverPlan {
+    /// The output after those of [`manoeuvre::OUTPUTS`].
+    pub const HAND_WHEEL: Output = Output {
+        name: "hand_wheel",
+        unit: "rad",
+        about: "Angle of the steering wheel, positive to the left",
+    };
+
+    /// All outputs.
+    pub fn outputs() -> impl Iterator<Item = Output> {
+        manoeuvre::OUTPUTS.into_iter().chain([Self::HAND_WHEEL])
+    }
 }
 
 /// A node, and where its values are in the row.

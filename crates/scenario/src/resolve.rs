@@ -15,6 +15,7 @@ mod declared_units;
 mod isolation;
 mod joint;
 mod logs;
+mod manoeuvres;
 mod nodes;
 mod order;
 mod overrides;
@@ -146,7 +147,8 @@ impl System {
         let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);
         let given = (&built.plugins, &parameters);
-        let analyses = analyses::resolve(scenario, given, (&columns, &units), notes);
+        let mut analyses = manoeuvres::analyses(scenario, &nodes, &columns);
+        analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
         let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);

@@ -7,6 +7,7 @@ mod connect;
 mod coupling;
 mod extend;
 mod fault;
+mod manoeuvre;
 mod nodes;
 mod one_or_more;
 mod place;
@@ -37,6 +38,7 @@ pub use coupling::{
     Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Method, OnDiscard,
 };
 pub use fault::Fault;
+pub use manoeuvre::Manoeuvre;
 pub use nodes::{Fmu, OnFailure, Table, Unconnected, Unused};
 pub use one_or_more::OneOrMore;
 pub(crate) use read::merged;
@@ -115,6 +117,9 @@ pub struct Document {
     /// Connections from outputs to inputs.
     #[serde(default)]
     pub connect: Vec<Connect>,
+    /// Driving tests of standards.
+    #[serde(default)]
+    pub manoeuvre: Vec<Manoeuvre>,
     /// Faults of inputs.
     #[serde(default)]
     pub fault: Vec<Fault>,

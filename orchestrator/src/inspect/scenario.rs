@@ -143,6 +143,7 @@ fn kind(system: &System, node: &NodePlan) -> String {
         }
         Body::Signals(_) => "signals".to_owned(),
         Body::Table(_) => "table".to_owned(),
+        Body::Driver(plan) => format!("driver of {}", plan.manoeuvre.kind.title()),
         Body::Inlet => "input connector".to_owned(),
         Body::Outlet => "output connector".to_owned(),
     };

@@ -65,8 +65,11 @@ tool, description, table = sys.argv[1:]
 with open(description) as file:
     system = json.load(file)
 with open(table, newline="") as file:
-    rows = [{title.partition(" [")[0]: float(value) for title, value in row.items()} for row in csv.DictReader(file)]
-outputs = system["outputs"]
+    rows = [{title.partition(" [")[0]: value for title, value in row.items()} for row in csv.DictReader(file)]
+# Booleans are compared by tests/acceptance/python/replay.py: these tools read them with other calls.
+truths = {name for row in rows for name, value in row.items() if value in ("true", "false")}
+rows = [{name: float(value) for name, value in row.items() if name not in truths} for row in rows]
+outputs = [name for name in system["outputs"] if name not in truths]
 if tool == "ecos" and system["connections"]:
     ahead = [f"{node}.{name}" for node, names in FOLLOWING.items() for name in names]
     outputs = [name for name in outputs if name not in ahead]

@@ -28,17 +28,22 @@ outputs = [name for name in recorded if name not in inputs]
 assert inputs and outputs, recorded
 
 
+def number(text):
+    """The value of a cell: a number, or a Boolean as 0 or 1."""
+    return float(text == "true") if text in ("true", "false") else float(text)
+
+
 def give(row):
     for name in inputs:
-        write(name.removeprefix(f"{node}."), float(row[name]))
+        write(name.removeprefix(f"{node}."), number(row[name]))
 
 
 def compare(row):
     worst = 0.0
     for name in outputs:
         variable = variables[name.removeprefix(f"{node}.")]
-        assert variable.type == "Real", f"{name} is {variable.type}"
-        ours, theirs = float(row[name]), slave.getReal([variable.valueReference])[0]
+        get = {"Real": slave.getReal, "Boolean": slave.getBoolean}[variable.type]
+        ours, theirs = number(row[name]), float(get([variable.valueReference])[0])
         difference = abs(ours - theirs) / max(1.0, abs(ours))
         assert difference <= TOLERANCE, f"{name} at {row['time']} s: {ours!r} against {theirs!r} with fmpy"
         worst = max(worst, difference)

@@ -50,7 +50,10 @@ def ecos(path, step, count):
 
 tool, system, step, table = sys.argv[1:]
 with open(table, newline="") as file:
-    rows = [{title.partition(" [")[0]: float(value) for title, value in row.items()} for row in csv.DictReader(file)]
+    rows = [{title.partition(" [")[0]: value for title, value in row.items()} for row in csv.DictReader(file)]
+# Booleans are compared by tests/acceptance/python/replay.py: these tools read them with other calls.
+truths = {name for row in rows for name, value in row.items() if value in ("true", "false")}
+rows = [{name: float(value) for name, value in row.items() if name not in truths} for row in rows]
 outputs = [name.split(".", 1) for name in rows[0] if name != "time"]
 if tool == "ecos":
     # The inputs of the next step are among those values, too.

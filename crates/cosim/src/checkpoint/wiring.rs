@@ -155,6 +155,7 @@ impl NodeWiring {
             }
             Body::Signals(signals) => (Kind::Source(fingerprint(signals)), Vec::new()),
             Body::Table(table) => (Kind::Source(fingerprint(table)), Vec::new()),
+            Body::Driver(driver) => (Kind::Source(fingerprint(driver)), Vec::new()),
             Body::Inlet | Body::Outlet => (Kind::Connector, Vec::new()),
         };
         let columns = &system.columns;

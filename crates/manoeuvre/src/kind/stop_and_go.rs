@@ -12,8 +12,8 @@ use crate::common::Common;
 use crate::log::{Log, largest};
 use crate::value::{Known, Values, Wrong};
 
-/// Stop and go: the car stands, starts to the entry speed, stops, stands, and starts again. What it does at standstill is its own: nobody
-/// drives or brakes it there.
+/// Stop and go: the car stands, starts to the entry speed, stops, stands, and starts again. Nobody drives or brakes it at the first
+/// standstill; at the second one the driver keeps it there.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StopAndGo {
@@ -99,6 +99,7 @@ impl Kind for StopAndGo {
         let drive = match stage.number {
             STARTS | STARTS_AGAIN => Drive::Speed(common.entry_speed),
             STOPS => Drive::Force(-self.force),
+            STANDS_AGAIN => Drive::Speed(STANDSTILL),
             _ => Drive::Force(0.0),
         };
         Action::angle(0.0, drive)

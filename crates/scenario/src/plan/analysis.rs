@@ -1,8 +1,9 @@
 //! An analysis of what a run recorded, by columns.
 
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
+use manoeuvre::Manoeuvre;
 use plugin::Plugin;
 use python::analysis::Script;
 use recording::table::Table;
@@ -32,6 +33,9 @@ pub enum Analyser {
     Plugin(Plugin),
     /// A script in a process of its own, until it is used.
     Python(Mutex<Option<Script>>),
+    /// The manoeuvre that was driven: the signals are what the driver commanded and measured, in the order of
+    /// [`Manoeuvre::log`].
+    Manoeuvre(Arc<Manoeuvre>),
 }
 
 /// A signal of an analysis.

@@ -4,6 +4,7 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
 
+use super::manoeuvres;
 use super::signal_units::{SignalUnits, cure};
 use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
 use crate::words::{Check, Scenario};
@@ -125,6 +126,7 @@ fn condition(
     for index in condition.texts() {
         results[index.position()].is_text = true;
     }
+    manoeuvres::known(scenario, &results, &check.that)?;
     Ok(Condition::Results(condition, results))
 }
 
@@ -171,7 +173,8 @@ pub(super) fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName>
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);
-    analyses.chain(validations).find_map(|of| {
+    let manoeuvres = document.manoeuvre.iter().map(|manoeuvre| &manoeuvre.name);
+    analyses.chain(validations).chain(manoeuvres).find_map(|of| {
         let path = name.strip_prefix(of.get_ref())?.strip_prefix('.')?;
         let (of, path) = (of.get_ref().clone(), path.to_owned());
         Some(ResultName { of, path, is_text: false })

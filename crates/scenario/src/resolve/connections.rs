@@ -9,7 +9,7 @@ use super::connection_units::Conversions;
 use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
-use super::{coupling, types};
+use super::{coupling, manoeuvres, types};
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
@@ -209,6 +209,10 @@ fn unconnected(
     connected: &HashSet<&String>,
     node: &UnplacedNode,
 ) -> Result<(), Error> {
+    // What a driver does not find at its car is told there.
+    if manoeuvres::has_car(scenario, &node.name) {
+        return Ok(());
+    }
     let open = open(connected, node);
     let Some(first) = open.first().filter(|_| !keeps_start(scenario, node)) else { return Ok(()) };
     let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();

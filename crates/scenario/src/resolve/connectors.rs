@@ -8,7 +8,7 @@ use diagnostics::{Error, Mistakes};
 use super::nodes::{Names, UnplacedNode};
 use super::port::{Side, find};
 use super::ports::Port;
-use super::{Notes, arrays, terminals, types, unit};
+use super::{Notes, arrays, manoeuvres, terminals, types, unit};
 use crate::plan::Body;
 use crate::words::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
 
@@ -19,7 +19,8 @@ pub(super) fn connects(
     unplaced: &mut Vec<UnplacedNode>,
     (mistakes, warnings): Notes,
 ) -> Vec<Connect> {
-    let words = terminals::expanded(scenario, unplaced, (mistakes, warnings));
+    let mut words = terminals::expanded(scenario, unplaced, (mistakes, warnings));
+    words.extend(manoeuvres::measured(scenario, unplaced, &words, mistakes));
     let mut connects = arrays::expanded(scenario, &words, unplaced, mistakes);
     let mut open: BTreeMap<String, (Range<usize>, Vec<Open>)> = BTreeMap::new();
     for word in &scenario.document.connector {

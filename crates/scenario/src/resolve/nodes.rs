@@ -17,7 +17,7 @@ use super::declared_units::with_declared_units;
 use super::logs::{self, Log};
 use super::ports::{Port, Side, port, references};
 use super::starts::{Given, starts};
-use super::{Notes, isolation::isolation, overrides, readings};
+use super::{Notes, isolation::isolation, manoeuvres, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
 use crate::plan::{Body, Clock, Ports};
@@ -100,6 +100,9 @@ pub(super) fn unplaced(
         fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
     }
     given.1.tell_unused(scenario, &fmus, (mistakes, warnings));
+    for node in manoeuvres::drivers(scenario, (clock, seed), mistakes) {
+        unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
+    }
     for table in &document.table {
         let node = self::table(scenario, table, &fmus, warnings);
         let node = mistakes.take_named(table.name.get_ref(), node);
@@ -223,25 +226,8 @@ fn signal<'a>(
     });
     let dimension = unit(scenario, part.unit.as_ref());
     let (signal, dimension) = Mistakes::both(signal, dimension)?;
-    let port = Port {
-        name: variable.to_owned(),
-        kind: Type::Real,
-        typed: false,
-        items: Vec::new(),
-        dimension,
-        unit: part.unit.as_ref().map(|unit| unit.get_ref().clone()),
-        wrong_unit: false,
-        description: None,
-        reference: 0,
-        storage: Storage::Float64,
-        element: (0, 1),
-        continuous: true,
-        discrete: false,
-        clocks: Vec::new(),
-        optional: false,
-        place: 0,
-        follows: Some(Arc::default()),
-    };
+    let unit = part.unit.as_ref().map(|unit| unit.get_ref().clone());
+    let port = Port::real(variable, unit, dimension);
     Ok((node, port, signal))
 }
 

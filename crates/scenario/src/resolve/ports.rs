@@ -50,6 +50,31 @@ pub(super) struct Port {
     pub follows: Option<Arc<[usize]>>,
 }
 
+impl Port {
+    /// The port of a real number without more, of a node that is no FMU.
+    pub fn real(name: &str, unit: Option<String>, dimension: Option<Unit>) -> Self {
+        Port {
+            name: name.to_owned(),
+            kind: Type::Real,
+            typed: false,
+            items: Vec::new(),
+            dimension,
+            unit,
+            wrong_unit: false,
+            description: None,
+            reference: 0,
+            storage: Storage::Float64,
+            element: (0, 1),
+            continuous: true,
+            discrete: false,
+            clocks: Vec::new(),
+            optional: false,
+            place: 0,
+            follows: Some(Arc::default()),
+        }
+    }
+}
+
 /// The port of a variable, of an FMU that has event mode or has not.
 pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
     let variable = &variables[place];

@@ -1,4 +1,4 @@
-//! Changes words of a scenario from outside: the value of a signal, a sensor effect, a fault.
+//! Changes words of a scenario from outside: the value of a signal, a sensor effect, a fault, a manoeuvre.
 
 use std::ops::Range;
 
@@ -14,7 +14,8 @@ use crate::schema::{self, Finding};
 /// Another value for something that a scenario has.
 #[derive(Debug, Clone)]
 pub(crate) struct Change {
-    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value` or `plant.path`.
+    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value`, `test.entry_speed` or
+    /// `plant.path`.
     pub name: String,
     /// The value as it is typed.
     pub value: String,
@@ -38,7 +39,7 @@ struct Named<'n> {
 }
 
 impl Scenario {
-    /// Whether a name means a signal, a sensor effect or a fault: none of them is a variable of an FMU.
+    /// Whether a name means a signal, a sensor effect, a fault or a manoeuvre: none of them is a variable of an FMU.
     pub(crate) fn has_word(&self, name: &str) -> bool {
         self.named(name).is_some()
     }
@@ -77,7 +78,11 @@ impl Scenario {
             is_fault.then(|| keys.remove(0))?;
             Some(Named { list: "fault", index, keys })
         });
-        signal.or_else(|| connections.chain(faults).next())
+        let manoeuvres = document.manoeuvre.iter().enumerate().filter_map(|(index, test)| {
+            let keys: Vec<_> = below(test.name.get_ref())?;
+            (!keys.is_empty()).then_some(Named { list: "manoeuvre", index, keys })
+        });
+        signal.or_else(|| connections.chain(faults).chain(manoeuvres).next())
     }
 
     /// The scenario with these changes, without those that it is validated by.

@@ -62,6 +62,22 @@ macro_rules! connect {
             /// The keys of all sensor effects.
             pub const EFFECTS: &[&str] = &[$(stringify!($key)),*];
 
+            /// A connection with nothing on its way.
+            #[must_use]
+            pub fn plain(from: Spanned<String>, to: Spanned<String>) -> Self {
+                Connect {
+                    from,
+                    to,
+                    at: None,
+                    extrapolate: None,
+                    unit: None,
+                    transform: None,
+                    convert: None,
+                    $($key: None,)*
+                    inverted: false,
+                }
+            }
+
             /// The sensor effects of the connection: key, place and words.
             #[must_use]
             pub fn effects(&self) -> Vec<(&'static str, Range<usize>, &dyn Effect)> {

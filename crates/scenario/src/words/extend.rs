@@ -6,6 +6,7 @@ use diagnostics::suggest;
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
+use super::manoeuvre::Manoeuvre;
 use crate::pattern::matches;
 use crate::text_of;
 
@@ -138,6 +139,11 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
             // An FMU or a plugin comes from one place.
             if new.contains_key("path") || new.contains_key("crate") {
                 ["path", "crate", "example"].iter().for_each(|key| drop(old.remove(*key)));
+            }
+            // And a manoeuvre is of one kind.
+            if Manoeuvre::KINDS.iter().any(|kind| new.contains_key(*kind)) {
+                let others = Manoeuvre::KINDS.iter().filter(|kind| !new.contains_key(**kind));
+                others.for_each(|kind| drop(old.remove(*kind)));
             }
             for table in [&mut *old, &mut new] {
                 if let Some(DeValue::Table(start)) = table.get_mut("start").map(Spanned::get_mut) {

@@ -26,7 +26,7 @@ impl Loaded {
     pub fn plugin(&self) -> Option<&Plugin> {
         match &self.analyser {
             Analyser::Plugin(plugin) => Some(plugin),
-            Analyser::Python(_) => None,
+            Analyser::Python(_) | Analyser::Manoeuvre(_) => None,
         }
     }
 }

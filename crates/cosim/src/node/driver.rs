@@ -1,0 +1,84 @@
+//! Shows the driver of a manoeuvre as a node: at each communication point it measures, and commands until the next one.
+
+use fmu_import::CallError;
+use manoeuvre::{Driver, OUTPUTS, Remembered};
+use scenario::plan::{Clock, DriverPlan};
+use serde::{Deserialize, Serialize};
+
+use super::{Node, NodeState, state_error};
+
+/// The driver of a manoeuvre.
+#[derive(Debug)]
+pub(super) struct DriverNode {
+    driver: Driver,
+    steering_ratio: f64,
+    inputs: Vec<f64>,
+    commands: [f64; OUTPUTS.len()],
+}
+
+/// What the node remembers.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Memory {
+    driver: Remembered,
+    commands: [f64; OUTPUTS.len()],
+}
+
+impl DriverNode {
+    /// A driver before the run, who commands nothing.
+    pub(super) fn new(plan: &DriverPlan) -> Self {
+        let DriverPlan { manoeuvre, steering_ratio } = plan.clone();
+        let inputs = vec![0.0; manoeuvre.kind.needs().len()];
+        let driver = Driver::new(manoeuvre);
+        DriverNode { driver, steering_ratio, inputs, commands: [0.0; OUTPUTS.len()] }
+    }
+}
+
+impl Node for DriverNode {
+    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.inputs.copy_from_slice(inputs);
+        Ok(())
+    }
+
+    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        let [steer, ..] = self.commands;
+        let all = self.commands.into_iter().chain([self.steering_ratio * steer]);
+        outputs.iter_mut().zip(all).for_each(|(output, command)| *output = command);
+        Ok(())
+    }
+
+    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.commands = self.driver.step(clock.at(tick + 1), &self.inputs);
+        Ok(())
+    }
+
+    fn can_save(&self) -> bool {
+        true
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        let driver = self.driver.memory();
+        Ok(NodeState::new(Memory { driver, commands: self.commands }))
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let Memory { driver, commands } = *state.get()?;
+        self.driver.recall(driver);
+        self.commands = commands;
+        Ok(())
+    }
+
+    fn can_serialise(&self) -> bool {
+        true
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let memory: &Memory = state.get()?;
+        postcard::to_stdvec(memory).map_err(|error| state_error(&error.to_string()))
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        let memory: Result<Memory, _> = postcard::from_bytes(bytes);
+        let unreadable = |_| state_error("these bytes are not what a driver remembers");
+        memory.map(NodeState::new).map_err(unreadable)
+    }
+}

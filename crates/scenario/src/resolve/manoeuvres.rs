@@ -1,0 +1,255 @@
+//! Turns `[[manoeuvre]]` into drivers, who are nodes, and into analyses of what they did.
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use diagnostics::{Error, Mistakes, Spanned, suggest};
+use manoeuvre::{Common, Manoeuvre, Output, Wrong};
+use recording::{Columns, Full, NumberIndex};
+use units::Unit;
+
+use super::nodes::{Names, UnplacedNode};
+use super::port::{Side, find};
+use super::ports::Port;
+use crate::effect::stream_seed;
+use crate::plan::{Analyser, AnalysisPlan, Body, Clock, DriverPlan, Origin, ResultName, Wired};
+use crate::words::{self, Connect, Scenario};
+
+/// The drivers of all manoeuvres.
+pub(super) fn drivers(
+    scenario: &Scenario,
+    timed: (Option<Clock>, u64),
+    mistakes: &mut Mistakes,
+) -> Vec<UnplacedNode> {
+    let words = scenario.document.manoeuvre.iter().enumerate();
+    let drivers = words.filter_map(|(place, word)| {
+        mistakes.take(unique(scenario, place, word));
+        mistakes.take_named(word.node(), driver(scenario, word, timed))
+    });
+    drivers.collect()
+}
+
+/// Checks refer to the values by the names of manoeuvres.
+fn unique(scenario: &Scenario, place: usize, word: &words::Manoeuvre) -> Result<(), Error> {
+    let (name, document) = (word.name.get_ref(), &scenario.document);
+    let before = document.manoeuvre[..place].iter().map(|other| other.name.get_ref().as_str());
+    let drivers = document.manoeuvre.iter().map(words::Manoeuvre::node);
+    let fmus = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
+    let analyses = document.analysis.iter().map(|other| other.name.get_ref().as_str());
+    if before.chain(drivers).chain(fmus).chain(analyses).any(|other| other == name) {
+        let message = format!("something else is called `{name}` already");
+        let help = "a manoeuvre and its driver have a name each: the values are of the manoeuvre";
+        return Err(scenario.error(&word.name, message).help(help));
+    }
+    Ok(())
+}
+
+/// The driver of a manoeuvre, whose inputs are not connected yet.
+fn driver(
+    scenario: &Scenario,
+    word: &words::Manoeuvre,
+    (clock, seed): (Option<Clock>, u64),
+) -> Result<UnplacedNode, Error> {
+    let kinds = word.kinds();
+    let [(key, kind)] = kinds.as_slice() else {
+        let known = words::Manoeuvre::KINDS.join("`, `");
+        let message = match kinds.as_slice() {
+            [_, (second, _), ..] => {
+                format!("expected one kind of manoeuvre, found `{}` and `{second}`", kinds[0].0)
+            }
+            _ => "no kind of manoeuvre: there is nothing to drive".to_owned(),
+        };
+        let at = kinds.get(1).map_or(word.name.span(), |(_, kind)| kind.span());
+        let help = format!("give it one of `{known}`, such as step_steer = {{ amplitude = 0.02 }}");
+        return Err(scenario.source.error(at, message, "").help(help));
+    };
+    let clock = clock.ok_or_else(Error::follow_up)?;
+    let number =
+        |word: &Option<Spanned<f64>>, usual| word.as_ref().map_or(usual, |it| *it.get_ref());
+    let common = Common {
+        entry_speed: *word.entry_speed.get_ref(),
+        speed_tolerance: number(&word.speed_tolerance, 0.3),
+        settle: number(&word.settle, 1.0),
+        direction: word.direction,
+        wheelbase: word.wheelbase.as_ref().map(|it| *it.get_ref()),
+        speed_controller: word
+            .speed_controller
+            .as_ref()
+            .map(|it| *it.get_ref())
+            .unwrap_or_default(),
+        path_follower: word.path_follower.as_ref().map(|it| *it.get_ref()).unwrap_or_default(),
+        step: clock.step,
+        seed: stream_seed(seed, word.name.get_ref()),
+    };
+    let manoeuvre = Arc::new(Manoeuvre { common, kind: Arc::clone(kind.get_ref()) });
+    let wrong = |wrong: Wrong| {
+        let place = place(scenario, word, (kind, &wrong));
+        scenario.source.error(place, format!("`{key}`: {}", wrong.message), "")
+    };
+    let steering_ratio = ratio(scenario, word);
+    let ((), steering_ratio) = Mistakes::both(manoeuvre.check().map_err(wrong), steering_ratio)?;
+    let inputs = manoeuvre.kind.needs().into_iter();
+    let inputs = inputs.map(|it| port(it.name(), it.unit(), it.about())).collect();
+    let outputs = DriverPlan::outputs().map(|Output { name, unit, about }| port(name, unit, about));
+    Ok(UnplacedNode {
+        name: word.node().to_owned(),
+        body: Body::Driver(DriverPlan { manoeuvre, steering_ratio }),
+        outputs: outputs.collect(),
+        inputs,
+        started: Vec::new(),
+        place: word.place().span(),
+        names: Names::default(),
+    })
+}
+
+fn ratio(scenario: &Scenario, word: &words::Manoeuvre) -> Result<f64, Error> {
+    let Some(word) = &word.steering_ratio else { return Ok(1.0) };
+    let ratio = *word.get_ref();
+    if ratio.is_finite() && ratio != 0.0 {
+        return Ok(ratio);
+    }
+    let message = format!("expected a steering ratio other than 0, found {ratio}");
+    Err(scenario.error(word, message))
+}
+
+/// The place of a wrong number: its own, or that of the table which it is in.
+fn place(
+    scenario: &Scenario,
+    word: &words::Manoeuvre,
+    (kind, wrong): (&Spanned<Arc<dyn manoeuvre::kind::Kind>>, &Wrong),
+) -> Range<usize> {
+    let numbers = [
+        ("entry_speed", Some(&word.entry_speed)),
+        ("speed_tolerance", word.speed_tolerance.as_ref()),
+        ("settle", word.settle.as_ref()),
+        ("wheelbase", word.wheelbase.as_ref()),
+    ];
+    let own = numbers.into_iter().find(|(key, _)| *key == wrong.key && !wrong.of_kind);
+    let gains = match wrong.key {
+        "speed_controller" => word.speed_controller.as_ref().map(Spanned::span),
+        "path_follower" => word.path_follower.as_ref().map(Spanned::span),
+        _ => None,
+    };
+    let table = kind.span();
+    let own = own.and_then(|(_, word)| Some(word?.span())).or(gains.filter(|_| !wrong.of_kind));
+    own.unwrap_or_else(|| {
+        entry(scenario.source.letters(table.clone()), wrong.key, table.start).unwrap_or(table)
+    })
+}
+
+/// The place of the value of a key in the letters of a table, which begin at `start`.
+fn entry(letters: &str, key: &str, start: usize) -> Option<Range<usize>> {
+    let (before, after) = letters.split_once(key)?;
+    let value = after.trim_start().strip_prefix('=')?.trim_start();
+    let begin = letters.len() - value.len();
+    let length = value.find([',', '}', '\n']).unwrap_or(value.len());
+    let alone = !before.ends_with(|letter: char| letter.is_alphanumeric() || letter == '_');
+    alone.then(|| start + begin..start + begin + value[..length].trim_end().len())
+}
+
+fn port(name: &str, unit: &str, about: &str) -> Port {
+    let description = Some(about.to_owned());
+    let dimension = Unit::parse(unit).ok();
+    Port { description, ..Port::real(name, Some(unit.to_owned()), dimension) }
+}
+
+/// Connections from the cars to their drivers, but for inputs that have connections of their own.
+pub(super) fn measured(
+    scenario: &Scenario,
+    unplaced: &[UnplacedNode],
+    connects: &[Connect],
+    mistakes: &mut Mistakes,
+) -> Vec<Connect> {
+    let mut all = Vec::new();
+    for word in &scenario.document.manoeuvre {
+        let Some(car) = &word.car else { continue };
+        let driver = unplaced.iter().find(|node| node.name == word.node());
+        for input in driver.into_iter().flat_map(|node| &node.inputs) {
+            let to = format!("{}.{}", word.node(), input.name);
+            if connects.iter().any(|connect| *connect.to.get_ref() == to) {
+                continue;
+            }
+            let at = |name: String| Spanned::new(car.span(), name);
+            let from = at(format!("{}.{}", car.get_ref(), input.name));
+            match find(scenario, unplaced, &from, Side::Output) {
+                Ok(_) => all.push(Connect::plain(from, at(to))),
+                Err(error) => {
+                    let (about, unit) = (input.description.as_deref(), input.unit.as_deref());
+                    let [about, unit] = [about, unit].map(Option::unwrap_or_default);
+                    let help = format!(
+                        "the driver measures the {about} [{unit}]: connect another output to it: [[connect]] to = \"{to}\""
+                    );
+                    let known = unplaced.iter().any(|node| node.name == *car.get_ref());
+                    mistakes.push(if known { error.help(help) } else { error });
+                    if !known {
+                        break;
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Whether a node is a driver who has a car to measure.
+pub(super) fn has_car(scenario: &Scenario, node: &str) -> bool {
+    let mut words = scenario.document.manoeuvre.iter();
+    words.any(|word| word.car.is_some() && word.node() == node)
+}
+
+/// The analyses of what the drivers did.
+pub(super) fn analyses(
+    scenario: &Scenario,
+    nodes: &[crate::plan::NodePlan],
+    columns: &Columns<Full>,
+) -> Vec<AnalysisPlan> {
+    let words = scenario.document.manoeuvre.iter();
+    let plans = words.filter_map(|word| {
+        let node = nodes.iter().find(|node| node.name == word.node())?;
+        let Body::Driver(DriverPlan { manoeuvre, .. }) = &node.body else { return None };
+        let named =
+            |name: &str| node.outputs.indices().find(|index| columns[*index].variable == name);
+        let commands: Option<Vec<_>> = ["steer", "drive", "phase"].into_iter().map(named).collect();
+        let signals = commands?.into_iter().chain(node.inputs.indices());
+        let wired = |index: NumberIndex<Full>| Wired {
+            name: columns[index].variable.clone(),
+            unit: columns[index].unit.clone().unwrap_or_default(),
+            origin: Origin::Run(index),
+            factor: 1.0,
+            offset: 0.0,
+        };
+        Some(AnalysisPlan {
+            name: word.name.get_ref().clone(),
+            analyser: Analyser::Manoeuvre(Arc::clone(manoeuvre)),
+            library: PathBuf::new(),
+            config: String::new(),
+            wired: signals.map(wired).collect(),
+            log: None,
+        })
+    });
+    plans.collect()
+}
+
+/// Refuses the name of a value that a manoeuvre does not give. What is wrong with the manoeuvre itself is told elsewhere.
+///
+/// # Errors
+/// At the word that has the name.
+pub(super) fn known(
+    scenario: &Scenario,
+    results: &[ResultName],
+    at: &Spanned<String>,
+) -> Result<(), Error> {
+    for ResultName { of, path, .. } in results {
+        let words = &scenario.document.manoeuvre;
+        let Some(word) = words.iter().find(|word| word.name.get_ref() == of) else { continue };
+        let [(_, kind)] = &word.kinds()[..] else { return Err(Error::follow_up()) };
+        let first = path.split(['.', '[']).next().unwrap_or(path);
+        let known = kind.get_ref().known().iter().map(|it| it.name);
+        if !known.clone().any(|name| name == first) {
+            let unknown = suggest::unknown(&format!("value of `{of}`"), first, known);
+            return Err(unknown.at(&scenario.source, at.span()));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,93 @@
+//! Gives the characteristic values of a manoeuvre that was driven: as numbers for checks, and as a table for people.
+
+use diagnostics::Error;
+use manoeuvre::{Found, Known, Manoeuvre, Values};
+use serde_json::{Map, Value, json};
+
+/// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::log`].
+///
+/// # Errors
+/// When the test did not take place.
+pub(super) fn run(
+    name: &str,
+    manoeuvre: &Manoeuvre,
+    time: &[f64],
+    columns: &[Vec<f64>],
+) -> Result<Value, Error> {
+    let failed = |what: String| Error::analysis(name, what);
+    let Some((commands, inputs)) = columns.split_first_chunk::<3>() else {
+        return Err(failed("its commands are not there".to_owned()));
+    };
+    let commands = commands.each_ref().map(Vec::as_slice);
+    let log = manoeuvre.log(time, commands, inputs).map_err(failed)?;
+    let values = manoeuvre.kind.values(&manoeuvre.common, &log).map_err(failed)?;
+    Ok(result(manoeuvre, &values))
+}
+
+/// The values under their names, with a title and tables.
+fn result(manoeuvre: &Manoeuvre, values: &Values) -> Value {
+    let known = manoeuvre.kind.known();
+    let about = |name: &str| known.iter().find(|it| it.name == name);
+    let (mut all, mut rows, mut lists) = (Map::new(), Vec::new(), Vec::new());
+    for (name, found) in &values.0 {
+        let Some(known) = about(name) else { continue };
+        match found {
+            Found::Number(number) => {
+                all.insert((*name).to_owned(), json!(number));
+                let number = number.map_or("-".to_owned(), digits);
+                rows.push(json!([name, number, known.unit, known.about]));
+            }
+            Found::List(list) => {
+                all.insert((*name).to_owned(), json!(list));
+                lists.push((known, list));
+            }
+        }
+    }
+    let mut tables = Vec::new();
+    if !rows.is_empty() {
+        tables.push(json!({ "head": ["value", "", "unit", ""], "rows": rows }));
+    }
+    tables.extend(table(&lists));
+    all.insert("summary".to_owned(), json!([manoeuvre.kind.title()]));
+    all.insert("tables".to_owned(), Value::Array(tables));
+    Value::Object(all)
+}
+
+/// Lists side by side, one row for each place.
+fn table(lists: &[(&Known, &Vec<f64>)]) -> Option<Value> {
+    let longest = lists.iter().map(|(_, list)| list.len()).max()?;
+    let title = |known: &Known| format!("{} [{}]", known.name, known.unit);
+    let head: Vec<_> = lists.iter().map(|(known, _)| title(known)).collect();
+    let cell =
+        |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), digits);
+    let row = |place| lists.iter().map(|(_, list)| cell(list, place)).collect::<Vec<_>>();
+    Some(json!({ "head": head, "rows": (0..longest).map(row).collect::<Vec<_>>() }))
+}
+
+/// A number with four digits.
+fn digits(number: f64) -> String {
+    if number != 0.0 && !(1e-3..1e5).contains(&number.abs()) {
+        return format!("{number:.3e}");
+    }
+    let before = if number == 0.0 { 0 } else { number.abs().log10().floor() as i32 };
+    format!("{number:.*}", usize::try_from(3 - before).unwrap_or(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::digits;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        for (number, text) in [
+            (0.0, "0.000"),
+            (-0.033_21, "-0.03321"),
+            (3.571_4, "3.571"),
+            (27.78, "27.78"),
+            (12_345.6, "12346"),
+            (2.5e-5, "2.500e-5"),
+        ] {
+            assert_eq!(digits(number), text);
+        }
+    }
+}
