@@ -6,6 +6,7 @@ mod baseline;
 mod call_fault;
 mod check;
 mod coupling;
+mod driver;
 mod input_chain;
 mod needed;
 mod sweep;
@@ -16,7 +17,6 @@ use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{Causality, Fmu, Storage, Value};
-use manoeuvre::{Manoeuvre, Output};
 use recording::table::Table;
 use recording::{
     Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, RunHeader, Selection,
@@ -34,6 +34,7 @@ pub use check::{CheckPlan, Condition, ResultName, Results};
 pub use coupling::{
     Block, BondPlan, CouplingPlan, CouplingRules, Division, Iteration, Link, Loop, Pace, Tear,
 };
+pub use driver::DriverPlan;
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
 pub use sweep::{Axis, AxisValues, CollectPlan, Collected, Goal, SearchPlan, SweepPlan};
 
@@ -229,29 +230,6 @@ impl Body {
     #[must_use]
     pub fn remembers(&self) -> bool {
         matches!(self, Body::Fmu { .. } | Body::Driver(_))
-    }
-}
-
-/// The driver of a manoeuvre, whose inputs are what it measures.
-#[derive(Debug, Clone)]
-pub struct DriverPlan {
-    /// The manoeuvre.
-    pub manoeuvre: Arc<Manoeuvre>,
-    /// Angle of the steering wheel over that of the front wheels.
-    pub steering_ratio: f64,
-}
-
-impl DriverPlan {
-    /// The output after those of [`manoeuvre::OUTPUTS`].
-    pub const HAND_WHEEL: Output = Output {
-        name: "hand_wheel",
-        unit: "rad",
-        about: "Angle of the steering wheel, positive to the left",
-    };
-
-    /// All outputs.
-    pub fn outputs() -> impl Iterator<Item = Output> {
-        manoeuvre::OUTPUTS.into_iter().chain([Self::HAND_WHEEL])
     }
 }
 

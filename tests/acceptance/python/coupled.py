@@ -3,6 +3,8 @@ import csv
 import json
 import sys
 
+import fmpy
+
 TOLERANCE = {"system": 1e-9, "single": 1e-12}
 # Ecos reads values after it has handed over the inputs of the next step: outputs that follow an input
 # without a step in between are already those of the next one.
@@ -65,11 +67,13 @@ tool, description, table = sys.argv[1:]
 with open(description) as file:
     system = json.load(file)
 with open(table, newline="") as file:
-    rows = [{title.partition(" [")[0]: value for title, value in row.items()} for row in csv.DictReader(file)]
-# Booleans are compared by tests/acceptance/python/replay.py: these tools read them with other calls.
-truths = {name for row in rows for name, value in row.items() if value in ("true", "false")}
-rows = [{name: float(value) for name, value in row.items() if name not in truths} for row in rows]
-outputs = [name for name in system["outputs"] if name not in truths]
+    rows = [{title.partition(" [")[0]: float(value) for title, value in row.items()} for row in csv.DictReader(file)]
+# replay.py compares the others.
+real = {
+    f"{node}.{variable.name}" for node, path in system["fmus"].items()
+    for variable in fmpy.read_model_description(path).modelVariables if variable.type == "Real"
+}
+outputs = [name for name in system["outputs"] if name in real]
 if tool == "ecos" and system["connections"]:
     ahead = [f"{node}.{name}" for node, names in FOLLOWING.items() for name in names]
     outputs = [name for name in outputs if name not in ahead]

@@ -50,15 +50,18 @@ def ecos(path, step, count):
 
 tool, system, step, table = sys.argv[1:]
 with open(table, newline="") as file:
-    rows = [{title.partition(" [")[0]: value for title, value in row.items()} for row in csv.DictReader(file)]
-# Booleans are compared by tests/acceptance/python/replay.py: these tools read them with other calls.
-truths = {name for row in rows for name, value in row.items() if value in ("true", "false")}
-rows = [{name: float(value) for name, value in row.items() if name not in truths} for row in rows]
+    rows = [{title.partition(" [")[0]: float(value) for title, value in row.items()} for row in csv.DictReader(file)]
+text = zipfile.ZipFile(system).read("SystemStructure.ssd").decode()
+components = re.findall(r'<ssd:Component name="([^"]+)"(.*?)</ssd:Component>', text, re.DOTALL)
+# replay.py compares Booleans.
+truths = {
+    (node, name) for node, inner in components
+    for name in re.findall(r'<ssd:Connector name="([^"]+)"[^>]*>\s*<ssc:Boolean', inner)
+}
 outputs = [name.split(".", 1) for name in rows[0] if name != "time"]
+outputs = [(node, name) for node, name in outputs if (node, name) not in truths]
 if tool == "ecos":
     # The inputs of the next step are among those values, too.
-    text = zipfile.ZipFile(system).read("SystemStructure.ssd").decode()
-    components = re.findall(r'<ssd:Component name="([^"]+)"(.*?)</ssd:Component>', text, re.DOTALL)
     ahead = {node: re.findall(r'<ssd:Connector name="([^"]+)" kind="input"', inner) for node, inner in components}
     outputs = [(node, name) for node, name in outputs if name not in ahead[node] + FOLLOWING.get(node, [])]
 worst = 0.0
