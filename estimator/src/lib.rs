@@ -216,14 +216,10 @@ impl Model for Node {
         parameter("body.h", "m", "Height of the centre of gravity in model 1")
             .min(0.0)
             .at(|n| &mut n.body.h),
-        parameter(
-            "body.brake_front_share",
-            "1",
-            "Share of a braking force that the front axle takes",
-        )
-        .min(0.0)
-        .max(1.0)
-        .at(|n| &mut n.brake_front_share),
+        parameter("brake.front_share", "1", "Share of a braking force that the front axle takes")
+            .min(0.0)
+            .max(1.0)
+            .at(|n| &mut n.brake_front_share),
         parameter("aero.rho", "kg/m3", "Density of the air").min(0.0).at(|n| &mut n.aero.rho),
         parameter("aero.area", "m2", "Frontal area").min(0.0).at(|n| &mut n.aero.area),
         parameter("aero.C_d", "1", "Drag coefficient").min(0.0).at(|n| &mut n.aero.C_d),

@@ -117,14 +117,10 @@ impl Model for Plant {
         parameter("body.h", "m", "Height of the centre of gravity")
             .min(0.0)
             .at(|p| &mut p.vehicle.body.h),
-        parameter(
-            "body.brake_front_share",
-            "1",
-            "Share of a braking force that the front axle takes",
-        )
-        .min(0.0)
-        .max(1.0)
-        .at(|p| &mut p.vehicle.brake_front_share),
+        parameter("brake.front_share", "1", "Share of a braking force that the front axle takes")
+            .min(0.0)
+            .max(1.0)
+            .at(|p| &mut p.vehicle.brake_front_share),
         parameter("aero.rho", "kg/m3", "Density of the air")
             .min(0.0)
             .at(|p| &mut p.vehicle.aero.rho),

@@ -102,7 +102,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("python-fmu", &["fmu-export", "python-model"]),
     ("plant-fmu", &["fmu-export", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
-    ("driver-fmu", &["fmu-export", "track", "vehicle"]),
+    ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),

@@ -2,8 +2,11 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use serde::{Deserialize, Serialize};
+use tire_file::TireChoice;
 use track::{Error, G, Ggv, Handling, Limits};
-use vehicle::{MagicFormula, Vehicle};
+use vehicle::{Aero, Body, MagicFormula, Vehicle};
+
+use crate::axle::Axle;
 
 /// Speeds of the diagram.
 const ROWS: i32 = 60;
@@ -35,13 +38,75 @@ impl Default for Limit {
     }
 }
 
-/// Peak friction of a tire on its weaker side [-], and its slip angle there [rad].
-fn peak(tire: &MagicFormula) -> (f64, f64) {
-    let slip = tire.peak_slip().unwrap_or(0.5);
-    let left = tire.coefficient(slip);
-    let mirrored = MagicFormula { S_h: -tire.S_h, S_v: -tire.S_v, ..*tire };
-    let slip = mirrored.peak_slip().unwrap_or(0.5).min(slip);
-    (left.min(mirrored.coefficient(slip)), slip)
+/// What the driver knows of the car.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Car {
+    /// Mass and lengths.
+    pub body: Body,
+    /// Drag and downforce.
+    pub aero: Aero,
+    /// Share of the brakes at the front axle [-].
+    pub brake_front_share: f64,
+    /// Tires of both axles without a file.
+    pub plain: [MagicFormula; 2],
+    /// Tires of both axles by files.
+    pub files: [TireChoice; 2],
+    /// Track widths of both axles [m]; without one no load moves across.
+    pub tracks: [f64; 2],
+    /// Roll stiffness of both axles [N m/rad], by which they share the load that moves across; without one by the load.
+    pub roll_stiffness: [f64; 2],
+}
+
+impl Default for Car {
+    fn default() -> Self {
+        let Vehicle { body, aero, brake_front_share, tire_f, tire_r, .. } = Vehicle::default();
+        Car {
+            body,
+            aero,
+            brake_front_share,
+            plain: [tire_f, tire_r],
+            files: <[TireChoice; 2]>::default(),
+            tracks: [0.0; 2],
+            roll_stiffness: [0.0; 2],
+        }
+    }
+}
+
+impl Car {
+    /// The tires of both axles.
+    ///
+    /// # Errors
+    /// In words, when a file cannot be read or is no tire.
+    pub fn axles(&self) -> Result<[Axle; 2], String> {
+        if self.files.iter().all(|file| file.tir.is_empty()) {
+            return Ok(self.plain.map(Axle::plain));
+        }
+        let [front, rear] = &self.files;
+        Ok([Axle::of(front.tire("tire_f.tir")?.0), Axle::of(rear.tire("tire_r.tir")?.0)])
+    }
+
+    /// The load that a lateral acceleration [m/s2] moves from one wheel of each axle to the other [N].
+    fn moved(&self, a_y: f64) -> [f64; 2] {
+        let Car { body, tracks, roll_stiffness: [k_f, k_r], .. } = self;
+        let front = if k_f + k_r > 0.0 { k_f / (k_f + k_r) } else { body.l_r / body.wheelbase() };
+        let across = body.m * a_y.abs() * body.h;
+        let of = |share: f64, track: f64| if track > 0.0 { share * across / track } else { 0.0 };
+        [of(front, tracks[0]), of(1.0 - front, tracks[1])]
+    }
+
+    /// The largest lateral acceleration [m/s2] with these loads of the axles [N], by which both find their share of
+    /// m a_y: fixed-point iteration, since the load that moves across costs grip.
+    fn lateral(&self, axles: &[Axle; 2], loads: [f64; 2]) -> f64 {
+        /// A step of the iteration changes the result by some hundredths of the one before.
+        const PASSES: usize = 12;
+        let Body { m, l_f, l_r, .. } = self.body;
+        let shares = [l_r, l_f].map(|lever| m * lever / (l_f + l_r));
+        (0..PASSES).fold(0.0, |a_y, _| {
+            let moved = self.moved(a_y);
+            let of = |i: usize| axles[i].peak(loads[i], moved[i]).0 / shares[i];
+            of(0).min(of(1))
+        })
+    }
 }
 
 /// What tires and engine let the car do at each speed.
@@ -51,25 +116,35 @@ fn peak(tire: &MagicFormula) -> (f64, f64) {
 ///
 /// # Errors
 /// When the parameters give no limits, for example without friction.
-pub fn ggv(car: &Vehicle, limit: &Limit) -> Result<Ggv, Error> {
-    let ([mu_f, mu_r], m) = ([peak(&car.tire_f).0, peak(&car.tire_r).0], car.body.m);
-    let (L, front) = (car.body.wheelbase(), car.brake_front_share);
-    let [up_f, up_r] = [mu_f, mu_r].map(|mu| mu * car.body.h / L);
+pub fn ggv(car: &Car, axles: &[Axle; 2], limit: &Limit) -> Result<Ggv, Error> {
+    let (m, L, front) = (car.body.m, car.body.wheelbase(), car.brake_front_share);
+    let lever = car.body.h / L;
     let row = |i: i32| {
         let v = limit.v * f64::from(i) / f64::from(ROWS);
         let [Z_f, Z_r] = car.body.static_loads();
         let [down_f, down_r] = car.aero.downforce(v);
         let drag = car.aero.drag(v);
         // Drag decelerates, too, and so moves load to the front.
-        let moved = drag * car.body.h / L;
-        let (F_f, F_r) = (mu_f * (Z_f + down_f + moved), mu_r * (Z_r + down_r - moved));
-        let lateral = (mu_f * (Z_f + down_f) * L / car.body.l_r)
-            .min(mu_r * (Z_r + down_r) * L / car.body.l_f);
-        let brake = over(F_f, front - up_f).min(over(F_r, 1.0 - front + up_r));
+        let moved = drag * lever;
+        let loads = [Z_f + down_f, Z_r + down_r];
+        let along = [loads[0] + moved, loads[1] - moved];
+        let lateral = car.lateral(axles, loads);
+        let drive = settled(|force| {
+            let mu = axles[1].traction(along[1] + force * lever);
+            over(mu * along[1], 1.0 - mu * lever)
+        });
+        let brake = settled(|force| {
+            let [mu_f, mu_r] = [
+                axles[0].traction(along[0] + force * lever),
+                axles[1].traction(along[1] - force * lever),
+            ];
+            over(mu_f * along[0], front - mu_f * lever)
+                .min(over(mu_r * along[1], 1.0 - front + mu_r * lever))
+        });
         Limits {
             v,
-            lateral: lateral / m,
-            drive: over(F_r, 1.0 - up_r) / m,
+            lateral,
+            drive: drive / m,
             brake: brake.min(-limit.F_x_min) / m,
             engine: limit.F_x_max.min(limit.power / v) / m,
             drag: drag / m,
@@ -77,6 +152,11 @@ pub fn ggv(car: &Vehicle, limit: &Limit) -> Result<Ggv, Error> {
         }
     };
     Ggv::new((0..=ROWS).map(row).collect(), 2.0)
+}
+
+/// A force that depends on the friction at the loads that it makes: friction changes little with load, so few passes do.
+fn settled(force: impl Fn(f64) -> f64) -> f64 {
+    (0..4).fold(0.0, |last, _| force(last))
 }
 
 /// The force at which an axle slides, whose share of it grows by `share` less what the load gives: never, when the load
@@ -87,32 +167,21 @@ fn over(force: f64, share: f64) -> f64 {
     if share > 0.0 { (force / share).clamp(0.0, NEVER) } else { NEVER }
 }
 
-/// Slip angles of a steady turn.
+/// Slip angles of a steady turn without downforce.
 ///
 /// # Errors
 /// When the parameters give no friction.
-pub fn handling(car: &Vehicle) -> Result<Handling, Error> {
-    let body = &car.body;
-    let most = [&car.tire_f, &car.tire_r]
-        .map(|tire| peak(tire).0)
-        .into_iter()
-        .fold(f64::INFINITY, f64::min);
-    let angle = |tire: &MagicFormula, mu: f64| {
-        let tire = MagicFormula { S_h: 0.0, S_v: 0.0, ..*tire };
-        let (mut low, mut high) = (0.0, tire.peak_slip().unwrap_or(0.5));
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            match tire.coefficient(middle) < mu {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        high
-    };
+pub fn handling(car: &Car, axles: &[Axle; 2]) -> Result<Handling, Error> {
+    let (body, loads) = (&car.body, car.body.static_loads());
+    let most = USED * car.lateral(axles, loads);
     let row = |i: i32| {
-        let mu = USED * most * f64::from(i) / f64::from(SLIPS);
-        // Without downforce both axles of a steady turn use the same friction.
-        [mu * G, angle(&car.tire_f, mu), angle(&car.tire_r, mu)]
+        let a_y = most * f64::from(i) / f64::from(SLIPS);
+        let moved = car.moved(a_y);
+        let angle = |axle: usize| {
+            let force = loads[axle] / G * a_y;
+            axles[axle].slip(force, loads[axle], moved[axle])
+        };
+        [a_y, angle(0), angle(1)]
     };
     let mut rows: Vec<_> = (0..=SLIPS).map(row).collect();
     rows[0] = [0.0; 3];
@@ -120,14 +189,13 @@ pub fn handling(car: &Vehicle) -> Result<Handling, Error> {
 }
 
 /// Slip angle of the front tires beyond which more steering gives less force [rad].
-pub fn most_front_slip(car: &Vehicle) -> f64 {
-    peak(&car.tire_f).1
+pub fn most_front_slip(car: &Car, axles: &[Axle; 2]) -> f64 {
+    axles[0].peak(car.body.static_loads()[0], 0.0).1
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vehicle::Aero;
 
     fn close(a: f64, b: f64) -> bool {
         (a - b).abs() <= 1e-9 * b.abs()
@@ -135,11 +203,9 @@ mod tests {
 
     #[test]
     fn limits_are_those_at_which_an_axle_slides() {
-        let car = Vehicle {
-            aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() },
-            ..Vehicle::default()
-        };
-        let limits = ggv(&car, &Limit::default()).expect("limits").at(40.0);
+        let car = Car { aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() }, ..Car::default() };
+        let axles = car.axles().expect("tires");
+        let limits = ggv(&car, &axles, &Limit::default()).expect("limits").at(40.0);
         let body = car.body;
         let (down, drag) = (car.aero.downforce(40.0), car.aero.drag(40.0));
         // Driving: the rear axle gives all of its load times its friction.
@@ -156,19 +222,43 @@ mod tests {
 
     #[test]
     fn steady_slip_angles_give_the_lateral_forces() {
-        let car = Vehicle::default();
-        let handling = handling(&car).expect("slip angles");
+        let car = Car::default();
+        let handling = handling(&car, &car.axles().expect("tires")).expect("slip angles");
         for a_y in [3.0, 9.0, 14.0] {
             let [front, rear] = handling.slips(a_y);
-            assert!((car.tire_f.coefficient(front) * G - a_y).abs() < 0.1, "{front}");
-            assert!((car.tire_r.coefficient(rear) * G - a_y).abs() < 0.1, "{rear}");
+            assert!((car.plain[0].coefficient(front) * G - a_y).abs() < 0.1, "{front}");
+            assert!((car.plain[1].coefficient(rear) * G - a_y).abs() < 0.1, "{rear}");
         }
     }
 
     #[test]
     fn a_car_without_friction_is_refused() {
         let tire = MagicFormula { D: 0.0, ..MagicFormula::default() };
-        let car = Vehicle { tire_f: tire, ..Vehicle::default() };
-        assert!(handling(&car).is_err());
+        let car = Car { plain: [tire, MagicFormula::default()], ..Car::default() };
+        assert!(handling(&car, &car.axles().expect("tires")).is_err());
+    }
+
+    #[test]
+    fn load_that_moves_across_costs_grip_of_tires_with_load_sensitivity() {
+        let file = TireChoice {
+            LMUX: 1.0,
+            tir: include_str!("../../../scenarios/cars/sport/front.tir").to_owned(),
+            ..TireChoice::default()
+        };
+        let narrow = Car {
+            files: [file.clone(), file],
+            tracks: [1.5; 2],
+            body: Body { h: 0.5, ..Car::default().body },
+            ..Car::default()
+        };
+        let single = Car { tracks: [0.0; 2], ..narrow.clone() };
+        let lateral = |car: &Car| {
+            ggv(car, &car.axles().expect("tires"), &Limit::default())
+                .expect("limits")
+                .at(0.0)
+                .lateral
+        };
+        let (narrow, single) = (lateral(&narrow), lateral(&single));
+        assert!(narrow < 0.99 * single && narrow > 0.8 * single, "{narrow} {single}");
     }
 }

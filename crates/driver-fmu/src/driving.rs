@@ -162,7 +162,7 @@ impl Laws {
         let pressing = Pressing { lateral: road.lateral(0.0), load };
         let motion = Motion { psi: input.psi, v_x: v };
         let wanted = self.steering.angle(&plan.handling, &plan.line, station, &motion, &pressing);
-        let l_f = plan.settings.vehicle.body.l_f;
+        let l_f = plan.settings.car.body.l_f;
         let rolling = (input.v_y + l_f * input.r).atan2(v.max(SLOWEST));
         let usable = wanted.clamp(rolling - plan.front_slip, rolling + plan.front_slip);
         let change = limit.delta_rate * h;
@@ -179,7 +179,7 @@ impl Laws {
         h: f64,
         integral: &mut f64,
     ) -> f64 {
-        let (m, v) = (plan.settings.vehicle.body.m, input.v_x);
+        let (m, v) = (plan.settings.car.body.m, input.v_x);
         let limits = plan.ggv.at(v);
         let turning = v * input.r + road.lateral(0.0);
         let most = LATERAL_MOST * limits.lateral * limits.pressed(road);

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod axle;
 mod car;
 mod driving;
 mod plan;
@@ -132,49 +133,73 @@ impl Model for Driver {
             .min(0.05)
             .max(1.0)
             .at(|d| &mut d.settings.grip),
-        parameter("body.m", "kg", "Mass").min(1.0).at(|d| &mut d.settings.vehicle.body.m),
+        parameter("body.m", "kg", "Mass").min(1.0).at(|d| &mut d.settings.car.body.m),
         parameter("body.l_f", "m", "Centre of gravity to front axle")
             .min(0.01)
-            .at(|d| &mut d.settings.vehicle.body.l_f),
+            .at(|d| &mut d.settings.car.body.l_f),
         parameter("body.l_r", "m", "Centre of gravity to rear axle")
             .min(0.01)
-            .at(|d| &mut d.settings.vehicle.body.l_r),
+            .at(|d| &mut d.settings.car.body.l_r),
         parameter("body.h", "m", "Height of the centre of gravity")
             .min(0.0)
-            .at(|d| &mut d.settings.vehicle.body.h),
-        parameter(
-            "body.brake_front_share",
-            "1",
-            "Share of a braking force that the front axle takes",
-        )
-        .min(0.0)
-        .max(1.0)
-        .at(|d| &mut d.settings.vehicle.brake_front_share),
+            .at(|d| &mut d.settings.car.body.h),
+        parameter("brake.front_share", "1", "Share of a braking force that the front axle takes")
+            .min(0.0)
+            .max(1.0)
+            .at(|d| &mut d.settings.car.brake_front_share),
         parameter("aero.rho", "kg/m3", "Density of the air")
             .min(0.0)
-            .at(|d| &mut d.settings.vehicle.aero.rho),
-        parameter("aero.area", "m2", "Frontal area")
-            .min(0.0)
-            .at(|d| &mut d.settings.vehicle.aero.area),
+            .at(|d| &mut d.settings.car.aero.rho),
+        parameter("aero.area", "m2", "Frontal area").min(0.0).at(|d| &mut d.settings.car.aero.area),
         parameter("aero.C_d", "1", "Drag coefficient")
             .min(0.0)
-            .at(|d| &mut d.settings.vehicle.aero.C_d),
+            .at(|d| &mut d.settings.car.aero.C_d),
         parameter("aero.C_lf", "1", "Downforce coefficient of the front axle")
-            .at(|d| &mut d.settings.vehicle.aero.C_lf),
+            .at(|d| &mut d.settings.car.aero.C_lf),
         parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle")
-            .at(|d| &mut d.settings.vehicle.aero.C_lr),
+            .at(|d| &mut d.settings.car.aero.C_lr),
         parameter("tire_f.B", "1/rad", "Front stiffness factor")
-            .at(|d| &mut d.settings.vehicle.tire_f.B),
-        parameter("tire_f.C", "1", "Front shape factor").at(|d| &mut d.settings.vehicle.tire_f.C),
-        parameter("tire_f.D", "1", "Front peak factor").at(|d| &mut d.settings.vehicle.tire_f.D),
-        parameter("tire_f.E", "1", "Front curvature factor")
-            .at(|d| &mut d.settings.vehicle.tire_f.E),
+            .at(|d| &mut d.settings.car.plain[0].B),
+        parameter("tire_f.C", "1", "Front shape factor").at(|d| &mut d.settings.car.plain[0].C),
+        parameter("tire_f.D", "1", "Front peak factor").at(|d| &mut d.settings.car.plain[0].D),
+        parameter("tire_f.E", "1", "Front curvature factor").at(|d| &mut d.settings.car.plain[0].E),
         parameter("tire_r.B", "1/rad", "Rear stiffness factor")
-            .at(|d| &mut d.settings.vehicle.tire_r.B),
-        parameter("tire_r.C", "1", "Rear shape factor").at(|d| &mut d.settings.vehicle.tire_r.C),
-        parameter("tire_r.D", "1", "Rear peak factor").at(|d| &mut d.settings.vehicle.tire_r.D),
-        parameter("tire_r.E", "1", "Rear curvature factor")
-            .at(|d| &mut d.settings.vehicle.tire_r.E),
+            .at(|d| &mut d.settings.car.plain[1].B),
+        parameter("tire_r.C", "1", "Rear shape factor").at(|d| &mut d.settings.car.plain[1].C),
+        parameter("tire_r.D", "1", "Rear peak factor").at(|d| &mut d.settings.car.plain[1].D),
+        parameter("tire_r.E", "1", "Rear curvature factor").at(|d| &mut d.settings.car.plain[1].E),
+        parameter(
+            "tire_f.tir",
+            "",
+            "Front tires: text of a .tir file or its path; empty for the plain formula",
+        )
+        .at_string(|d| &mut d.settings.car.files[0].tir),
+        parameter("tire_f.LMUX", "1", "Front tires of a file: factor to the longitudinal friction")
+            .at(|d| &mut d.settings.car.files[0].LMUX),
+        parameter("tire_f.LMUY", "1", "Front tires of a file: factor to the lateral friction")
+            .at(|d| &mut d.settings.car.files[0].LMUY),
+        parameter(
+            "tire_r.tir",
+            "",
+            "Rear tires: text of a .tir file or its path; empty for the plain formula",
+        )
+        .at_string(|d| &mut d.settings.car.files[1].tir),
+        parameter("tire_r.LMUX", "1", "Rear tires of a file: factor to the longitudinal friction")
+            .at(|d| &mut d.settings.car.files[1].LMUX),
+        parameter("tire_r.LMUY", "1", "Rear tires of a file: factor to the lateral friction")
+            .at(|d| &mut d.settings.car.files[1].LMUY),
+        parameter("body.track_f", "m", "Track width of the front axle; 0 moves no load across")
+            .min(0.0)
+            .at(|d| &mut d.settings.car.tracks[0]),
+        parameter("body.track_r", "m", "Track width of the rear axle; 0 moves no load across")
+            .min(0.0)
+            .at(|d| &mut d.settings.car.tracks[1]),
+        parameter("roll.stiffness_f", "N.m/rad", "Roll stiffness of the front axle")
+            .min(0.0)
+            .at(|d| &mut d.settings.car.roll_stiffness[0]),
+        parameter("roll.stiffness_r", "N.m/rad", "Roll stiffness of the rear axle")
+            .min(0.0)
+            .at(|d| &mut d.settings.car.roll_stiffness[1]),
         parameter("limit.v", "m/s", "Highest speed").min(0.1).at(|d| &mut d.settings.limit.v),
         parameter("limit.F_x_min", "N", "Strongest braking")
             .max(0.0)
@@ -182,7 +207,7 @@ impl Model for Driver {
         parameter("limit.F_x_max", "N", "Strongest driving")
             .min(0.0)
             .at(|d| &mut d.settings.limit.F_x_max),
-        parameter("limit.power", "W", "Power of the engine at the wheels")
+        parameter("drive.power_max", "W", "Power of the engine at the wheels")
             .min(0.0)
             .at(|d| &mut d.settings.limit.power),
         parameter("limit.delta", "rad", "Largest road-wheel angle")

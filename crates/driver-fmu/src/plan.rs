@@ -5,9 +5,8 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 use track::{Bounds, Error, Ggv, Handling, Line, Profile, Survey};
-use vehicle::Vehicle;
 
-use crate::car::{Limit, ggv, handling, most_front_slip};
+use crate::car::{Car, Limit, ggv, handling, most_front_slip};
 use crate::text::Text;
 
 /// Radius of the circle that is driven without a track [m].
@@ -21,7 +20,7 @@ pub struct Settings {
     /// Half the width of a track whose table has no widths [m].
     pub half_width: f64,
     /// The car.
-    pub vehicle: Vehicle,
+    pub car: Car,
     /// Limits of the commands.
     pub limit: Limit,
     /// Share of the grip that the speed profile uses [-].
@@ -33,7 +32,7 @@ impl Default for Settings {
         Settings {
             track: Text::default(),
             half_width: 5.0,
-            vehicle: Vehicle::default(),
+            car: Car::default(),
             limit: Limit::default(),
             grip: 0.85,
         }
@@ -67,17 +66,18 @@ impl Plan {
     pub fn of(settings: &Settings) -> Result<Self, String> {
         let track = settings.track.loaded("track.csv")?;
         let (made_of, settings) = (settings.clone(), Settings { track, ..settings.clone() });
-        let Settings { vehicle, limit, grip, .. } = &settings;
+        let Settings { car, limit, grip, .. } = &settings;
         let line = line(&settings.track).map_err(|error| format!("track.csv: {error}"))?;
-        follows(&line, vehicle.body.wheelbase(), limit.delta)
+        follows(&line, car.body.wheelbase(), limit.delta)
             .map_err(|error| format!("track.csv: {error}"))?;
         let of_car = |error: Error| format!("the parameters of the car give no limits: {error}");
-        let ggv = ggv(vehicle, limit).map_err(of_car)?;
-        let handling = handling(vehicle).map_err(of_car)?;
+        let axles = car.axles()?;
+        let ggv = ggv(car, &axles, limit).map_err(of_car)?;
+        let handling = handling(car, &axles).map_err(of_car)?;
         let bounds = Bounds { top: limit.v, start: None, end: Some(0.0) };
         let profile = Profile::of(&line, &ggv.with_grip(*grip), &bounds)
             .map_err(|error| format!("track.csv: {error}"))?;
-        let front_slip = most_front_slip(vehicle);
+        let front_slip = most_front_slip(car, &axles);
         Ok(Plan { made_of, line, ggv, profile, handling, front_slip, settings })
     }
 }

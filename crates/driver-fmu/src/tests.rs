@@ -135,7 +135,7 @@ fn tracks_that_cannot_be_driven_are_refused() {
         assert!(found.contains(wanted), "{track:?}: {found}");
     }
     let mut slippery = driver(TRIANGLE);
-    slippery.settings.vehicle.tire_r.D = -1.0;
+    slippery.settings.car.plain[1].D = -1.0;
     assert!(message(&mut slippery).contains("the parameters of the car give no limits"));
 }
 

@@ -1,0 +1,102 @@
+//! Finds the peaks and the slip angles of the two tires of an axle.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use tire::{MfTire, Slip, Tire};
+use vehicle::MagicFormula;
+
+/// The tires of an axle.
+#[derive(Debug, Clone)]
+pub struct Axle(Fitted);
+
+#[derive(Debug, Clone)]
+enum Fitted {
+    Plain(MagicFormula),
+    File(Box<MfTire>),
+}
+
+/// Largest slip angle and longitudinal slip at which a peak is looked for [rad, -].
+const MOST: f64 = 0.5;
+/// Speed at which the tires are looked at [m/s]: far from the region of low speed.
+const SPEED: f64 = 20.0;
+
+impl Axle {
+    /// Tires by the simple Magic Formula.
+    pub fn plain(tire: MagicFormula) -> Self {
+        Axle(Fitted::Plain(tire))
+    }
+
+    /// Tires of a file.
+    pub fn of(tire: MfTire) -> Self {
+        Axle(Fitted::File(Box::new(tire)))
+    }
+
+    /// Forces [N] of a wheel, positive along its slip.
+    fn wheel(&self, kappa: f64, angle: f64, F_z: f64) -> [f64; 2] {
+        let slip = Slip { kappa, alpha: -angle, F_z, v_x: SPEED, ..Slip::default() };
+        match &self.0 {
+            Fitted::Plain(tire) => tire.F_xy(&slip),
+            Fitted::File(tire) => tire.F_xy(&slip),
+        }
+    }
+
+    /// Lateral forces of both wheels to the left and to the right [N] at a slip angle [rad], with a load of the axle and a load that
+    /// moved across [N].
+    fn sides(&self, angle: f64, load: f64, moved: f64) -> [f64; 2] {
+        let moved = moved.min(0.5 * load);
+        let wheels = [0.5 * load + moved, 0.5 * load - moved];
+        [1.0, -1.0]
+            .map(|side| wheels.map(|F_z| side * self.wheel(0.0, side * angle, F_z)[1]).iter().sum())
+    }
+
+    /// The largest lateral force [N] on the weaker side, and its slip angle [rad].
+    pub fn peak(&self, load: f64, moved: f64) -> (f64, f64) {
+        let load = load.max(0.0);
+        let weaker = |angle: f64| {
+            let [left, right] = self.sides(angle, load, moved);
+            left.min(right)
+        };
+        let angle = largest(weaker);
+        (weaker(angle), angle)
+    }
+
+    /// The slip angle [rad] up to the peak that gives a lateral force [N], in the mean of both sides.
+    pub fn slip(&self, force: f64, load: f64, moved: f64) -> f64 {
+        let (mut low, mut high) = (0.0, self.peak(load, moved).1);
+        for _ in 0..50 {
+            let middle = 0.5 * (low + high);
+            let [left, right] = self.sides(middle, load, moved);
+            if 0.5 * (left + right) < force { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// The largest longitudinal force of both wheels over their load [-], in the weaker direction.
+    pub fn traction(&self, load: f64) -> f64 {
+        let F_z = 0.5 * load.max(1.0);
+        let weaker =
+            |kappa: f64| self.wheel(kappa, 0.0, F_z)[0].min(-self.wheel(-kappa, 0.0, F_z)[0]);
+        weaker(largest(weaker)) / F_z
+    }
+}
+
+/// The place of the largest value of a function with one peak in 0..[`MOST`], by golden-section search.
+fn largest(function: impl Fn(f64) -> f64) -> f64 {
+    /// Leaves 1e-7 of the range: the value at the peak is right to the square of it.
+    const PARTS: usize = 34;
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut low, mut high) = (0.0, MOST);
+    let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
+    let (mut at_a, mut at_b) = (function(a), function(b));
+    for _ in 0..PARTS {
+        if at_a > at_b {
+            (high, b, at_b) = (b, a, at_a);
+            a = high - golden * (high - low);
+            at_a = function(a);
+        } else {
+            (low, a, at_a) = (a, b, at_b);
+            b = low + golden * (high - low);
+            at_b = function(b);
+        }
+    }
+    0.5 * (low + high)
+}
