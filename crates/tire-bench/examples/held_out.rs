@@ -1,4 +1,5 @@
-//! Prints how well fits predict what they have not seen: `held_out FOLDER`, with `ttc_cornering.csv.gz` and `ttc_drivebrake.csv.gz` in it.
+//! Prints how well fits predict what they have not seen: `held_out FOLDER [standard|extended]`, with
+//! `ttc_cornering.csv.gz` and `ttc_drivebrake.csv.gz` in the folder.
 
 use std::path::Path;
 use std::time::Instant;
@@ -22,18 +23,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Coefficients::default()
     };
     let lefts = [
-        Left::Nothing,
-        Left::Load(525.0),
-        Left::Load(1090.0),
+        Left::SlipAngle(0.0425),
         Left::Load(1650.0),
+        Left::Pressure(83_200.0),
+        Left::Nothing,
+        Left::Pressure(69_500.0),
+        Left::Pressure(97_000.0),
+        Left::Load(525.0),
         Left::Load(2190.0),
         Left::Load(2740.0),
-        Left::Pressure(69_500.0),
-        Left::Pressure(83_200.0),
-        Left::Pressure(97_000.0),
-        Left::SlipAngle(0.0425),
     ];
+    let kind = std::env::args().nth(2);
     for extended in [false, true] {
+        if kind.as_deref().is_some_and(|it| it != if extended { "extended" } else { "standard" }) {
+            continue;
+        }
         let options = Options { tire, extended, draws: 0, seed: 1 };
         for left in lefts {
             let begin = Instant::now();
@@ -41,7 +45,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let seconds = begin.elapsed().as_secs_f64();
             println!("{left:?}, extended {extended}: {seconds:.1} s");
             for it in fit.residuals {
-                println!("  {:?} {} points, rms {:.1}, {:.1} alike, {:?} after {}", it.channel, it.points, it.rms, it.correlated, it.status, it.iterations);
+                println!(
+                    "  {:?} {} points, rms {:.1}, {:.1} alike, {:?} after {}",
+                    it.channel, it.points, it.rms, it.correlated, it.status, it.iterations
+                );
             }
             for it in found {
                 println!(

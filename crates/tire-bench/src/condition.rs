@@ -43,7 +43,8 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
         for samples in block.chunks_exact(window) {
             let sample = mean(samples);
             if last.is_finite() && sample.time > last {
-                carcass += (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
+                carcass +=
+                    (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
             }
             last = sample.time;
             points.push(Point { sample, rate: [0.0; 2], carcass, level });
@@ -55,7 +56,8 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
 
 fn mean(samples: &[Sample]) -> Sample {
     let first = samples[0];
-    let of = |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / samples.len() as f64;
+    let of =
+        |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / samples.len() as f64;
     Sample {
         kappa: of(|it| it.kappa),
         alpha: of(|it| it.alpha),
@@ -73,7 +75,8 @@ fn mean(samples: &[Sample]) -> Sample {
 
 fn rates(points: &mut [Point]) {
     for i in 0..points.len() {
-        let (a, b) = (points[i.saturating_sub(1)].sample, points[(i + 1).min(points.len() - 1)].sample);
+        let (a, b) =
+            (points[i.saturating_sub(1)].sample, points[(i + 1).min(points.len() - 1)].sample);
         let time = b.time - a.time;
         if time > 0.0 {
             points[i].rate = [(b.kappa - a.kappa) / time, (b.alpha - a.alpha) / time];

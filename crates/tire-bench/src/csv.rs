@@ -73,7 +73,10 @@ pub fn read_csv(
         let other = columns.iter().find(|it| it.0 == channel);
         let (column, found) = other.map_or((channel, unit), |it| (it.1, it.2));
         let place = head.iter().position(|it| it == column).ok_or_else(|| {
-            let text = format!("expected a column {column} for {channel}, found {}: name the column that has it", head.join(", "));
+            let text = format!(
+                "expected a column {column} for {channel}, found {}: name the column that has it",
+                head.join(", ")
+            );
             bad(1, text)
         })?;
         let units = |text: &str| Unit::parse(text).map_err(|it| bad(1, format!("{column}: {it}")));
@@ -108,7 +111,21 @@ pub fn read_csv(
         }
         let [block, time, kappa, alpha, gamma, F_z, pressure, v_x, temperature, F_x, F_y, M_z] = v;
         let block = block.max(0.0) as usize;
-        let sample = Sample { run, block, time, kappa, alpha, gamma, F_z, pressure, v_x, temperature, F_x, F_y, M_z };
+        let sample = Sample {
+            run,
+            block,
+            time,
+            kappa,
+            alpha,
+            gamma,
+            F_z,
+            pressure,
+            v_x,
+            temperature,
+            F_x,
+            F_y,
+            M_z,
+        };
         samples.push(sample.from_axes(axes));
     }
     check(&samples, file)?;
@@ -128,7 +145,10 @@ mod tests {
         let found = read_csv(&text, "a.csv", 0, &angle, Axes::Iso).expect("samples");
         assert!((found[0].alpha - 2f64.to_radians()).abs() < 1e-15);
         let error = read_csv(&text, "a.csv", 0, &[], Axes::Iso).expect_err("no column");
-        assert!(error.to_string().starts_with("a.csv:1: expected a column slip_angle_rad"), "{error}");
+        assert!(
+            error.to_string().starts_with("a.csv:1: expected a column slip_angle_rad"),
+            "{error}"
+        );
         let wrong = [("slip_angle_rad", "SA", "N")];
         let error = read_csv(&text, "a.csv", 0, &wrong, Axes::Iso).expect_err("a force");
         assert!(error.to_string().contains("expected a unit like rad"), "{error}");

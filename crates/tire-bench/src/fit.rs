@@ -136,7 +136,9 @@ pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
         let data = if channel == Channel::Longitudinal { &driven } else { &points };
         let done = data.is_empty() || found.channel(channel, data, options.extended).is_some();
         if !done {
-            return Err(bad("the prior is no tire with these nominal values: check FNOMIN, NOMPRES and UNLOADED_RADIUS"));
+            return Err(bad(
+                "the prior is no tire with these nominal values: check FNOMIN, NOMPRES and UNLOADED_RADIUS",
+            ));
         }
     }
     found.join(options);
@@ -145,9 +147,11 @@ pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
 
 /// The points of the blocks that sweep a slip by more than 0.05.
 fn swept(points: &[Point], slip: fn(&Point) -> f64) -> Vec<Point> {
-    let blocks = points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block));
+    let blocks =
+        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block));
     let wide = |block: &&[Point]| {
-        let range = block.iter().map(slip).fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(x), b.max(x)]);
+        let range =
+            block.iter().map(slip).fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(x), b.max(x)]);
         range[1] - range[0] > 0.05
     };
     blocks.filter(wide).flatten().copied().collect()
@@ -156,18 +160,31 @@ fn swept(points: &[Point], slip: fn(&Point) -> f64) -> Vec<Point> {
 impl Fit {
     /// Fits one channel: first with all points taken as independent, then as what their residuals show.
     fn channel(&mut self, channel: Channel, points: &[Point], extended: bool) -> Option<()> {
-        let free = free(channel, extended);
-        let scale = points.iter().map(|it| channel.measured(it).powi(2)).sum::<f64>() / points.len() as f64;
+        let mut free = free(channel, extended);
+        let usual = free.clone();
+        let scale =
+            points.iter().map(|it| channel.measured(it).powi(2)).sum::<f64>() / points.len() as f64;
         let mut problem = Problem {
             channel,
             points,
-            free: &free,
+            free: &usual,
             coefficients: self.coefficients,
             terms: self.terms,
             // A first guess: 5 % of the force, five points alike.
             weight: 1.0 / (5.0 * 0.0025 * scale),
         };
         let mut solved = problem.minimise(DVector::zeros(free.len()), LIMIT)?;
+        if channel == Channel::Lateral
+            && self.residuals.iter().any(|it| it.channel == Channel::Longitudinal)
+        {
+            let similar = by_similarity(&problem.at(&solved.z).0, free.clone());
+            solved.z = DVector::from_fn(free.len(), |k, _| {
+                (usual[k].mean + usual[k].std * solved.z[k] - similar[k].mean) / similar[k].std
+            });
+            free = similar;
+            problem = Problem { free: &free, ..problem };
+            solved = problem.minimise(solved.z, LIMIT)?;
+        }
         let mut correlated = 1.0;
         for _ in 0..2 {
             let rows = problem.rows(&solved.z, points)?;
@@ -203,19 +220,31 @@ impl Fit {
             let begin = self.estimates.len();
             for (k, free) in fitted.free.iter().enumerate() {
                 for (l, other) in fitted.free.iter().enumerate() {
-                    self.covariance[(begin + k, begin + l)] = fitted.covariance[(k, l)] * free.std * other.std;
+                    self.covariance[(begin + k, begin + l)] =
+                        fitted.covariance[(k, l)] * free.std * other.std;
                 }
                 self.estimates.push(estimate(free, fitted.z[k], fitted.covariance[(k, k)].sqrt()));
             }
         }
         let mut random = Pcg64Mcg::seed_from_u64(options.seed);
-        let factors: Vec<_> = self.channels.iter().map(|it| it.covariance.clone().cholesky()).collect();
+        let factors: Vec<_> =
+            self.channels.iter().map(|it| it.covariance.clone().cholesky()).collect();
         self.draws = (0..options.draws)
             .map(|_| {
-                let draw = |(fitted, factor): (&Fitted, &Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>)| {
-                    let e = DVector::from_fn(fitted.z.len(), |_, _| StandardNormal.sample(&mut random));
-                    let moved = factor.as_ref().map_or(fitted.z.clone(), |it| &fitted.z + it.l() * e);
-                    fitted.free.iter().zip(moved.iter()).map(|(it, z)| it.mean + it.std * z).collect::<Vec<_>>()
+                let draw = |(fitted, factor): (
+                    &Fitted,
+                    &Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+                )| {
+                    let e =
+                        DVector::from_fn(fitted.z.len(), |_, _| StandardNormal.sample(&mut random));
+                    let moved =
+                        factor.as_ref().map_or(fitted.z.clone(), |it| &fitted.z + it.l() * e);
+                    fitted
+                        .free
+                        .iter()
+                        .zip(moved.iter())
+                        .map(|(it, z)| it.mean + it.std * z)
+                        .collect::<Vec<_>>()
                 };
                 self.channels.iter().zip(&factors).flat_map(draw).collect()
             })
@@ -250,6 +279,24 @@ impl Fit {
     }
 }
 
+/// What the pure curves say about the fall of F_y with slip ratio before combined slip is measured: forces that depend on normalised slips
+/// alone (Pacejka, section 4.3.4) halve at κ = (μ_x / K_x) √(1.9² + 3 (K_y α / μ_y)²), with stiffnesses K divided by load.
+fn by_similarity(c: &Coefficients, mut free: Vec<Free>) -> Vec<Free> {
+    let along = (c.PKX1 / c.PDX1).abs();
+    let across = (c.PKY1 * (c.PKY4 * (1.0 / c.PKY2).atan()).sin() / c.PDY1).abs();
+    let half = 1.9 / along;
+    // The cosine of the weight halves where its angle is 60 degrees.
+    let slope = (std::f64::consts::FRAC_PI_3 / 1.05).tan() / half;
+    for it in &mut free {
+        match it.what.name() {
+            "RBY1" => (it.mean, it.std) = (slope, 0.2 * slope),
+            "RBY2" => (it.mean, it.std) = (0.91 * across, 0.18 * across),
+            _ => {}
+        }
+    }
+    free
+}
+
 fn estimate(free: &Free, z: f64, ratio: f64) -> Estimate {
     let (verdict, what) = match ratio {
         it if it < NARROWED => (Verdict::Identified, "the data narrow it"),
@@ -274,7 +321,9 @@ fn estimate(free: &Free, z: f64, ratio: f64) -> Estimate {
 fn alike(points: &[Point], residuals: &[f64]) -> f64 {
     let mut sums = [[0.0; 2]; 64];
     let mut begin = 0;
-    for block in points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block)) {
+    for block in
+        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block))
+    {
         let own = &residuals[begin..begin + block.len()];
         begin += block.len();
         for (lag, sum) in sums.iter_mut().enumerate() {
@@ -285,18 +334,26 @@ fn alike(points: &[Point], residuals: &[f64]) -> f64 {
         }
     }
     let mean = |sum: &[f64; 2]| sum[0] / sum[1].max(1.0);
-    let positive = sums[1..].iter().map(|sum| mean(sum) / mean(&sums[0])).take_while(|it| *it > 0.0);
+    let positive =
+        sums[1..].iter().map(|sum| mean(sum) / mean(&sums[0])).take_while(|it| *it > 0.0);
     1.0 + 2.0 * positive.sum::<f64>()
 }
 
 /// The covariance that stays right when all points of a block miss together (the sandwich of White, by clusters).
-fn clustered(inverse: &DMatrix<f64>, points: &[Point], rows: &[(f64, DVector<f64>)], weight: f64) -> DMatrix<f64> {
+fn clustered(
+    inverse: &DMatrix<f64>,
+    points: &[Point],
+    rows: &[(f64, DVector<f64>)],
+    weight: f64,
+) -> DMatrix<f64> {
     let count = inverse.nrows();
     // The prior is one more source of information, which is right as it is.
     let mut middle = DMatrix::identity(count, count);
     let mut begin = 0;
     let mut blocks = 0.0f64;
-    for block in points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block)) {
+    for block in
+        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block))
+    {
         let mut score = DVector::zeros(count);
         for (residual, by) in &rows[begin..begin + block.len()] {
             score += by * (residual * weight);
@@ -316,7 +373,8 @@ fn spread(points: &[Point], rows: &[(f64, DVector<f64>)]) -> [f64; 2] {
     let x = |i: usize| points[i].level.powi(2);
     let y = |i: usize| rows[i].0.powi(2);
     let (mx, my) = (mean(&x), mean(&y));
-    let slope = mean(&|i| (x(i) - mx) * (y(i) - my)) / mean(&|i| (x(i) - mx).powi(2)).max(f64::MIN_POSITIVE);
+    let slope = mean(&|i| (x(i) - mx) * (y(i) - my))
+        / mean(&|i| (x(i) - mx).powi(2)).max(f64::MIN_POSITIVE);
     let slope = slope.clamp(0.0, my / mx);
     [my - slope * mx, slope]
 }

@@ -43,7 +43,11 @@ pub struct HeldOut {
 ///
 /// # Errors
 /// As [`fit`].
-pub fn held_out(samples: &[Sample], options: &Options, left: Left) -> Result<(Fit, Vec<HeldOut>), Bad> {
+pub fn held_out(
+    samples: &[Sample],
+    options: &Options,
+    left: Left,
+) -> Result<(Fit, Vec<HeldOut>), Bad> {
     let (mut kept, mut blocks) = (Vec::new(), BTreeSet::new());
     for block in samples.chunk_by(|a, b| (a.run, a.block) == (b.run, b.block)) {
         match left {
@@ -76,7 +80,8 @@ pub fn held_out(samples: &[Sample], options: &Options, left: Left) -> Result<(Fi
 }
 
 fn is_left(block: &[Sample], left: Left) -> bool {
-    let mean = |value: fn(&Sample) -> f64| block.iter().map(value).sum::<f64>() / block.len() as f64;
+    let mean =
+        |value: fn(&Sample) -> f64| block.iter().map(value).sum::<f64>() / block.len() as f64;
     match left {
         Left::Nothing => false,
         Left::Load(load) => (mean(|it| it.F_z) - load).abs() < 150.0,
@@ -103,7 +108,8 @@ fn judge(found: &Fit, channel: Channel, points: &[Point], samples: &[Sample]) ->
         .collect();
     sizes.sort_by(f64::total_cmp);
     let peak = numerics::statistics::quantile(&sizes, 0.999);
-    let errors = points.iter().zip(&bands).map(|(it, band)| (channel.measured(it) - band[0], band[1]));
+    let errors =
+        points.iter().zip(&bands).map(|(it, band)| (channel.measured(it) - band[0], band[1]));
     let (mut squares, mut inside) = (0.0, 0usize);
     for (error, half) in errors {
         squares += error * error;

@@ -125,7 +125,8 @@ impl<T: Number> Model<T> {
         let nominal = self.tire.coefficients().FNOMIN.re();
         let dfz = s.F_z / nominal - 1.0;
         // The moment takes the lateral force along.
-        let across = |it: Channel| it == channel || (channel == Channel::Aligning && it == Channel::Lateral);
+        let across =
+            |it: Channel| it == channel || (channel == Channel::Aligning && it == Channel::Lateral);
         let zero = T::from(0.0);
         let (mut friction, mut stiffness) = ([zero; 2], [zero; 2]);
         let (mut kappa, mut alpha) = (T::from(s.kappa), T::from(s.alpha));
@@ -142,7 +143,8 @@ impl<T: Number> Model<T> {
                 Effect::Lag | Effect::Weight => {}
             }
         }
-        let factors = [friction[0].exp(), friction[1].exp(), stiffness[0].exp(), stiffness[1].exp()];
+        let factors =
+            [friction[0].exp(), friction[1].exp(), stiffness[0].exp(), stiffness[1].exp()];
         let slip = Slip {
             kappa,
             alpha,
@@ -170,7 +172,13 @@ impl Feature {
             Self::LoadSquare => dfz * dfz,
             Self::Camber => gamma,
             Self::CamberLoad => dfz * gamma,
-            Self::Run => if point.sample.run > 0 { 1.0 } else { 0.0 },
+            Self::Run => {
+                if point.sample.run > 0 {
+                    1.0
+                } else {
+                    0.0
+                }
+            }
         }
     }
 }

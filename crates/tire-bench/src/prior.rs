@@ -80,8 +80,12 @@ pub(crate) fn free(channel: Channel, extended: bool) -> Vec<Free> {
     let keys = rows.iter().filter_map(|(name, mean, std)| {
         Key::named(name).map(|key| Free { what: What::Key(key), mean: *mean, std: *std })
     });
-    let terms = TERMS.iter().enumerate().filter(|(_, it)| it.channel == channel && (extended || !it.extended));
-    keys.chain(terms.map(|(place, it)| Free { what: What::Term(place), mean: 0.0, std: it.std })).collect()
+    let terms = TERMS
+        .iter()
+        .enumerate()
+        .filter(|(_, it)| it.channel == channel && (extended || !it.extended));
+    keys.chain(terms.map(|(place, it)| Free { what: What::Term(place), mean: 0.0, std: it.std }))
+        .collect()
 }
 
 #[cfg(test)]

@@ -93,7 +93,8 @@ pub fn check(samples: &[Sample], file: &str) -> Result<(), Bad> {
         samples.iter().filter(|it| it.kappa.abs() > 0.02).map(|it| it.kappa * it.F_x).sum();
     if forward < 0.0 {
         return bad(
-            "expected F_x > 0 where the slip ratio is > 0, found F_x < 0: check the signs of both".to_owned(),
+            "expected F_x > 0 where the slip ratio is > 0, found F_x < 0: check the signs of both"
+                .to_owned(),
         );
     }
     Ok(())

@@ -68,7 +68,9 @@ impl Problem<'_> {
             for (direction, free) in free.iter().enumerate() {
                 let mut along = SVector::<f64, WIDE>::zeros();
                 along[direction] = free.std;
-                let seed = |value: f64| Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along));
+                let seed = |value: f64| {
+                    Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along))
+                };
                 match free.what {
                     What::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
                     What::Term(place) => with[place] = seed(terms[place]),
@@ -152,12 +154,18 @@ impl Problem<'_> {
                 // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
                 let promised = -0.5 * normal.gradient.dot(&step);
                 if promised < 1e-4 {
-                    return Some(Solved { z, normal, status: Status::Converged, iterations: iteration });
+                    return Some(Solved {
+                        z,
+                        normal,
+                        status: Status::Converged,
+                        iterations: iteration,
+                    });
                 }
                 let next = &z + &step;
                 let cost = self.cost(&next);
                 if cost < normal.cost {
-                    damping = if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
+                    damping =
+                        if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
                     z = next;
                     moved = true;
                     break;
