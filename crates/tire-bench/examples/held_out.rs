@@ -23,14 +23,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Coefficients::default()
     };
     let lefts = [
-        Left::SlipAngle(0.0425),
-        Left::Load(1650.0),
         Left::Pressure(83_200.0),
-        Left::Nothing,
         Left::Pressure(69_500.0),
         Left::Pressure(97_000.0),
-        Left::Load(525.0),
+        Left::Load(1650.0),
+        Left::SlipAngle(0.0425),
+        Left::Nothing,
         Left::Load(2190.0),
+        Left::Load(525.0),
         Left::Load(2740.0),
     ];
     let kind = std::env::args().nth(2);

@@ -126,7 +126,7 @@ pub fn read_csv(
             F_y,
             M_z,
         };
-        samples.push(sample.from_axes(axes));
+        samples.push(sample.turned_from(axes));
     }
     check(&samples, file)?;
     Ok(samples)

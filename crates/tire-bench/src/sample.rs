@@ -58,7 +58,7 @@ impl std::error::Error for Bad {}
 
 impl Sample {
     /// The sample in ISO-W axes, when it was written in other ones. SAE turns α, F_y, M_z and F_z over; adapted SAE leaves α.
-    pub(crate) fn from_axes(mut self, axes: Axes) -> Self {
+    pub(crate) fn turned_from(mut self, axes: Axes) -> Self {
         if axes != Axes::Iso {
             (self.F_y, self.M_z, self.F_z) = (-self.F_y, -self.M_z, self.F_z.abs());
         }

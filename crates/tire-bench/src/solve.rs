@@ -149,7 +149,7 @@ impl Problem<'_> {
                 for k in 0..damped.nrows() {
                     damped[(k, k)] *= 1.0 + damping;
                 }
-                let Some(factor) = damped.cholesky() else { return None };
+                let factor = damped.cholesky()?;
                 let step = -factor.solve(&normal.gradient);
                 // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
                 let promised = -0.5 * normal.gradient.dot(&step);
