@@ -68,24 +68,7 @@ pub fn read_csv(
     let mut lines = text.lines().enumerate();
     let head: Vec<_> =
         lines.next().map_or("", |it| it.1).split(',').map(|it| it.trim().to_owned()).collect();
-    let mut places = Vec::new();
-    for (channel, unit) in CSV_NAMES {
-        let other = columns.iter().find(|it| it.0 == channel);
-        let (column, found) = other.map_or((channel, unit), |it| (it.1, it.2));
-        let place = head.iter().position(|it| it == column).ok_or_else(|| {
-            let text = format!(
-                "expected a column {column} for {channel}, found {}: name the column that has it",
-                head.join(", ")
-            );
-            bad(1, text)
-        })?;
-        let units = |text: &str| Unit::parse(text).map_err(|it| bad(1, format!("{column}: {it}")));
-        let (from, to) = (units(found)?, units(unit)?);
-        let (scale, offset) = Unit::conversion(&from, &to).ok_or_else(|| {
-            bad(1, format!("{column}: expected a unit like {unit}, found {found}"))
-        })?;
-        places.push((place, scale, offset));
-    }
+    let places = places(&head, file, columns)?;
     let sides: Vec<_> = ["temp_inner_k", "temp_outer_k"]
         .iter()
         .filter_map(|name| head.iter().position(|it| it == name))
@@ -130,6 +113,34 @@ pub fn read_csv(
     }
     check(&samples, file)?;
     Ok(samples)
+}
+
+/// Where the column of each channel stands in the head, with factor and offset to SI units.
+fn places(
+    head: &[String],
+    file: &str,
+    columns: &[(&str, &str, &str)],
+) -> Result<Vec<(usize, f64, f64)>, Bad> {
+    let bad = |line: usize, text: String| Bad { file: file.to_owned(), line: Some(line), text };
+    let mut places = Vec::new();
+    for (channel, unit) in CSV_NAMES {
+        let other = columns.iter().find(|it| it.0 == channel);
+        let (column, found) = other.map_or((channel, unit), |it| (it.1, it.2));
+        let place = head.iter().position(|it| it == column).ok_or_else(|| {
+            let text = format!(
+                "expected a column {column} for {channel}, found {}: name the column that has it",
+                head.join(", ")
+            );
+            bad(1, text)
+        })?;
+        let units = |text: &str| Unit::parse(text).map_err(|it| bad(1, format!("{column}: {it}")));
+        let (from, to) = (units(found)?, units(unit)?);
+        let (scale, offset) = Unit::conversion(&from, &to).ok_or_else(|| {
+            bad(1, format!("{column}: expected a unit like {unit}, found {found}"))
+        })?;
+        places.push((place, scale, offset));
+    }
+    Ok(places)
 }
 
 #[cfg(test)]
