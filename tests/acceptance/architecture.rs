@@ -69,6 +69,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plugin", &[]),
     ("tire", &[]),
     ("tire-file", &["tire"]),
+    ("tire-bench", &["numerics", "tire", "tire-file", "units"]),
     ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
     ("track", &[]),

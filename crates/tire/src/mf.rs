@@ -69,6 +69,17 @@ impl<T: Number> MfTire<T> {
         Self { reading, ..self }
     }
 
+    /// The same tire with factors to the frictions `LMUX`, `LMUY` [-] and to the stiffnesses `LKX`, `LKY` [-], all above 0, such as those of
+    /// another temperature. Unlike [`MfTire::new`] it checks nothing, so it can be called for every sample.
+    pub fn scaled(mut self, [mu_x, mu_y, k_x, k_y]: [T; 4]) -> Self {
+        let c = &mut self.coefficients;
+        c.LMUX *= mu_x;
+        c.LMUY *= mu_y;
+        c.LKX *= k_x;
+        c.LKY *= k_y;
+        self
+    }
+
     /// The coefficients that it was made of.
     pub fn coefficients(&self) -> &Coefficients<T> {
         &self.coefficients

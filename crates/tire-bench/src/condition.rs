@@ -1,0 +1,85 @@
+//! Makes points for a fit of samples: means over whole revolutions of the wheel, with rates and temperatures.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::f64::consts::TAU;
+
+use tire::Coefficients;
+
+use crate::sample::Sample;
+
+/// Time constant of the carcass temperature behind that of the tread [s]: the sweeps of a bench take about 10 s, the carcass minutes.
+const CARCASS: f64 = 100.0;
+
+/// The reference of the temperature terms [K].
+pub(crate) const REFERENCE: f64 = 333.0;
+
+/// Mean over one revolution of the wheel: run-out of tire and belt is no property of a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Point {
+    /// Means of the samples; their time is that of the first.
+    pub sample: Sample,
+    /// Rate of the slip ratio [1/s] and of the slip angle [rad/s].
+    pub rate: [f64; 2],
+    /// Temperature of the carcass, that of the tread with a lag [K].
+    pub carcass: f64,
+    /// Mean load of the block [N].
+    pub level: f64,
+}
+
+/// Means of samples in their order; `tire` gives the radius of the wheel.
+pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
+    let mut points: Vec<Point> = Vec::new();
+    let (mut carcass, mut last) = (f64::NAN, f64::NAN);
+    for block in samples.chunk_by(|a, b| (a.run, a.block) == (b.run, b.block)) {
+        let (Some(first), Some(end)) = (block.first(), block.last()) else { continue };
+        let step = (end.time - first.time) / (block.len() as f64 - 1.0).max(1.0);
+        let turn = TAU * tire.UNLOADED_RADIUS / first.v_x.abs().max(1.0);
+        let window = ((turn / step.max(1e-6)).round() as usize).clamp(1, block.len());
+        if first.time < last || !carcass.is_finite() {
+            carcass = first.temperature;
+        }
+        let level = block.iter().map(|it| it.F_z).sum::<f64>() / block.len() as f64;
+        let begin = points.len();
+        for samples in block.chunks_exact(window) {
+            let sample = mean(samples);
+            if last.is_finite() && sample.time > last {
+                carcass +=
+                    (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
+            }
+            last = sample.time;
+            points.push(Point { sample, rate: [0.0; 2], carcass, level });
+        }
+        rates(&mut points[begin..]);
+    }
+    points
+}
+
+fn mean(samples: &[Sample]) -> Sample {
+    let first = samples[0];
+    let of =
+        |value: fn(&Sample) -> f64| samples.iter().map(value).sum::<f64>() / samples.len() as f64;
+    Sample {
+        kappa: of(|it| it.kappa),
+        alpha: of(|it| it.alpha),
+        gamma: of(|it| it.gamma),
+        F_z: of(|it| it.F_z),
+        pressure: of(|it| it.pressure),
+        v_x: of(|it| it.v_x),
+        temperature: of(|it| it.temperature),
+        F_x: of(|it| it.F_x),
+        F_y: of(|it| it.F_y),
+        M_z: of(|it| it.M_z),
+        ..first
+    }
+}
+
+fn rates(points: &mut [Point]) {
+    for i in 0..points.len() {
+        let (a, b) =
+            (points[i.saturating_sub(1)].sample, points[(i + 1).min(points.len() - 1)].sample);
+        let time = b.time - a.time;
+        if time > 0.0 {
+            points[i].rate = [(b.kappa - a.kappa) / time, (b.alpha - a.alpha) / time];
+        }
+    }
+}

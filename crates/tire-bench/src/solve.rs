@@ -1,0 +1,182 @@
+//! Minimises weighted squares with a normal prior by Levenberg's and Marquardt's method, with exact derivatives by dual numbers.
+
+use nalgebra::{Const, DMatrix, DVector, SVector};
+use num_dual::{Derivative, DualSVec64};
+use numerics::convergence::Status;
+use rayon::prelude::*;
+use tire::{Coefficients, MfTire};
+
+use crate::condition::Point;
+use crate::model::{COUNT, Channel, Model};
+use crate::prior::{Free, What};
+
+/// Directions of derivatives at once.
+const WIDE: usize = 8;
+
+/// Points whose sums are made by one task; the order of the sums does not depend on the number of threads.
+const TASK: usize = 256;
+
+type Dual = DualSVec64<WIDE>;
+
+/// A fit of one channel: unknowns are in standard deviations of their prior from its mean.
+pub(crate) struct Problem<'a> {
+    pub channel: Channel,
+    pub points: &'a [Point],
+    pub free: &'a [Free],
+    /// What is not free.
+    pub coefficients: Coefficients,
+    pub terms: [f64; COUNT],
+    /// Weight of one squared residual [1/N², 1/(N m)²].
+    pub weight: f64,
+}
+
+/// The cost at some place, with its gradient and Gauss-Newton matrix, prior included.
+pub(crate) struct Normal {
+    pub cost: f64,
+    pub gradient: DVector<f64>,
+    pub matrix: DMatrix<f64>,
+}
+
+/// Where a minimisation ended.
+pub(crate) struct Solved {
+    pub z: DVector<f64>,
+    pub normal: Normal,
+    pub status: Status,
+    pub iterations: usize,
+}
+
+impl Problem<'_> {
+    /// The coefficients and terms at a place.
+    pub fn at(&self, z: &DVector<f64>) -> (Coefficients, [f64; COUNT]) {
+        let (mut coefficients, mut terms) = (self.coefficients, self.terms);
+        for (free, z) in self.free.iter().zip(z.iter()) {
+            let value = free.mean + free.std * z;
+            match free.what {
+                What::Key(key) => key.set(&mut coefficients, value),
+                What::Term(place) => terms[place] = value,
+            }
+        }
+        (coefficients, terms)
+    }
+
+    /// The model with derivatives along all unknowns, [`WIDE`] at a time; `None` outside of what a tire can be.
+    fn models(&self, z: &DVector<f64>) -> Option<Vec<Model<Dual>>> {
+        let (coefficients, terms) = self.at(z);
+        let chunk = |free: &[Free]| {
+            let mut lifted: Coefficients<Dual> = coefficients.lift();
+            let mut with = terms.map(Dual::from);
+            for (direction, free) in free.iter().enumerate() {
+                let mut along = SVector::<f64, WIDE>::zeros();
+                along[direction] = free.std;
+                let seed = |value: f64| {
+                    Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along))
+                };
+                match free.what {
+                    What::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
+                    What::Term(place) => with[place] = seed(terms[place]),
+                }
+            }
+            MfTire::new(lifted).ok().map(|tire| Model { tire, terms: with })
+        };
+        self.free.chunks(WIDE).map(chunk).collect()
+    }
+
+    /// Residual and gradient of each of some points at a place.
+    pub fn rows(&self, z: &DVector<f64>, points: &[Point]) -> Option<Vec<(f64, DVector<f64>)>> {
+        let models = self.models(z)?;
+        let row = |point: &Point| {
+            let mut gradient = DVector::zeros(self.free.len());
+            let mut value = 0.0;
+            for (number, model) in models.iter().enumerate() {
+                let found = model.value(self.channel, point);
+                value = found.re;
+                if let Some(along) = found.eps.0 {
+                    let begin = WIDE * number;
+                    for k in 0..WIDE.min(self.free.len() - begin) {
+                        gradient[begin + k] = along[k];
+                    }
+                }
+            }
+            (value - self.channel.measured(point), gradient)
+        };
+        Some(points.par_iter().map(row).collect())
+    }
+
+    fn normal(&self, z: &DVector<f64>) -> Option<Normal> {
+        let rows = self.rows(z, self.points)?;
+        let count = self.free.len();
+        let sums: Vec<_> = rows
+            .par_chunks(TASK)
+            .map(|rows| {
+                let jacobian = DMatrix::from_fn(rows.len(), count, |i, k| rows[i].1[k]);
+                let residual = DVector::from_fn(rows.len(), |i, _| rows[i].0);
+                (residual.norm_squared(), jacobian.tr_mul(&residual), jacobian.tr_mul(&jacobian))
+            })
+            .collect();
+        let mut cost = 0.5 * z.norm_squared();
+        let mut gradient = z.clone();
+        let mut matrix = DMatrix::identity(count, count);
+        for (square, by, product) in sums {
+            cost += 0.5 * self.weight * square;
+            gradient += by * self.weight;
+            matrix += product * self.weight;
+        }
+        cost.is_finite().then_some(Normal { cost, gradient, matrix })
+    }
+
+    fn cost(&self, z: &DVector<f64>) -> f64 {
+        let (coefficients, terms) = self.at(z);
+        let Some(model) = crate::model::plain(&coefficients, terms) else { return f64::INFINITY };
+        let squares: Vec<f64> = self
+            .points
+            .par_chunks(TASK)
+            .map(|points| {
+                let miss = |it: &Point| model.value(self.channel, it) - self.channel.measured(it);
+                points.iter().map(|it| miss(it).powi(2)).sum()
+            })
+            .collect();
+        0.5 * (self.weight * squares.iter().sum::<f64>() + z.norm_squared())
+    }
+
+    /// Minimises from a place; `None` when the start is no tire.
+    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<Solved> {
+        let (mut z, mut damping) = (start, 1e-3);
+        let mut normal = self.normal(&z)?;
+        for iteration in 0..limit {
+            let mut moved = false;
+            for _ in 0..12 {
+                let mut damped = normal.matrix.clone();
+                for k in 0..damped.nrows() {
+                    damped[(k, k)] *= 1.0 + damping;
+                }
+                let factor = damped.cholesky()?;
+                let step = -factor.solve(&normal.gradient);
+                // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
+                let promised = -0.5 * normal.gradient.dot(&step);
+                if promised < 1e-4 {
+                    return Some(Solved {
+                        z,
+                        normal,
+                        status: Status::Converged,
+                        iterations: iteration,
+                    });
+                }
+                let next = &z + &step;
+                let cost = self.cost(&next);
+                if cost < normal.cost {
+                    damping =
+                        if normal.cost - cost > 0.5 * promised { damping * 0.2 } else { damping };
+                    z = next;
+                    moved = true;
+                    break;
+                }
+                damping = (damping * 6.0).max(1e-6);
+            }
+            if !moved {
+                return Some(Solved { z, normal, status: Status::Stalled, iterations: iteration });
+            }
+            normal = self.normal(&z)?;
+        }
+        Some(Solved { z, normal, status: Status::IterationLimit, iterations: limit })
+    }
+}
