@@ -1,5 +1,6 @@
 //! Reads the configuration of an identification: the part `[analysis.config]` of a scenario.
 
+mod bench;
 mod bounds;
 mod car;
 mod closed_loop;
@@ -12,6 +13,7 @@ mod tires;
 
 use std::collections::BTreeMap;
 
+pub use bench::Bench;
 pub use bounds::BoundsChoice;
 pub use car::{DrivenCar, LoggedCar};
 pub use closed_loop::{ClosedLoop, HoldOut};
@@ -38,6 +40,8 @@ pub enum Config {
     ClosedLoop(Box<ClosedLoop>),
     /// Identifies one curve from slips and forces.
     Curve(Box<OneCurve>),
+    /// Fits a tire to tables of a test bench.
+    Bench(Box<Bench>),
     /// Looks for errors in a log.
     Doctor(Doctor),
     /// Finds the excitation that identifies each parameter.
@@ -58,6 +62,7 @@ enum Task {
     Tires,
     ClosedLoop,
     Curve,
+    Bench,
     Doctor,
     ExcitationStudy,
     SensitivityStudy,
@@ -78,6 +83,7 @@ impl Config {
             Task::Tires => Self::Tires(settings(&rest)?),
             Task::ClosedLoop => Self::ClosedLoop(settings(&rest)?),
             Task::Curve => Self::Curve(settings(&rest)?),
+            Task::Bench => Self::Bench(settings(&rest)?),
             Task::Doctor => Self::Doctor(settings(&rest)?),
             Task::ExcitationStudy => Self::ExcitationStudy(settings(&rest)?),
             Task::SensitivityStudy => Self::SensitivityStudy(settings(&rest)?),
@@ -91,6 +97,7 @@ impl Config {
             Self::Tires(tires) => tires.check(),
             Self::ClosedLoop(drive) => drive.check(),
             Self::Curve(curve) => curve.check(),
+            Self::Bench(bench) => bench.check(),
             Self::Doctor(doctor) => doctor.check(),
             Self::ExcitationStudy(excitation) => study::check(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),

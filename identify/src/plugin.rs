@@ -1,5 +1,6 @@
 //! Does what a scenario asks for: from its signals and settings to a result, a page, and start values for the next run.
 
+mod bench;
 mod closed_loop;
 mod curve;
 mod doctor;
@@ -73,7 +74,7 @@ impl Analysis for Identify {
             }
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
-            Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
+            Config::Bench(_) | Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
     }
 
@@ -82,6 +83,7 @@ impl Analysis for Identify {
             Config::Tires(config) => tires::tires(&config, request, host)?,
             Config::ClosedLoop(config) => closed_loop::closed_loop(&config, request, host)?,
             Config::Curve(config) => curve::curve(&config, request, host)?,
+            Config::Bench(config) => bench::bench(&config, host)?,
             Config::Doctor(config) => doctor::task(&config, request, host),
             Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),

@@ -96,7 +96,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sweep", &["diagnostics", "html-page", "numerics"]),
     ("tire-inference", &["numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
-    ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire-inference", "units", "vehicle"]),
+    ("identify", &["drive-doctor", "drive-inference", "html-page", "numerics", "plugin", "preparation", "tire", "tire-bench", "tire-inference", "units", "vehicle"]),
     ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
     ("system-fmu", &["fmu-export", "system"]),
     ("python-model", &["fmu-export", "python"]),
