@@ -98,8 +98,10 @@ fn cars(folder: &Path) -> Result<BTreeMap<String, Car>, Failed> {
     numbers.map(|number| Ok((number.clone(), Car::new(&all, number)?))).collect()
 }
 
+type TextsAndNumbers = (Vec<String>, Vec<f64>);
+
 /// The rows of a table: texts of the columns before the numbers, and the numbers.
-fn rows(path: &Path, texts: usize) -> Result<Vec<(Vec<String>, Vec<f64>)>, Failed> {
+fn rows(path: &Path, texts: usize) -> Result<Vec<TextsAndNumbers>, Failed> {
     let bytes = std::fs::read(path)?;
     let mut text = String::new();
     if path.extension().is_some_and(|it| it == "gz") {
