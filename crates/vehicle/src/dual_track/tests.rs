@@ -300,7 +300,7 @@ fn no_state_and_no_input_gives_nan() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         low + (high - low) * (seed >> 11) as f64 / (1_u64 << 53) as f64
     };
-    for case in 0..20_000 {
+    for case in 0..100_000 {
         let far = if case % 4 == 0 { 10.0 } else { 1.0 };
         let x = SVector::<f64, STATES>::from_fn(|i, _| {
             let size = match i {
