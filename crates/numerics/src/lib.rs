@@ -9,7 +9,6 @@
 )]
 
 pub mod convergence;
-pub mod elementary;
 pub mod importance;
 pub mod loss;
 pub mod low_discrepancy;

@@ -2,8 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::elementary;
-
 /// What a residual r [-] costs. Near r = 0 all of them are r²/2.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]

@@ -4,8 +4,6 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::elementary;
-
 /// The value of a function of `N` numbers, and its derivatives with respect to each.
 pub type Graded<const N: usize> = (f64, [f64; N]);
 

@@ -3,7 +3,6 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-use crate::elementary;
 use crate::scalar::{Function, Scalar};
 
 /// How many there are.

@@ -6,7 +6,6 @@ use std::ops::{Add, Mul, Neg, Sub};
 use pulp::Simd;
 use pulp::bytemuck::{Zeroable, cast_slice, cast_slice_mut};
 
-use crate::elementary;
 use crate::scalar::{Function, Graded, Scalar};
 
 /// Derivatives that a number carries.

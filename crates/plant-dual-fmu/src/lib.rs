@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
 use serde::{Deserialize, Serialize};
-use tire::{MfTire, Slip, Tire};
+use tire::{MfSet, Slip, Tire, TireSet};
 use tire_file::TireChoice;
 use vehicle::dual_track::{DualTrack, Input, Parameters, State, WheelMotion};
 
@@ -28,7 +28,7 @@ struct Plant {
     tires: [TireChoice; 2],
     /// What the parameters make; made anew after a state was read.
     #[serde(skip)]
-    car: Option<Arc<DualTrack<MfTire>>>,
+    car: Option<Arc<DualTrack<MfSet>>>,
     substep: f64,
     start: Start,
     state: State,
@@ -86,7 +86,7 @@ impl Default for Plant {
 
 impl Plant {
     /// The car that the parameters describe.
-    fn car(&mut self) -> Result<Arc<DualTrack<MfTire>>, ModelError> {
+    fn car(&mut self) -> Result<Arc<DualTrack<MfSet>>, ModelError> {
         if let Some(car) = &self.car {
             return Ok(Arc::clone(car));
         }
@@ -97,19 +97,19 @@ impl Plant {
             Ok::<_, ModelError>(tire)
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
-        let car = DualTrack::new(self.parameters.clone(), tires);
+        let car = DualTrack::new(self.parameters.clone(), MfSet::from(tires));
         let car = Arc::new(car.map_err(|bad| ModelError::Error(bad.to_string()))?);
         self.car = Some(Arc::clone(&car));
         Ok(car)
     }
 
     /// Says once for each wheel that its tire is asked beyond what it was measured for.
-    fn tell_outside(&mut self, car: &DualTrack<MfTire>, time: f64) {
+    fn tell_outside(&mut self, car: &DualTrack<MfSet>, time: f64) {
         let mut outside = 0;
         for (i, wheel) in self.seen.wheels.iter().enumerate() {
             let Wheel { kappa, alpha, gamma, F_z, .. } = *wheel;
             let slip = Slip { kappa, alpha, gamma, F_z, ..Slip::default() };
-            let validity = car.tires()[i / 2].validity(&slip);
+            let validity = car.tires().axles()[i / 2].validity(&slip);
             if F_z <= 0.0 || validity.is_valid() {
                 continue;
             }
@@ -197,7 +197,7 @@ impl Model for Plant {
 }
 
 impl Plant {
-    fn see(&mut self, car: &DualTrack<MfTire>) {
+    fn see(&mut self, car: &DualTrack<MfSet>) {
         let motion = car.evaluate(&self.state, &self.input);
         (self.seen.a_x, self.seen.a_y) = (motion.a_x, motion.a_y);
         self.seen.wheels = motion.wheels.each_ref().map(Wheel::from);

@@ -12,17 +12,22 @@
 mod axes;
 mod coefficients;
 mod example;
+mod lanes;
 mod magic_formula;
 mod mf;
 mod number;
 mod plain;
+mod real;
+mod set;
 mod slip;
 mod tire;
 
 pub use axes::Axes;
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
 pub use magic_formula::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
-pub use mf::{BadCoefficient, Details, MfTire, Reading};
+pub use mf::{BadCoefficient, Details, MfSet, MfTire, Reading};
 pub use number::Number;
+pub use real::Real;
+pub use set::TireSet;
 pub use slip::{Forces, Relaxation, Slip, Validity};
 pub use tire::Tire;

@@ -3,8 +3,10 @@
 
 use crate::coefficients::{Coefficients, Version};
 use crate::number::Number;
+use crate::real::Real;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
 use crate::tire::Tire;
+use pure::Curve;
 
 mod check;
 mod combined;
@@ -13,8 +15,10 @@ mod moments;
 mod point;
 mod pure;
 mod radii;
+mod set;
 
 pub use check::BadCoefficient;
+pub use set::MfSet;
 
 /// How the equations are read where sources differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,27 +83,35 @@ impl<T: Number> MfTire<T> {
         c.LKY *= k_y;
         self
     }
+}
 
+impl<T: Real> MfTire<T> {
     /// The coefficients that it was made of.
     pub fn coefficients(&self) -> &Coefficients<T> {
         &self.coefficients
     }
 
     /// Forces and what they are made of.
+    #[inline(always)]
     pub fn details(&self, slip: &Slip<T>) -> (Forces<T>, Details<T>) {
         let p = self.point(slip);
+        let upright = p.gamma.constant(0.0);
+        let [K, K_upright] = self.cornering_stiffness(&p, [p.gamma_star, upright]);
         let longitudinal = self.longitudinal(&p);
-        let lateral = self.lateral(&p, p.gamma_star);
+        let lateral = self.lateral(&p, p.gamma_star, K);
         // The force that acts at the trail: that of the upright wheel since 6.1.
         let at_trail = match self.coefficients.version {
-            Version::Mf52 => lateral.F_y0,
-            _ => self.lateral(&p, T::from(0.0)).F_y0,
+            Version::Mf52 => lateral,
+            _ => self.lateral(&p, upright, K_upright),
         };
-        let G_yk = self.G_yk(&p);
-        let F_x = self.G_xa(&p) * longitudinal.F_x0;
-        let F_y = G_yk * lateral.F_y0 + self.S_Vyk(&p, &lateral);
+        let [F_x0, F_y0, F_y0_trail] = Curve::forces([&longitudinal, &lateral, &at_trail]);
+        let [G_xa, G_yk] = self.weights(&p);
+        let F_x = G_xa * (F_x0 * p.direction);
+        let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);
         let aligning = self.aligning(&p, &longitudinal, &lateral, F_y);
-        let M_z = -aligning.trail * (G_yk * at_trail) + aligning.residual + aligning.lever * F_x;
+        let M_z = -aligning.trail * (G_yk * self.directed(&p, F_y0_trail))
+            + aligning.residual
+            + aligning.lever * F_x;
         let forces = Forces {
             F_x,
             F_y,
@@ -125,9 +137,12 @@ impl<T: Number> Tire<T> for MfTire<T> {
 
     fn F_xy(&self, slip: &Slip<T>) -> [T; 2] {
         let p = self.point(slip);
-        let lateral = self.lateral(&p, p.gamma_star);
-        let F_x = self.G_xa(&p) * self.longitudinal(&p).F_x0;
-        [F_x, self.G_yk(&p) * lateral.F_y0 + self.S_Vyk(&p, &lateral)]
+        let [K] = self.cornering_stiffness(&p, [p.gamma_star]);
+        let lateral = self.lateral(&p, p.gamma_star, K);
+        let [F_x0, F_y0] = Curve::forces([&self.longitudinal(&p), &lateral]);
+        let [G_xa, G_yk] = self.weights(&p);
+        let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);
+        [G_xa * (F_x0 * p.direction), F_y]
     }
 
     fn F_xy_M_z(&self, slip: &Slip<T>) -> [T; 3] {

@@ -6,3 +6,9 @@ use num_dual::DualNum;
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
+
+/// Absolute value, where another trait has a method of this name too.
+#[inline(always)]
+pub(crate) fn magnitude<T: Number>(x: T) -> T {
+    x.abs()
+}

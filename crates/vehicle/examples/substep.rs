@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use tire::{Coefficients, MagicFormula, MfTire, Slip, Tire, Version};
+use tire::{Coefficients, MagicFormula, MfSet, MfTire, Slip, Tire, TireSet, Version};
 use vehicle::dual_track::{DualTrack, Input, Parameters};
 use vehicle::{State, Vehicle};
 
@@ -41,6 +41,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 black_box(tire.F_xy(black_box(&slip)));
             }
         });
+        let set = MfSet::from([tire; 2]);
+        let slips = [slip; 4];
+        let four = median(100_000, |n| {
+            for _ in 0..n {
+                black_box(set.forces(black_box(&slips)));
+            }
+        });
+        println!("{version}: {four:.0} ns for all forces and moments of four wheels");
         println!(
             "{version}: {whole:.0} ns for all forces and moments, {two:.0} ns for F_x and F_y"
         );
@@ -59,7 +67,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("single track on {:?}: {one:.0} ns a sub-step", MagicFormula::default());
 
     let tires = [MfTire::new(Coefficients::sports_tire())?; 2];
-    let car = DualTrack::new(Parameters::default(), tires)?;
+    let car = DualTrack::new(Parameters::default(), MfSet::from(tires))?;
     let start = car.rolling(30.0);
     let input = Input { F_x: 500.0, delta: 0.03, ..Input::default() };
     let one = median(20_000, |n| {

@@ -14,7 +14,7 @@ mod steering;
 mod suspension;
 mod wheels;
 
-use tire::{Number, Tire};
+use tire::{Number, TireSet};
 
 pub use aero::AeroMap;
 pub use brakes::Brakes;
@@ -71,40 +71,44 @@ pub struct Motion<T = f64> {
 
 /// Car with four wheels. [`DualTrack::new`] checks its parameters and fits its tires.
 #[derive(Clone, Debug)]
-pub struct DualTrack<W> {
+pub struct DualTrack<S> {
     parameters: Parameters,
-    tires: PerAxle<Fitted<W>>,
+    tires: S,
+    fitted: PerAxle<Fitted>,
     /// Effective radius of the wheels of each axle under their load at rest [m].
     radius: PerAxle<f64>,
     pole: f64,
 }
 
-impl<W: CarTire<f64>> DualTrack<W> {
-    /// A car of these parameters on these tires: those of the front and of the rear axle, as they are on the left side.
+impl<S: TireSet<f64>> DualTrack<S>
+where
+    S::Tire: CarTire<f64>,
+{
+    /// A car of these parameters on these tires.
     ///
     /// # Errors
     /// When a parameter, or several together, describe no car that can be integrated.
-    pub fn new(parameters: Parameters, tires: PerAxle<W>) -> Result<Self, BadParameter> {
+    pub fn new(parameters: Parameters, tires: S) -> Result<Self, BadParameter> {
         parameters.check()?;
         let loads = parameters.body.static_loads();
-        let [front, rear] = tires;
-        let fit = |tire: W, axle: usize| Fitted::new(tire, &parameters.rims, 0.5 * loads[axle]);
-        let tires = [fit(front, FRONT), fit(rear, REAR)];
-        let radius = [FRONT, REAR].map(|axle| tires[axle].over_load.at(0.5 * loads[axle], 0.0)[0]);
-        let pole = integrate::fastest_pole(&parameters, &tires);
-        Ok(Self { parameters, tires, radius, pole })
+        let fit =
+            |axle: usize| Fitted::new(tires.axles()[axle], &parameters.rims, 0.5 * loads[axle]);
+        let fitted = [fit(FRONT), fit(REAR)];
+        let radius = [FRONT, REAR].map(|axle| fitted[axle].over_load.at(0.5 * loads[axle], 0.0)[0]);
+        let pole = integrate::fastest_pole(&parameters, &fitted);
+        Ok(Self { parameters, tires, fitted, radius, pole })
     }
 }
 
-impl<W> DualTrack<W> {
+impl<S> DualTrack<S> {
     /// The parameters that it was made of.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// The tires of the front and of the rear axle.
-    pub fn tires(&self) -> PerAxle<&W> {
-        self.tires.each_ref().map(|fitted| &fitted.tire)
+    /// Its tires.
+    pub fn tires(&self) -> &S {
+        &self.tires
     }
 
     /// Effective radius of the wheels of each axle under their load at rest [m].
@@ -113,10 +117,11 @@ impl<W> DualTrack<W> {
     }
 
     /// The same car with its tires in another form, such as one of another number type.
-    pub fn map_tires<U>(&self, change: impl Fn(&W) -> U) -> DualTrack<U> {
+    pub fn with_tires<U>(&self, tires: U) -> DualTrack<U> {
         DualTrack {
             parameters: self.parameters.clone(),
-            tires: self.tires.each_ref().map(|fitted| fitted.map(&change)),
+            tires,
+            fitted: self.fitted.clone(),
             radius: self.radius,
             pole: self.pole,
         }
@@ -137,7 +142,7 @@ impl<W> DualTrack<W> {
     #[inline]
     pub fn evaluate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Motion<T>
     where
-        W: Tire<T>,
+        S: TireSet<T>,
     {
         let p = &self.parameters;
         let body = &p.body;
@@ -198,7 +203,7 @@ impl<W> DualTrack<W> {
     #[inline]
     fn roll<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Rolled<T>
     where
-        W: Tire<T>,
+        S: TireSet<T>,
     {
         let p = &self.parameters;
         let travel = p.suspension.travel(&p.body, &state.attitude);
@@ -213,7 +218,7 @@ impl<W> DualTrack<W> {
         let capacity = p.brakes.capacity(input.F_x, self.radius);
         let position = axle_positions(&p.body);
 
-        let rolled: PerWheel<_> = std::array::from_fn(|i| {
+        let questions: PerWheel<_> = std::array::from_fn(|i| {
             let (axle, side) = (axle_of(i), side_of(i));
             let crate::State { v_x, v_y, r, .. } = state.planar;
             let v = [
@@ -222,8 +227,15 @@ impl<W> DualTrack<W> {
             ];
             let place =
                 Place { v, turn: turns[i], gamma: gamma[i], F_z: loads[i], mu: input.mu[i], side };
+            self.fitted[axle].ask(&state.wheels[i], &place)
+        });
+        let alphas = self.tires.slip_angles(questions.each_ref().map(|it| it.tan_alpha));
+        let slips = std::array::from_fn(|i| questions[i].at(alphas[i], side_of(i)));
+        let answers = self.tires.forces(&slips);
+        let rolled: PerWheel<_> = std::array::from_fn(|i| {
+            let axle = axle_of(i);
             let (mut motion, mut rate) =
-                self.tires[axle].roll(&state.wheels[i], &place, p.rims.I_yy);
+                questions[i].answered(&answers[i], alphas[i], side_of(i), p.rims.I_yy);
             let Wheel { omega, brake, .. } = state.wheels[i];
             let (braking, brake_rate) = p.brakes.torque(capacity[axle], omega, brake);
             motion.torque = driving[i] - braking;

@@ -7,7 +7,6 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 use num_dual::{DualNum, DualSVec64};
-use numerics::elementary;
 
 /// A number that the curve is computed with.
 pub trait Real:

@@ -1,7 +1,7 @@
 //! Evaluates the two curves of the Magic Formula: a sine for forces, a cosine for weights and the trail.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::number::Number;
+use crate::real::Real;
 
 /// B, C and E of one curve.
 #[derive(Clone, Copy, Debug)]
@@ -11,22 +11,31 @@ pub(super) struct Shape<T> {
     pub E: T,
 }
 
-impl<T: Number> Shape<T> {
-    /// C atan(Bx − E (Bx − atan Bx)).
-    #[inline]
-    fn angle(&self, x: T) -> T {
-        let Bx = self.B * x;
-        let argument = Bx - self.E * (Bx - Bx.atan());
-        self.C * argument.atan()
+impl<T: Real> Shape<T> {
+    /// C atan(Bx − E (Bx − atan Bx)) of independent curves, each at its slip x.
+    #[inline(always)]
+    fn angles<const N: usize>(shapes: [Self; N], mut x: [T; N]) -> [T; N] {
+        for i in 0..N {
+            x[i] = shapes[i].B * x[i];
+        }
+        let mut arguments = T::atans(x);
+        for i in 0..N {
+            arguments[i] = x[i] - shapes[i].E * (x[i] - arguments[i]);
+        }
+        let mut angles = T::atans(arguments);
+        for i in 0..N {
+            angles[i] = shapes[i].C * angles[i];
+        }
+        angles
     }
 
-    #[inline]
-    pub fn sine(&self, x: T) -> T {
-        self.angle(x).sin()
+    #[inline(always)]
+    pub fn sines<const N: usize>(shapes: [Self; N], x: [T; N]) -> [T; N] {
+        T::sines(Self::angles(shapes, x))
     }
 
-    #[inline]
-    pub fn cosine(&self, x: T) -> T {
-        self.angle(x).cos()
+    #[inline(always)]
+    pub fn cosines<const N: usize>(shapes: [Self; N], x: [T; N]) -> [T; N] {
+        T::cosines(Self::angles(shapes, x))
     }
 }

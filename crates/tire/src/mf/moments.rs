@@ -4,11 +4,12 @@
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
 use super::MfTire;
+use super::combined::cos_atan;
 use super::curve::Shape;
 use super::point::{EPSILON, Point, sign, signum};
-use super::pure::{Lateral, Longitudinal};
+use super::pure::Curve;
 use crate::coefficients::Version;
-use crate::number::Number;
+use crate::real::Real;
 use crate::slip::Slip;
 
 /// Trail and residual torque, of which the aligning moment consists.
@@ -22,26 +23,23 @@ pub(super) struct Aligning<T> {
     pub lever: T,
 }
 
-/// atan √(tan² α + x²) with the sign of α: the slip angle that acts as α and the longitudinal slip x do.
-#[inline]
-fn equivalent<T: Number>(alpha: T, x: T) -> T {
+/// √(tan² α + x²), the tangent of the slip angle that acts as α and the longitudinal slip x do, and that angle's sign.
+#[inline(always)]
+fn equivalent<T: Real>(alpha: T, x: T) -> (T, T) {
     let tan = alpha.tan();
     // The root has no derivative at 0.
-    if x.re() == 0.0 {
-        let wrapped = tan.atan();
-        return if sign(wrapped) == sign(alpha) { wrapped } else { -wrapped };
-    }
-    (tan * tan + x * x).sqrt().atan() * signum(alpha)
+    let length = T::pick(x.equals(0.0), tan * sign(tan), (tan * tan + x * x).sqrt());
+    (length, T::pick(x.equals(0.0), sign(alpha), signum(alpha)))
 }
 
-impl<T: Number> MfTire<T> {
+impl<T: Real> MfTire<T> {
     /// Trail, residual torque and lever arm (4.E31 to 4.E49 and 4.E71 to 4.E78); `lateral` is that at the point's camber.
-    #[inline]
+    #[inline(always)]
     pub(super) fn aligning(
         &self,
         p: &Point<T>,
-        longitudinal: &Longitudinal<T>,
-        lateral: &Lateral<T>,
+        longitudinal: &Curve<T>,
+        lateral: &Curve<T>,
         F_y: T,
     ) -> Aligning<T> {
         let c = &self.coefficients;
@@ -49,7 +47,7 @@ impl<T: Number> MfTire<T> {
         let (F_z, dfz, dpi) = (p.F_z_trail, p.dfz, p.dpi);
         let gamma = p.gamma_star;
         let scale = c.LMUY * p.mu;
-        let K = lateral.K + EPSILON * sign(lateral.K);
+        let K = lateral.K + sign(lateral.K) * EPSILON;
         let S_Ht = c.QHZ1 + c.QHZ2 * dfz + (c.QHZ3 + c.QHZ4 * dfz) * gamma;
         let S_Hf = lateral.S_H + lateral.S_V / K;
         let x = longitudinal.K / K * p.kappa;
@@ -61,10 +59,13 @@ impl<T: Number> MfTire<T> {
         let peak =
             F_z * (R0 / c.FNOMIN) * (c.QDZ1 + c.QDZ2 * dfz) * (-(c.PPZ1 * dpi) + 1.0) * c.LTR;
         let D = peak * (p.gamma * (c.QDZ3 + c.QDZ4 * p.gamma) + 1.0);
-        let side = (B * C * alpha_t).atan() * FRAC_2_PI;
+        let ((t, t_sign), (r, r_sign)) = (equivalent(alpha_t, x), equivalent(alpha_r, x));
+        let [side, t, r] = T::atans([B * C * alpha_t, t, r]);
+        let side = side * FRAC_2_PI;
         let E = (c.QEZ1 + dfz * (c.QEZ2 + c.QEZ3 * dfz)) * ((c.QEZ4 + c.QEZ5 * gamma) * side + 1.0);
         let shape = Shape { B, C, E: self.at_most_1(E) };
-        let trail = D * shape.cosine(equivalent(alpha_t, x)) * p.cos_alpha * p.shifts;
+        let [shrunk] = Shape::cosines([shape], [t * t_sign]);
+        let trail = D * shrunk * p.cos_alpha * p.shifts;
         let by_camber = (c.QDZ8 + c.QDZ9 * dfz) * (c.PPZ2 * dpi + 1.0)
             + (c.QDZ10 + c.QDZ11 * dfz) * gamma.abs();
         let D_r = F_z
@@ -74,41 +75,44 @@ impl<T: Number> MfTire<T> {
             * signum(p.v_x)
             * p.alpha.cos();
         let B_r = c.QBZ9 * c.LKY / scale + c.QBZ10 * lateral.shape.B * lateral.shape.C;
-        let residual = D_r * (B_r * equivalent(alpha_r, x)).atan().cos() * p.shifts;
+        let residual = D_r * cos_atan(B_r * (r * r_sign)) * p.shifts;
         let lever =
             R0 * (c.SSZ1 + c.SSZ2 * (F_y / c.FNOMIN) + (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma) * c.LS;
         Aligning { trail, residual, lever }
     }
 
     /// Overturning moment [N m] (4.E69, with the terms of 6.x).
-    #[inline]
+    #[inline(always)]
     pub(super) fn overturning(&self, p: &Point<T>, F_y: T) -> T {
         let c = &self.coefficients;
         let gamma = p.gamma;
         // Below the valid range it fades with the square of the load.
-        let F_z = if p.F_z.re() < c.FZMIN.re() { p.F_z * (p.F_z / c.FZMIN).powi(2) } else { p.F_z };
+        let faded = p.F_z * (p.F_z / c.FZMIN).powi(2);
+        let F_z = T::pick(p.F_z.below(c.FZMIN), faded, p.F_z);
         let (F_y1, F_z1) = (F_y / c.FNOMIN, F_z / c.FNOMIN);
         let simple = c.QSX1 * c.LVMX + c.QSX3 * F_y1;
         if c.version == Version::Mf52 {
             return c.UNLOADED_RADIUS * F_z * (simple - c.QSX2 * gamma) * c.LMX;
         }
-        let load = (c.QSX6 * F_z1).powi(2).atan();
-        let together = c.QSX4
-            * (c.QSX5 * load).cos()
-            * (c.QSX7 * gamma + c.QSX8 * (c.QSX9 * F_y1).atan()).sin();
-        let by_load = c.QSX10 * (c.QSX11 * F_z1).atan() * gamma;
-        let sum = simple - c.QSX2 * gamma * (c.PPMX1 * p.dpi + 1.0) + together + by_load;
+        let pressed = c.PPMX1 * p.dpi + 1.0;
+        let mut sum = simple - c.QSX2 * gamma * pressed;
+        if !(c.QSX4.is_always(0.0) && c.QSX10.is_always(0.0)) {
+            let atans = T::atans([(c.QSX6 * F_z1).powi(2), c.QSX9 * F_y1, c.QSX11 * F_z1]);
+            let [load, across, cambered] = atans;
+            let together = (c.QSX5 * load).cos() * (c.QSX7 * gamma + c.QSX8 * across).sin();
+            sum += c.QSX4 * together + c.QSX10 * cambered * gamma;
+        }
         let arm = F_y * (c.QSX13 + c.QSX14 * gamma.abs()) - F_z * c.QSX12 * gamma * gamma.abs();
         c.UNLOADED_RADIUS * c.LMX * (F_z * sum + arm)
     }
 
     /// Rolling resistance moment [N m] (4.E70).
-    #[inline]
+    #[inline(always)]
     pub(super) fn rolling(&self, p: &Point<T>, slip: &Slip<T>, F_x: T) -> T {
         let c = &self.coefficients;
-        let zero = T::from(0.0);
-        let given = if slip.F_z.re() > 0.0 { slip.F_z } else { zero };
-        let F_z = if given.re() < c.FZMIN.re() { given * (given / c.FZMIN) } else { given };
+        let zero = F_x.constant(0.0);
+        let given = T::pick(zero.below(slip.F_z), slip.F_z, zero);
+        let F_z = T::pick(given.below(c.FZMIN), given * (given / c.FZMIN), given);
         let v = (p.v_x / c.LONGVL).abs();
         let sum = c.QSY1 + c.QSY2 * (F_x / c.FNOMIN) + c.QSY3 * v + c.QSY4 * v.powi(4);
         let moment = if c.version == Version::Mf52 {
@@ -116,32 +120,29 @@ impl<T: Number> MfTire<T> {
         } else {
             let gamma = p.gamma;
             let F_z1 = F_z / c.FNOMIN;
-            if F_z1.re() == 0.0 {
-                return zero;
-            }
-            let pressure = (p.dpi + 1.0).ln() * c.QSY8;
             let camber = (c.QSY5 + c.QSY6 * F_z1) * gamma * gamma;
-            -c.UNLOADED_RADIUS
-                * c.FNOMIN
-                * c.LMY
-                * (sum + camber)
-                * (F_z1.ln() * c.QSY7 + pressure).exp()
+            let by_load = if c.QSY7.is_always(1.0) && c.QSY8.is_always(0.0) {
+                F_z1
+            } else {
+                (F_z1.ln() * c.QSY7 + (p.dpi + 1.0).ln() * c.QSY8).exp()
+            };
+            let moment = -c.UNLOADED_RADIUS * c.FNOMIN * c.LMY * (sum + camber) * by_load;
+            T::pick(F_z1.equals(0.0), zero, moment)
         };
         moment * self.rolling_share(p, slip) * p.direction
     }
 
     /// How much of the rolling resistance is there at a low speed of the rim.
-    #[inline]
+    #[inline(always)]
     fn rolling_share(&self, p: &Point<T>, slip: &Slip<T>) -> T {
         let low = self.coefficients.VXLOW;
-        let rim = (p.v_x * (slip.kappa + 1.0)).abs();
-        if p.v_x.re() == 0.0 {
-            return T::from(0.0);
+        let turn = slip.kappa + 1.0;
+        // The moment opposes the turn of the wheel, also of one that turns backwards.
+        let mut share = sign(turn);
+        let crawls = (p.v_x * turn).abs().below(low);
+        if turn.any(crawls) {
+            share = T::pick(crawls, (turn / (low / p.v_x.abs()) * FRAC_PI_2).sin(), share);
         }
-        if rim.re() > low.re() {
-            // The moment opposes the turn of the wheel, also of one that turns backwards.
-            return T::from(sign(slip.kappa + 1.0));
-        }
-        ((slip.kappa + 1.0) / (low / p.v_x.abs()) * FRAC_PI_2).sin()
+        T::pick(p.v_x.equals(0.0), turn.constant(0.0), share)
     }
 }

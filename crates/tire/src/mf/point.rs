@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::{MfTire, Reading};
 use crate::coefficients::Version;
-use crate::number::Number;
+use crate::real::Real;
 use crate::slip::Slip;
 
 /// Keeps denominators from 0 [N, m/s], with the sign of what it is added to.
@@ -33,7 +33,7 @@ pub(super) struct Point<T> {
     /// Forward speed [m/s].
     pub v_x: T,
     /// 1 forward and at rest, −1 in reverse.
-    pub direction: f64,
+    pub direction: T,
     /// Share that is left of the shifts at low speed [-].
     pub shifts: T,
     /// cos α′ = V_x / V_c [-].
@@ -43,59 +43,55 @@ pub(super) struct Point<T> {
 }
 
 /// 1 for what is not negative, −1 otherwise.
-#[inline]
-pub(super) fn sign<T: Number>(x: T) -> f64 {
-    if x.re() < 0.0 { -1.0 } else { 1.0 }
+#[inline(always)]
+pub(super) fn sign<T: Real>(x: T) -> T {
+    T::pick(x.below(x.constant(0.0)), x.constant(-1.0), x.constant(1.0))
 }
 
 /// −1, 0 or 1.
-#[inline]
-pub(super) fn signum<T: Number>(x: T) -> f64 {
-    if x.re() == 0.0 { 0.0 } else { sign(x) }
+#[inline(always)]
+pub(super) fn signum<T: Real>(x: T) -> T {
+    T::pick(x.equals(0.0), x.constant(0.0), sign(x))
 }
 
 /// The nearest value from `low` to `high`; NaN stays.
-#[inline]
-pub(super) fn clamp<T: Number>(x: T, low: T, high: T) -> T {
-    if x.re() < low.re() {
-        low
-    } else if x.re() > high.re() {
-        high
-    } else {
-        x
-    }
+#[inline(always)]
+pub(super) fn clamp<T: Real>(x: T, low: T, high: T) -> T {
+    T::pick(x.below(low), low, T::pick(high.below(x), high, x))
 }
 
-impl<T: Number> MfTire<T> {
-    #[inline]
+impl<T: Real> MfTire<T> {
+    #[inline(always)]
     pub(super) fn point(&self, slip: &Slip<T>) -> Point<T> {
         let c = &self.coefficients;
-        let (zero, one) = (T::from(0.0), T::from(1.0));
+        let (zero, one) = (slip.F_z.constant(0.0), slip.F_z.constant(1.0));
         let Reading { limits, trigonometric } = self.reading;
         let v_x = slip.v_x;
         let pressure = slip.pressure.unwrap_or(c.INFLPRES);
-        let mut F_z = if slip.F_z.re() > 0.0 || slip.F_z.re().is_nan() { slip.F_z } else { zero };
+        let mut F_z = T::pick(slip.F_z.is_not_a_number(), slip.F_z, zero);
+        F_z = T::pick(zero.below(slip.F_z), slip.F_z, F_z);
         let (mut kappa, mut alpha, mut gamma) = (slip.kappa, slip.alpha, slip.gamma);
         let (mut inside, mut shifts) = (pressure, one);
         if limits {
             let slow = v_x.abs() / c.VXLOW;
-            if slow.re() <= 1.0 {
-                kappa *= slow;
-                shifts = (one - (slow * PI).cos()) * 0.5;
+            let fades = slow.below(one);
+            if slow.any(fades) {
+                kappa = T::pick(fades, kappa * slow, kappa);
+                shifts = T::pick(fades, (one - (slow * PI).cos()) * 0.5, one);
                 let speed = (v_x.abs() + (v_x * alpha.tan()).abs()) / c.VXLOW;
-                if speed.re() < 1.0 {
-                    alpha *= speed;
-                }
+                alpha = T::pick(speed.below(one), alpha * speed, alpha);
             }
-            F_z = if F_z.re() > c.FZMAX.re() { c.FZMAX } else { F_z };
+            F_z = T::pick(c.FZMAX.below(F_z), c.FZMAX, F_z);
             kappa = clamp(kappa, c.KPUMIN, c.KPUMAX);
             alpha = clamp(alpha, c.ALPMIN, c.ALPMAX);
             gamma = clamp(gamma, c.CAMMIN, c.CAMMAX);
             inside = clamp(pressure, c.PRESMIN, c.PRESMAX);
         }
         let F_z0 = c.FNOMIN * c.LFZO;
-        let F_z_trail =
-            if limits && F_z.re() > 0.0 && F_z.re() < c.FZMIN.re() { c.FZMIN } else { F_z };
+        let F_z_trail = match limits {
+            true => T::pick(zero.below(F_z), T::pick(F_z.below(c.FZMIN), c.FZMIN, F_z), F_z),
+            false => F_z,
+        };
         let tan = alpha.tan();
         let speed = v_x.abs() * (tan * tan + 1.0).sqrt();
         let dpi = match c.version {

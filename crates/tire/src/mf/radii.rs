@@ -25,7 +25,8 @@ impl<T: Number> MfTire<T> {
         };
         let along = c.LONGITUDINAL_STIFFNESS * stiffness(c.PCFX1, c.PCFX2, c.PCFX3);
         let across = c.LATERAL_STIFFNESS * stiffness(c.PCFY1, c.PCFY2, c.PCFY3);
-        let [K_xk, K_ya] = [self.longitudinal(p).K, self.lateral(p, p.gamma_star).K];
+        let K_xk = self.longitudinal(p).K;
+        let [K_ya] = self.cornering_stiffness(p, [p.gamma_star]);
         Relaxation { x: (K_xk / along).abs(), y: (K_ya / across).abs() }
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use tire::{Number, Tire};
+use tire::{Number, TireSet};
 
 use super::brakes::REVERSAL;
 use super::wheels::{BUILD_UP, Fitted};
@@ -16,7 +16,7 @@ const REACH: f64 = 2.5;
 ///
 /// Spin and slip are fastest either at speed, where slip builds up in no less than [`BUILD_UP`], or at rest, where the
 /// wheel swings on its tire and its brake.
-pub(super) fn fastest_pole<W>(p: &Parameters, tires: &PerAxle<Fitted<W>>) -> f64 {
+pub(super) fn fastest_pole(p: &Parameters, tires: &PerAxle<Fitted>) -> f64 {
     let spin = tires.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
     let locks = p.drive.locks.iter().map(|lock| {
         let most = (lock.drive.max(lock.coast) * p.drive.torque_max).max(lock.preload);
@@ -28,7 +28,7 @@ pub(super) fn fastest_pole<W>(p: &Parameters, tires: &PerAxle<Fitted<W>>) -> f64
     rolling.max(held).max(turning).max(p.suspension.fastest_pole(&p.body))
 }
 
-impl<W> DualTrack<W> {
+impl<S> DualTrack<S> {
     /// Longest sub-step [s] that this car is integrated with, however long the ones that are asked for.
     pub fn longest_substep(&self) -> f64 {
         REACH / self.pole
@@ -46,7 +46,7 @@ impl<W> DualTrack<W> {
         max_substep: f64,
     ) -> State<T>
     where
-        W: Tire<T>,
+        S: TireSet<T>,
     {
         let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
         let rates =

@@ -3,13 +3,13 @@
 use approx::assert_relative_eq;
 use nalgebra::SVector;
 use proptest::prelude::*;
-use tire::{Coefficients, MagicFormula, MfTire};
+use tire::{Coefficients, MagicFormula, MfSet, MfTire};
 
 use super::*;
 use crate::body::G;
 use crate::{Aero, State as Planar};
 
-type Road = DualTrack<MfTire>;
+type Road = DualTrack<MfSet>;
 
 /// The sports car of the scenarios, without air.
 fn parameters() -> Parameters {
@@ -24,7 +24,7 @@ fn tire() -> MfTire {
 }
 
 fn car_of(parameters: Parameters) -> Road {
-    DualTrack::new(parameters, [tire(), tire()]).expect("a car")
+    DualTrack::new(parameters, MfSet::from([tire(), tire()])).expect("a car")
 }
 
 fn car() -> Road {

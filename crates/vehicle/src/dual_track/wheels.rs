@@ -110,10 +110,9 @@ pub struct WheelMotion<T = f64> {
     pub torque: T,
 }
 
-/// A tire on its rim, with what depends on the load alone worked out.
+/// What a tire does on its rim but for its forces, with what depends on the load alone worked out.
 #[derive(Clone, Debug)]
-pub(super) struct Fitted<W> {
-    pub tire: W,
+pub(super) struct Fitted {
     pub over_load: OverLoad,
     /// Time by which the rate of slip damps the tire at rest [s].
     pub damping: f64,
@@ -123,10 +122,28 @@ pub(super) struct Fitted<W> {
     pub fastest_pole: f64,
 }
 
-impl<W: CarTire<f64>> Fitted<W> {
+/// A wheel before its tire has answered: the question, and what the answer is turned into motion by.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Question<T> {
+    /// Operating point of the tire, mirrored on the right side, but for the slip angle.
+    slip: Slip<T>,
+    /// Tangent of the slip angle [-], not mirrored.
+    pub tan_alpha: T,
+    /// Velocity of the contact point along the wheel's x axis [m/s].
+    v_x: T,
+    /// Speed of the rim [m/s].
+    rim: T,
+    /// Loaded radius [m].
+    R_l: T,
+    /// Rates of the slips [1/s].
+    kappa_rate: T,
+    alpha_rate: T,
+}
+
+impl Fitted {
     /// Fits a tire for loads around that of the car at rest [N].
-    pub fn new(tire: W, rims: &Rims, load: f64) -> Self {
-        let over_load = OverLoad::new(&tire, rims, load);
+    pub fn new<W: CarTire<f64>>(tire: &W, rims: &Rims, load: f64) -> Self {
+        let over_load = OverLoad::new(tire, rims, load);
         let slowest = 1.001 * tire.fading_speed();
         // The wheel swings on the tire's longitudinal spring, K / σ.
         let frequency = |load: f64| {
@@ -143,30 +160,12 @@ impl<W: CarTire<f64>> Fitted<W> {
             .into_iter()
             .fold(1.0, f64::max);
         let damping = 1.0 / highest;
-        Self { tire, over_load, damping, slowest, fastest_pole: 2.0 * highest }
-    }
-}
-
-impl<W> Fitted<W> {
-    /// The same with its tire in another form, such as one of another number type.
-    pub fn map<U>(&self, change: impl Fn(&W) -> U) -> Fitted<U> {
-        let Self { tire, over_load, damping, slowest, fastest_pole } = self;
-        let (damping, slowest, fastest_pole) = (*damping, *slowest, *fastest_pole);
-        Fitted { tire: change(tire), over_load: over_load.clone(), damping, slowest, fastest_pole }
+        Self { over_load, damping, slowest, fastest_pole: 2.0 * highest }
     }
 
-    /// What the road does to the wheel, and the rate of its state but for the torque of the car:
-    /// σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α, I ω' = −R_l F_x + M_y.
+    /// Asks for the forces of the tire: σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α.
     #[inline]
-    pub fn roll<T: Number>(
-        &self,
-        state: &Wheel<T>,
-        place: &Place<T>,
-        I_yy: f64,
-    ) -> (WheelMotion<T>, Wheel<T>)
-    where
-        W: Tire<T>,
-    {
+    pub fn ask<T: Number>(&self, state: &Wheel<T>, place: &Place<T>) -> Question<T> {
         let (sin, cos) = place.turn;
         let [v_x, v_y] = place.v;
         let (v_x, v_y) = (v_x * cos + v_y * sin, v_y * cos - v_x * sin);
@@ -181,33 +180,53 @@ impl<W> Fitted<W> {
             let slow = -speed / DAMPED + 1.0;
             damping = slow * slow * self.damping;
         }
-        let kappa = state.kappa + kappa_rate * damping;
-        let alpha = (state.tan_alpha + alpha_rate * damping).atan();
-        let asked = at_least(speed, self.slowest);
+        let tan_alpha = state.tan_alpha + alpha_rate * damping;
         let slip = Slip {
-            kappa,
-            alpha: alpha * place.side,
+            kappa: state.kappa + kappa_rate * damping,
+            alpha: T::zero(),
             gamma: place.gamma * place.side,
             F_z: place.F_z,
-            v_x: asked,
+            v_x: at_least(speed, self.slowest),
             pressure: None,
             mu: place.mu,
         };
-        let Forces { F_x, F_y, M_x, M_y, M_z } = self.tire.forces(&slip);
+        Question { slip, tan_alpha, v_x, rim, R_l, kappa_rate, alpha_rate }
+    }
+}
+
+impl<T: Number> Question<T> {
+    /// Operating point of the tire with the slip angle [rad] of a wheel on a side, 1 or −1.
+    #[inline]
+    pub fn at(&self, alpha: T, side: f64) -> Slip<T> {
+        Slip { alpha: alpha * side, ..self.slip }
+    }
+
+    /// What the road does to the wheel, and the rate of its state but for the torque of the car: I ω' = −R_l F_x + M_y.
+    /// The wheel has a slip angle [rad], is on a side, 1 or −1, and has a moment of inertia [kg m²].
+    #[inline]
+    pub fn answered(
+        &self,
+        answer: &Forces<T>,
+        alpha: T,
+        side: f64,
+        I_yy: f64,
+    ) -> (WheelMotion<T>, Wheel<T>) {
+        let Self { slip, v_x, rim, R_l, kappa_rate, alpha_rate, .. } = *self;
+        let Forces { F_x, F_y, M_x, M_y, M_z } = *answer;
         // The formula has seen a car that drives forward: the trail changes its side in reverse, the rolling resistance
         // its direction, and both vanish at rest.
-        let backwards = v_x / at_least(speed, 1.0);
+        let backwards = v_x / at_least(v_x.abs(), 1.0);
         let M_y = M_y * (rim / at_least(rim.abs(), 1.0));
         let motion = WheelMotion {
             F_x,
-            F_y: F_y * place.side,
-            F_z: place.F_z,
-            M_x: M_x * place.side,
+            F_y: F_y * side,
+            F_z: slip.F_z,
+            M_x: M_x * side,
             M_y,
-            M_z: M_z * place.side * backwards,
-            kappa,
+            M_z: M_z * side * backwards,
+            kappa: slip.kappa,
             alpha,
-            gamma: place.gamma,
+            gamma: slip.gamma * side,
             torque: T::zero(),
         };
         let omega = (M_y - F_x * R_l) / I_yy;

@@ -1,0 +1,280 @@
+//! Calculates with several numbers side by side, one for each of as many wheels, in the vectors of the processor.
+
+use std::fmt;
+use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
+
+use elementary::{Group, ROUND, Vector};
+use pulp::{Simd, bytemuck};
+
+use crate::real::Real;
+
+/// As many numbers side by side as the vectors of `S` hold.
+///
+/// All processors give the same bits.
+#[derive(Clone, Copy)]
+pub(crate) struct Lanes<S: Simd> {
+    values: S::f64s,
+    simd: S,
+}
+
+impl<S: Simd> Lanes<S> {
+    /// The number of each place.
+    #[inline(always)]
+    pub fn new(simd: S, number: impl Fn(usize) -> f64) -> Self {
+        let mut values = simd.splat_f64s(0.0);
+        let places = bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(&mut values));
+        for (i, place) in places.iter_mut().enumerate() {
+            *place = number(i);
+        }
+        Self { values, simd }
+    }
+
+    /// The numbers by their places.
+    #[inline(always)]
+    pub fn places(&self) -> &[f64] {
+        bytemuck::cast_slice(std::slice::from_ref(&self.values))
+    }
+
+    #[inline(always)]
+    fn of(self, values: S::f64s) -> Self {
+        Self { values, ..self }
+    }
+
+    #[inline(always)]
+    fn map(self, number: impl Fn(f64) -> f64) -> Self {
+        let places = self.places();
+        Self::new(self.simd, |i| number(places[i]))
+    }
+}
+
+/// The nearest whole number, of which there are two in the middle: the even one.
+#[inline(always)]
+fn nearest<S: Simd>(x: Lanes<S>) -> Lanes<S> {
+    (x + ROUND) - ROUND
+}
+
+impl<S: Simd> fmt::Debug for Lanes<S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.places().fmt(f)
+    }
+}
+
+macro_rules! operator {
+    ($Trait:ident, $name:ident, $vector:ident) => {
+        impl<S: Simd> $Trait for Lanes<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                self.of(self.simd.$vector(self.values, other.values))
+            }
+        }
+
+        impl<S: Simd> $Trait<f64> for Lanes<S> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $name(self, other: f64) -> Self {
+                self.of(self.simd.$vector(self.values, self.simd.splat_f64s(other)))
+            }
+        }
+    };
+}
+
+operator!(Add, add, add_f64s);
+operator!(Sub, sub, sub_f64s);
+operator!(Mul, mul, mul_f64s);
+operator!(Div, div, div_f64s);
+
+impl<S: Simd> Neg for Lanes<S> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.of(self.simd.neg_f64s(self.values))
+    }
+}
+
+impl<S: Simd> AddAssign for Lanes<S> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<S: Simd> MulAssign for Lanes<S> {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<S: Simd> Vector for Lanes<S> {
+    type Truth = S::m64s;
+
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        self.of(self.simd.splat_f64s(value))
+    }
+
+    // Fused on all processors alike.
+    #[inline(always)]
+    fn times_plus(self, a: Self, b: Self) -> Self {
+        self.of(self.simd.mul_add_f64s(self.values, a.values, b.values))
+    }
+
+    #[inline(always)]
+    fn above(self, limit: f64) -> S::m64s {
+        self.simd.greater_than_f64s(self.values, self.simd.splat_f64s(limit))
+    }
+
+    #[inline(always)]
+    fn pick(truth: S::m64s, yes: Self, no: Self) -> Self {
+        yes.of(yes.simd.select_f64s(truth, yes.values, no.values))
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.of(self.simd.abs_f64s(self.values))
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        let simd = self.simd;
+        let only = simd.splat_u64s(1 << 63);
+        let signs = simd.and_u64s(simd.transmute_u64s_f64s(sign.values), only);
+        let size = simd.transmute_u64s_f64s(simd.abs_f64s(self.values));
+        self.of(simd.transmute_f64s_u64s(simd.or_u64s(size, signs)))
+    }
+
+    #[inline(always)]
+    fn quadrant(self) -> [S::m64s; 3] {
+        let k = self - ROUND;
+        let half = k * 0.5;
+        let odd = Vector::abs(half - nearest(half)).above(0.25);
+        // Of the turn that it is past a whole one: from −½ to ½.
+        let turn = k * 0.25 - nearest(k * 0.25);
+        let far = Vector::abs(turn).above(0.375);
+        let (ahead, behind) = (turn.above(0.125), (-turn).above(0.125));
+        [odd, self.simd.or_m64s(far, behind), self.simd.or_m64s(far, ahead)]
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        self.map(Vector::power_of_two)
+    }
+
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        (self.map(|x| x.split().0), self.map(|x| x.split().1))
+    }
+}
+
+impl<S: Simd> Real for Lanes<S> {
+    type Truth = S::m64s;
+
+    #[inline(always)]
+    fn constant(self, value: f64) -> Self {
+        Vector::constant(self, value)
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> S::m64s {
+        self.simd.less_than_f64s(self.values, other.values)
+    }
+
+    #[inline(always)]
+    fn equals(self, value: f64) -> S::m64s {
+        self.simd.equal_f64s(self.values, self.simd.splat_f64s(value))
+    }
+
+    #[inline(always)]
+    fn is_not_a_number(self) -> S::m64s {
+        self.simd.not_m64s(self.simd.equal_f64s(self.values, self.values))
+    }
+
+    #[inline(always)]
+    fn any(self, truth: S::m64s) -> bool {
+        self.simd.first_true_m64s(truth) < S::F64_LANES
+    }
+
+    #[inline(always)]
+    fn is_always(self, value: f64) -> bool {
+        !self.any(self.simd.not_m64s(Real::equals(self, value)))
+    }
+
+    #[inline(always)]
+    fn pick(truth: S::m64s, yes: Self, no: Self) -> Self {
+        Vector::pick(truth, yes, no)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Vector::abs(self)
+    }
+
+    #[inline(always)]
+    fn recip(self) -> Self {
+        Vector::constant(self, 1.0) / self
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.of(self.simd.sqrt_f64s(self.values))
+    }
+
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        let mut power = self;
+        for _ in 1..exponent {
+            power *= self;
+        }
+        power
+    }
+
+    #[inline(always)]
+    fn exp(self) -> Self {
+        elementary::exp(self)
+    }
+
+    #[inline(always)]
+    fn ln(self) -> Self {
+        elementary::ln(self)
+    }
+
+    #[inline(always)]
+    fn sin(self) -> Self {
+        elementary::sin(self)
+    }
+
+    #[inline(always)]
+    fn cos(self) -> Self {
+        elementary::cos(self)
+    }
+
+    #[inline(always)]
+    fn tan(self) -> Self {
+        let (sin, cos) = elementary::sin_cos(self);
+        sin / cos
+    }
+
+    #[inline(always)]
+    fn atan(self) -> Self {
+        elementary::atan(self)
+    }
+
+    #[inline(always)]
+    fn atans<const N: usize>(x: [Self; N]) -> [Self; N] {
+        elementary::atan(Group(x)).0
+    }
+
+    #[inline(always)]
+    fn sines<const N: usize>(x: [Self; N]) -> [Self; N] {
+        elementary::sin(Group(x)).0
+    }
+
+    #[inline(always)]
+    fn cosines<const N: usize>(x: [Self; N]) -> [Self; N] {
+        elementary::cos(Group(x)).0
+    }
+}

@@ -1,0 +1,38 @@
+//! Names the tires of a car with two axles, so that all four wheels can be asked at once.
+
+use crate::number::Number;
+use crate::slip::{Forces, Slip};
+use crate::tire::Tire;
+
+/// The tires of a car: one for the front and one for the rear axle, as they are on the left side.
+pub trait TireSet<T: Number> {
+    /// A tire of an axle.
+    type Tire: Tire<T>;
+
+    /// The tires of the front and the rear axle.
+    fn axles(&self) -> [&Self::Tire; 2];
+
+    /// Slip angles [rad] of the wheels from their tangents.
+    #[inline]
+    fn slip_angles(&self, tangents: [T; 4]) -> [T; 4] {
+        tangents.map(|tangent| tangent.atan())
+    }
+
+    /// Forces and moments of the wheels front left, front right, rear left and rear right, each in the axes of its own operating
+    /// point: for a right wheel, that of its mirror image.
+    #[inline]
+    fn forces(&self, slips: &[Slip<T>; 4]) -> [Forces<T>; 4] {
+        let [front, rear] = self.axles();
+        let [fl, fr, rl, rr] = slips;
+        [front.forces(fl), front.forces(fr), rear.forces(rl), rear.forces(rr)]
+    }
+}
+
+impl<T: Number, W: Tire<T>> TireSet<T> for [W; 2] {
+    type Tire = W;
+
+    #[inline]
+    fn axles(&self) -> [&W; 2] {
+        self.each_ref()
+    }
+}
