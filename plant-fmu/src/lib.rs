@@ -1,13 +1,18 @@
-//! Exports the single-track car with its tires as an FMU: the table of its variables, and one step.
+//! Exports the single-track car with its tires as an FMU: one step, plain or with options.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod car;
+mod table;
+
 use fmu_export::{
-    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, input,
-    output, parameter,
+    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, warn,
 };
 use serde::{Deserialize, Serialize};
-use vehicle::{Input, Motion, State, Vehicle};
+use tire_file::TireChoice;
+use vehicle::{Input, Motion, Road, State, Vehicle, detailed_track};
+
+use car::{Car, Made};
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.002;
@@ -16,25 +21,53 @@ const SUBSTEP: f64 = 0.002;
 #[derive(Clone, Serialize, Deserialize)]
 struct Plant {
     vehicle: Vehicle,
+    /// What options add. Body, air and brake balance are those of the vehicle.
+    details: detailed_track::Parameters,
+    tires: [TireChoice; 2],
+    /// What the parameters make; made anew after a state was read.
+    #[serde(skip)]
+    made: Option<Made>,
     substep: f64,
     start: State,
     state: State,
+    /// The state with that of wheels, tires and steering; of it the plain car uses nothing.
+    detailed: detailed_track::State,
     input: Input,
+    road: Road,
+    seen: Seen,
+}
+
+/// Outputs that are no states.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Seen {
     motion: Motion,
+    kappa: [f64; 2],
+    omega: [f64; 2],
+    delta: f64,
 }
 
 impl Default for Plant {
     fn default() -> Self {
         let (vehicle, start) = (Vehicle::default(), State { v_x: 15.0, ..State::default() });
         let input = Input::default();
+        let details = detailed_track::Parameters::default();
+        let omega = [start.v_x / details.rims.radius; 2];
         let motion = vehicle.evaluate(&start, &input);
-        Plant { vehicle, substep: SUBSTEP, start, state: start, input, motion }
+        Plant {
+            vehicle,
+            details,
+            tires: <[TireChoice; 2]>::default(),
+            made: None,
+            substep: SUBSTEP,
+            start,
+            state: start,
+            detailed: detailed_track::State { planar: start, ..Default::default() },
+            input,
+            road: Road::default(),
+            seen: Seen { motion, kappa: [0.0; 2], omega, delta: 0.0 },
+        }
     }
 }
-
-/// Forces and accelerations follow both inputs at once: steering turns the tire, and the driving force
-/// moves load between the axles.
-const BOTH: &[&str] = &["F_x", "delta"];
 
 const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("delta", "delta")];
 
@@ -49,15 +82,47 @@ const SENSORS: &[Member] = &[
     Member::signal("a_y", "a_y"),
 ];
 
-impl Equations<2, 10> for Plant {
-    const KNOWN: [&str; 2] = ["F_x", "delta"];
-    const UNKNOWN: [&str; 10] =
-        ["a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr"];
+const ROAD: &[Member] = &[
+    Member::signal("mu_f", "mu_f"),
+    Member::signal("mu_r", "mu_r"),
+    Member::signal("grade", "grade"),
+    Member::signal("bank", "bank"),
+];
 
-    fn equations<T: Number>(&self, [F_x, delta]: [T; 2]) -> [T; 10] {
-        let motion = self.vehicle.lift().evaluate(&self.state.lift(), &Input { F_x, delta });
+impl Equations<6, 13> for Plant {
+    const KNOWN: [&str; 6] = ["F_x", "delta", "mu_f", "mu_r", "grade", "bank"];
+    const UNKNOWN: [&str; 13] = [
+        "a_x", "a_y", "alpha_f", "alpha_r", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr",
+        "kappa_f", "omega_f", "delta_f",
+    ];
+
+    fn equations<T: Number>(&self, [F_x, delta, mu_f, mu_r, grade, bank]: [T; 6]) -> [T; 13] {
+        let road = Road { mu: [mu_f, mu_r], grade, bank };
+        if let Some(Made { car: Some(car), .. }) = &self.made {
+            let input = detailed_track::Input { F_x, delta, road };
+            let motion = car.evaluate(&self.detailed.lift(), &input);
+            let [f, r] = motion.axles;
+            return [
+                motion.a_x,
+                motion.a_y,
+                -f.alpha,
+                -r.alpha,
+                f.F_z,
+                r.F_z,
+                f.F_x,
+                r.F_x,
+                f.F_y,
+                r.F_y,
+                f.kappa,
+                f.omega,
+                motion.delta,
+            ];
+        }
+        let (car, state) = (self.vehicle.lift(), self.state.lift());
+        let motion = car.evaluate_on(&state, &Input { F_x, delta }, &road);
+        let omega = self.front_speed(&state, delta);
         let Motion { a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, .. } = motion;
-        [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr]
+        [a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, T::zero(), omega, delta]
     }
 }
 
@@ -71,115 +136,37 @@ impl Model for Plant {
     .terminals(&[
         Terminal::bus("actuators", "Commands to the car", ACTUATORS),
         Terminal::bus("sensors", "Motion of the car", SENSORS),
+        Terminal::bus("road", "Friction and slopes of the road", ROAD),
     ]);
 
-    const VARIABLES: &'static [Variable<Self>] = &[
-        input("F_x", "N", "Driving force; braking when negative").at(|p| &mut p.input.F_x),
-        input("delta", "rad", "Road-wheel angle of the front axle").at(|p| &mut p.input.delta),
-        output("X", "m", "Position east").depends_on(&[]).at(|p| &mut p.state.X),
-        output("Y", "m", "Position north").depends_on(&[]).at(|p| &mut p.state.Y),
-        output("psi", "rad", "Heading, counter-clockwise from X")
-            .depends_on(&[])
-            .at(|p| &mut p.state.psi),
-        output("v_x", "m/s", "Forward speed of the centre of gravity")
-            .depends_on(&[])
-            .at(|p| &mut p.state.v_x),
-        output("v_y", "m/s", "Speed to the left of the centre of gravity")
-            .depends_on(&[])
-            .at(|p| &mut p.state.v_y),
-        output("r", "rad/s", "Yaw rate").depends_on(&[]).at(|p| &mut p.state.r),
-        output("a_x", "m/s2", "Forward acceleration").depends_on(BOTH).at(|p| &mut p.motion.a_x),
-        output("a_y", "m/s2", "Acceleration to the left")
-            .depends_on(BOTH)
-            .at(|p| &mut p.motion.a_y),
-        output("alpha_f", "rad", "Front slip angle")
-            .depends_on(&["delta"])
-            .at(|p| &mut p.motion.alpha_f),
-        output("alpha_r", "rad", "Rear slip angle").depends_on(&[]).at(|p| &mut p.motion.alpha_r),
-        output("F_zf", "N", "Front axle load").depends_on(BOTH).at(|p| &mut p.motion.F_zf),
-        output("F_zr", "N", "Rear axle load").depends_on(BOTH).at(|p| &mut p.motion.F_zr),
-        output("F_xf", "N", "Front longitudinal tire force")
-            .depends_on(&["F_x"])
-            .at(|p| &mut p.motion.F_xf),
-        output("F_xr", "N", "Rear longitudinal tire force")
-            .depends_on(&["F_x"])
-            .at(|p| &mut p.motion.F_xr),
-        output("F_yf", "N", "Front lateral tire force").depends_on(BOTH).at(|p| &mut p.motion.F_yf),
-        output("F_yr", "N", "Rear lateral tire force").depends_on(BOTH).at(|p| &mut p.motion.F_yr),
-        parameter("body.m", "kg", "Mass").min(1.0).at(|p| &mut p.vehicle.body.m),
-        parameter("body.I_zz", "kg.m2", "Yaw inertia").min(1.0).at(|p| &mut p.vehicle.body.I_zz),
-        parameter("body.l_f", "m", "Centre of gravity to front axle")
-            .min(0.01)
-            .at(|p| &mut p.vehicle.body.l_f),
-        parameter("body.l_r", "m", "Centre of gravity to rear axle")
-            .min(0.01)
-            .at(|p| &mut p.vehicle.body.l_r),
-        parameter("body.h", "m", "Height of the centre of gravity")
-            .min(0.0)
-            .at(|p| &mut p.vehicle.body.h),
-        parameter("brake.front_share", "1", "Share of a braking force that the front axle takes")
-            .min(0.0)
-            .max(1.0)
-            .at(|p| &mut p.vehicle.brake_front_share),
-        parameter("aero.rho", "kg/m3", "Density of the air")
-            .min(0.0)
-            .at(|p| &mut p.vehicle.aero.rho),
-        parameter("aero.area", "m2", "Frontal area").min(0.0).at(|p| &mut p.vehicle.aero.area),
-        parameter("aero.C_d", "1", "Drag coefficient").min(0.0).at(|p| &mut p.vehicle.aero.C_d),
-        parameter("aero.C_lf", "1", "Downforce coefficient of the front axle")
-            .at(|p| &mut p.vehicle.aero.C_lf),
-        parameter("aero.C_lr", "1", "Downforce coefficient of the rear axle")
-            .at(|p| &mut p.vehicle.aero.C_lr),
-        parameter("tire_f.B", "1/rad", "Front stiffness factor")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_f.B),
-        parameter("tire_f.C", "1", "Front shape factor").tunable().at(|p| &mut p.vehicle.tire_f.C),
-        parameter("tire_f.D", "1", "Front peak factor").tunable().at(|p| &mut p.vehicle.tire_f.D),
-        parameter("tire_f.E", "1", "Front curvature factor")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_f.E),
-        parameter("tire_f.S_h", "rad", "Front horizontal shift")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_f.S_h),
-        parameter("tire_f.S_v", "1", "Front vertical shift, in units of the load")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_f.S_v),
-        parameter("tire_r.B", "1/rad", "Rear stiffness factor")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_r.B),
-        parameter("tire_r.C", "1", "Rear shape factor").tunable().at(|p| &mut p.vehicle.tire_r.C),
-        parameter("tire_r.D", "1", "Rear peak factor").tunable().at(|p| &mut p.vehicle.tire_r.D),
-        parameter("tire_r.E", "1", "Rear curvature factor")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_r.E),
-        parameter("tire_r.S_h", "rad", "Rear horizontal shift")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_r.S_h),
-        parameter("tire_r.S_v", "1", "Rear vertical shift, in units of the load")
-            .tunable()
-            .at(|p| &mut p.vehicle.tire_r.S_v),
-        parameter("start.X", "m", "Initial position east").at(|p| &mut p.start.X),
-        parameter("start.Y", "m", "Initial position north").at(|p| &mut p.start.Y),
-        parameter("start.psi", "rad", "Initial heading").at(|p| &mut p.start.psi),
-        parameter("start.v_x", "m/s", "Initial forward speed").at(|p| &mut p.start.v_x),
-        parameter("start.v_y", "m/s", "Initial speed to the left").at(|p| &mut p.start.v_y),
-        parameter("start.r", "rad/s", "Initial yaw rate").at(|p| &mut p.start.r),
-        parameter("solver.substep", "s", "Largest step of the integrator")
-            .min(1e-6)
-            .at(|p| &mut p.substep),
-    ];
+    const VARIABLES: &'static [Variable<Self>] = table::VARIABLES;
 
     const DERIVATIVES: Option<Derivatives<Self>> = Some(Derivatives::of());
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.state = self.start;
+        self.made = None;
+        self.make()?;
+        self.detailed = match &self.made {
+            Some(Made { car: Some(car), .. }) => car.rolling(self.start, self.input.delta),
+            _ => detailed_track::State { planar: self.start, ..Default::default() },
+        };
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        self.state = self.vehicle.advance(&self.state, &self.input, step, self.substep);
+        self.make()?;
+        if let Some(Made { car: Some(car), .. }) = &self.made {
+            let input = self.detailed_input();
+            self.detailed = car.advance(&self.detailed, &input, step, self.substep);
+            self.state = self.detailed.planar;
+        } else {
+            let on = (&self.input, &self.road);
+            self.state = self.vehicle.advance_on(&self.state, on, step, self.substep);
+        }
         let State { X, Y, psi, v_x, v_y, r } = self.state;
-        if [X, Y, psi, v_x, v_y, r].iter().all(|value| value.is_finite()) {
+        let rolls = self.detailed.axles.iter().all(|axle| axle.omega.is_finite());
+        if rolls && [X, Y, psi, v_x, v_y, r].iter().all(|value| value.is_finite()) {
             return Ok(());
         }
         let (Input { F_x, delta }, end) = (self.input, time + step);
@@ -189,7 +176,78 @@ impl Model for Plant {
     }
 
     fn outputs(&mut self) {
-        self.motion = self.vehicle.evaluate(&self.state, &self.input);
+        // Parameters that make no car are an error of the initialisation.
+        let _ = self.make();
+        self.seen = match &self.made {
+            Some(Made { car: Some(car), .. }) => {
+                Seen::detailed(&car.motion(&self.detailed, &self.detailed_input()))
+            }
+            _ => self.see(),
+        };
+    }
+}
+
+impl Plant {
+    fn detailed_input(&self) -> detailed_track::Input {
+        let Input { F_x, delta } = self.input;
+        detailed_track::Input { F_x, delta, road: self.road }
+    }
+
+    /// The outputs of the plain car, whose wheels roll freely.
+    fn see(&self) -> Seen {
+        let Input { delta, .. } = self.input;
+        let radius = self.details.rims.radius;
+        Seen {
+            motion: self.vehicle.evaluate_on(&self.state, &self.input, &self.road),
+            kappa: [0.0; 2],
+            omega: [self.front_speed(&self.state, delta), self.state.v_x / radius],
+            delta,
+        }
+    }
+
+    /// Speed of the front wheels of the plain car [rad/s].
+    fn front_speed<T: Number>(&self, state: &State<T>, delta: T) -> T {
+        let (sin, cos) = delta.sin_cos();
+        let v_y = state.v_y + state.r * self.vehicle.body.l_f;
+        (state.v_x * cos + v_y * sin) / self.details.rims.radius
+    }
+
+    /// Makes the car of the parameters, unless it is the one of the last time.
+    fn make(&mut self) -> Result<(), ModelError> {
+        let curves = [self.vehicle.tire_f, self.vehicle.tire_r];
+        if self.made.as_ref().is_some_and(|made| made.curves == curves) {
+            return Ok(());
+        }
+        let mut parameters = self.details.clone();
+        (parameters.body, parameters.aero) = (self.vehicle.body, self.vehicle.aero);
+        parameters.brakes.front_share = self.vehicle.brake_front_share;
+        let (car, messages) =
+            Car::of(parameters, &self.tires, curves).map_err(ModelError::Error)?;
+        messages.into_iter().for_each(warn);
+        self.made = Some(Made { curves, car });
+        Ok(())
+    }
+}
+
+impl Seen {
+    fn detailed(it: &detailed_track::Motion) -> Self {
+        let [f, r] = &it.axles;
+        let motion = Motion {
+            derivative: it.derivative.planar,
+            a_x: it.a_x,
+            a_y: it.a_y,
+            alpha_f: -f.alpha,
+            alpha_r: -r.alpha,
+            F_zf: f.F_z,
+            F_zr: r.F_z,
+            F_xf: f.F_x,
+            F_xr: r.F_x,
+            F_yf: f.F_y,
+            F_yr: r.F_y,
+            drag: it.drag,
+        };
+        let (kappa, omega) = ([f.kappa, r.kappa], [f.omega, r.omega]);
+        Self { motion, kappa, omega, delta: it.delta }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Compares the derivatives of the outputs with central differences.
 
-use fmu_export::{Derivatives, Model, description};
+use fmu_export::{Derivatives, Model, ModelError, description};
+use vehicle::detailed_track::Options;
 use vehicle::{Input, State};
 
 use super::Plant;
@@ -21,14 +22,29 @@ const POINTS: &[(Input, State)] = &[
     ),
 ];
 
+/// The plain car, and one with every option.
+fn plants() -> [Plant; 3] {
+    let mut detailed = Plant::default();
+    detailed.details.options = Options { spin: true, combined: true, relaxation: true };
+    detailed.details.steering.compliance = 1e-6;
+    let mut combined = Plant::default();
+    combined.details.options.combined = true;
+    combined.details.lock.drive = 0.4;
+    combined.details.lock.sensitivity = 0.5;
+    [Plant::default(), combined, detailed]
+}
+
 #[test]
 fn derivatives_are_those_of_central_differences() {
     let derivatives: Derivatives<Plant> = Plant::DERIVATIVES.expect("derivatives");
-    for (input, state) in POINTS {
-        let plant = Plant { state: *state, ..Plant::default() };
-        let values = [input.F_x, input.delta];
-        let at = |values: [f64; 2]| derivatives.along(&plant, &values.map(|value| (value, 0.0)));
-        for (known, h) in [(0, 1.0), (1, 1e-5)] {
+    for (plant, (input, state)) in
+        plants().iter().flat_map(|it| POINTS.iter().map(move |at| (it, at)))
+    {
+        let mut plant = Plant { start: *state, ..plant.clone() };
+        plant.initialise().expect("a car");
+        let values = [input.F_x, input.delta, 0.9, 1.1, 0.05, -0.1];
+        let at = |values: [f64; 6]| derivatives.along(&plant, &values.map(|value| (value, 0.0)));
+        for (known, h) in [(0, 1.0), (1, 1e-5), (2, 1e-5), (3, 1e-5), (4, 1e-5), (5, 1e-5)] {
             let step = |h: f64| {
                 let mut moved = values;
                 moved[known] += h;
@@ -44,6 +60,63 @@ fn derivatives_are_those_of_central_differences() {
                 assert!((found - expected).abs() <= allowed, "{known} {i}: {found} {expected}");
             }
         }
+    }
+}
+
+#[test]
+fn options_that_make_no_car_are_told_with_name_and_bound() {
+    let wrong = |change: fn(&mut Plant)| {
+        let mut plant = Plant::default();
+        change(&mut plant);
+        match plant.initialise() {
+            Err(ModelError::Error(text)) => text,
+            other => panic!("{other:?}"),
+        }
+    };
+    let negative = |p: &mut Plant| {
+        p.details.options.spin = true;
+        p.vehicle.body.m = -5.0;
+    };
+    assert_eq!(wrong(negative), "body.m is -5, expected a number above 0");
+    let text = "[MODEL]\nFITTYP = 7\n".to_owned();
+    let alone = |p: &mut Plant| p.tires[1].tir = "rear.tir".to_owned();
+    assert_eq!(
+        wrong(alone),
+        "tire_r.tir is given and tire_f.tir is empty, expected a file for both axles or for none"
+    );
+    let mut plant = Plant::default();
+    plant.tires.iter_mut().for_each(|choice| choice.tir.clone_from(&text));
+    let Err(ModelError::Error(error)) = plant.initialise() else { panic!("no error") };
+    assert!(error.starts_with("tire_f.tir:2: FITTYP"), "{error}");
+}
+
+#[test]
+fn a_state_that_was_read_drives_on_as_the_first_one() {
+    for mut plant in plants() {
+        plant.initialise().expect("a car");
+        (plant.input.delta, plant.input.F_x) = (0.05, -900.0);
+        plant.step(0.0, 0.1).expect("a step");
+        let mut other = Plant { made: None, ..plant.clone() };
+        plant.step(0.1, 0.1).expect("a step");
+        other.step(0.1, 0.1).expect("a step");
+        plant.outputs();
+        other.outputs();
+        assert_eq!((plant.state, plant.seen.omega), (other.state, other.seen.omega));
+        assert!(plant.seen.motion.a_y > 1.0, "{:?}", plant.seen.motion);
+    }
+}
+
+#[test]
+fn a_tire_parameter_that_changes_changes_the_car_with_options_too() {
+    for mut plant in plants() {
+        plant.initialise().expect("a car");
+        plant.input.delta = 0.02;
+        plant.step(0.0, 0.5).expect("a step");
+        plant.outputs();
+        let before = plant.seen.motion.F_yf;
+        plant.vehicle.tire_f.D *= 0.5;
+        plant.outputs();
+        assert!(plant.seen.motion.F_yf < 0.6 * before, "{} after {before}", plant.seen.motion.F_yf);
     }
 }
 

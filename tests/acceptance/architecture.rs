@@ -102,7 +102,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("system-fmu", &["fmu-export", "system"]),
     ("python-model", &["fmu-export", "python"]),
     ("python-fmu", &["fmu-export", "python-model"]),
-    ("plant-fmu", &["fmu-export", "vehicle"]),
+    ("plant-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),

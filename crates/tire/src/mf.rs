@@ -57,6 +57,13 @@ pub struct Details<T = f64> {
     pub residual: T,
 }
 
+impl MfTire {
+    /// The same tire as constants of another number type.
+    pub fn lift<T: Number>(&self) -> MfTire<T> {
+        MfTire { coefficients: self.coefficients.lift(), reading: self.reading }
+    }
+}
+
 impl<T: Number> MfTire<T> {
     /// A tire of these coefficients.
     ///

@@ -4,8 +4,9 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use tire::{Coefficients, MagicFormula, MfSet, MfTire, Slip, Tire, TireSet, Version};
+use vehicle::detailed_track::{self, Actuator, DetailedTrack, Mounting, Options};
 use vehicle::dual_track::{DualTrack, Input, Parameters};
-use vehicle::{State, Vehicle};
+use vehicle::{Road, State, Vehicle};
 
 /// Median of the times of one call [ns], over nine rounds.
 fn median(calls: u32, mut round: impl FnMut(u32)) -> f64 {
@@ -65,6 +66,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         black_box(state);
     });
     println!("single track on {:?}: {one:.0} ns a sub-step", MagicFormula::default());
+
+    let mf61 = Coefficients { version: Version::Mf61, ..Coefficients::sports_tire() };
+    let tires = MfSet::from([MfTire::new(mf61)?; 2]);
+    let options = Options { spin: true, combined: true, relaxation: true };
+    let steering = Actuator { lag: 0.03, rate_max: 1.0, compliance: 1e-6 };
+    let parameters = detailed_track::Parameters { options, steering, ..Default::default() };
+    let car = DetailedTrack::new(parameters, tires, Mounting::Mirrored)?;
+    let start = car.rolling(State { v_x: 30.0, ..State::default() }, 0.03);
+    let input = detailed_track::Input { F_x: 500.0, delta: 0.03, road: Road::default() };
+    let one = median(20_000, |n| {
+        let mut state = start;
+        for _ in 0..n {
+            state = car.advance(&state, black_box(&input), 5e-4, 5e-4);
+        }
+        black_box(state);
+    });
+    println!("single track on MF 6.1, every option: {one:.0} ns a sub-step");
 
     let tires = [MfTire::new(Coefficients::sports_tire())?; 2];
     let car = DualTrack::new(Parameters::default(), MfSet::from(tires))?;

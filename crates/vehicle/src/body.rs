@@ -64,8 +64,20 @@ impl Body {
         mu_f: T,
         sin_delta: T,
     ) -> [T; 2] {
+        self.loads_under(T::from(self.m * G), downforce, F_long, mu_f, sin_delta)
+    }
+
+    /// The same with another weight that presses on the road [N], as on a slope.
+    #[inline]
+    pub(crate) fn loads_under<T: Number>(
+        &self,
+        weight: T,
+        downforce: [T; 2],
+        F_long: T,
+        mu_f: T,
+        sin_delta: T,
+    ) -> [T; 2] {
         let L = self.wheelbase();
-        let weight = self.m * G;
         let total = downforce[0] + downforce[1] + weight;
         let moment = downforce[0] * L - F_long * self.h + weight * self.l_r;
         let F_zf = moment / (-mu_f * sin_delta * self.h + L);

@@ -26,8 +26,11 @@ pub use suspension::{STOP, Suspension};
 pub use wheels::{BUILD_UP, CarTire, PerDirection, Rims, SLIP_MAX, WheelMotion};
 
 use crate::body::Body;
-use suspension::{Pushes, axle_positions};
-use wheels::{Fitted, Place};
+pub(crate) use brakes::REVERSAL;
+pub(crate) use parameters::{Bound, expect};
+use suspension::Pushes;
+pub(crate) use suspension::axle_positions;
+pub(crate) use wheels::{Fitted, Place};
 
 /// One value for each wheel: front left, front right, rear left, rear right.
 pub type PerWheel<T> = [T; 4];

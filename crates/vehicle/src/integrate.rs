@@ -3,7 +3,8 @@
 
 use nalgebra::SVector;
 
-use crate::single_track::{Input, State, Vehicle};
+use crate::road::Road;
+use crate::single_track::{Input, Motion, State, Vehicle};
 use tire::Number;
 
 /// One step of the classical fourth-order Runge-Kutta method: the state `h` [s] after `x`.
@@ -48,8 +49,31 @@ impl<T: Number> Vehicle<T> {
         step: f64,
         max_substep: f64,
     ) -> State<T> {
+        self.stepped(state, step, max_substep, |x| self.evaluate(x, input))
+    }
+
+    /// The same on a road with slopes and other friction.
+    #[inline]
+    pub fn advance_on(
+        &self,
+        state: &State<T>,
+        (input, road): (&Input<T>, &Road<T>),
+        step: f64,
+        max_substep: f64,
+    ) -> State<T> {
+        self.stepped(state, step, max_substep, |x| self.evaluate_on(x, input, road))
+    }
+
+    #[inline]
+    fn stepped(
+        &self,
+        state: &State<T>,
+        step: f64,
+        max_substep: f64,
+        motion: impl Fn(&State<T>) -> Motion<T>,
+    ) -> State<T> {
         let (n, h) = substeps(step, max_substep);
-        let rates = |x: &SVector<T, 6>| self.evaluate(&State::from(*x), input).derivative.into();
+        let rates = |x: &SVector<T, 6>| motion(&State::from(*x)).derivative.into();
         let mut x = SVector::from(*state);
         for _ in 0..n {
             x = rk4(&x, h, rates);

@@ -25,9 +25,11 @@
 
 mod axle;
 mod body;
+pub mod detailed_track;
 pub mod dual_track;
 mod integrate;
 mod linear;
+mod road;
 mod single_track;
 mod slip;
 mod table;
@@ -38,6 +40,7 @@ pub use axle::AxleForces;
 pub use body::{Aero, Body, G};
 pub use integrate::rk4;
 pub use linear::NominalCar;
+pub use road::Road;
 
 pub use single_track::{Input, Motion, State, Vehicle};
 pub use slip::SLIP_SPEED_FLOOR;

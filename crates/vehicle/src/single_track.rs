@@ -4,7 +4,8 @@
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
-use crate::body::{Aero, Body};
+use crate::body::{Aero, Body, G};
+use crate::road::Road;
 use tire::MagicFormula;
 use tire::Number;
 
@@ -181,26 +182,47 @@ impl<T: Number> Vehicle<T> {
     /// with the slip angles of [`Body::slip_angles`].
     #[inline]
     pub fn evaluate(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
+        let level = (T::one(), [T::zero(); 2]);
+        self.evaluate_under(state, input, [T::one(); 2], level)
+    }
+
+    /// The same on a road with slopes and other friction. It moves less or more load between the axles only as far as it is
+    /// less or more weight that presses on it.
+    #[inline]
+    pub fn evaluate_on(&self, state: &State<T>, input: &Input<T>, road: &Road<T>) -> Motion<T> {
+        self.evaluate_under(state, input, road.mu, road.gravity())
+    }
+
+    #[inline]
+    fn evaluate_under(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+        mu: [T; 2],
+        (pressing, down): (T, [T; 2]),
+    ) -> Motion<T> {
         let Body { m, I_zz, l_f, l_r, .. } = self.body;
         let State { v_x, v_y, r, .. } = *state;
         let (sin_delta, cos_delta) = input.delta.sin_cos();
 
         let [alpha_f, alpha_r] = self.body.slip_angles(v_x, v_y, r, input.delta);
-        let mu_f = self.tire_f.coefficient(alpha_f);
-        let mu_r = self.tire_r.coefficient(alpha_r);
+        let mu_f = self.tire_f.coefficient(alpha_f) * mu[0];
+        let mu_r = self.tire_r.coefficient(alpha_r) * mu[1];
 
         let drag = self.aero.drag(v_x);
         let [F_xf, F_xr] = self.split_force(input.F_x);
         let F_long = F_xf * cos_delta + F_xr - drag;
         let downforce = self.aero.downforce(v_x);
-        let [F_zf, F_zr] = self.body.axle_loads(downforce, F_long, mu_f, sin_delta);
+        let weight = pressing * (m * G);
+        let [F_zf, F_zr] = self.body.loads_under(weight, downforce, F_long, mu_f, sin_delta);
 
         let (F_yf, F_yr) = (F_zf * mu_f, F_zr * mu_r);
         let F_lat_f = F_yf * cos_delta + F_xf * sin_delta;
         let a_x = (F_long - F_yf * sin_delta) / m;
         let a_y = (F_lat_f + F_yr) / m;
 
-        let derivative = state.moving(a_x, a_y, (F_lat_f * l_f - F_yr * l_r) / I_zz);
+        let derivative =
+            state.moving(a_x - down[0], a_y - down[1], (F_lat_f * l_f - F_yr * l_r) / I_zz);
         Motion { derivative, a_x, a_y, alpha_f, alpha_r, F_zf, F_zr, F_xf, F_xr, F_yf, F_yr, drag }
     }
 }

@@ -188,7 +188,7 @@ impl<W: Tire<f64>> TireCar<W> {
 ///
 /// The secant method finds the slip; it carries derivatives along, which are exact one step after the slip is.
 #[inline]
-fn driven<T: Number>(tire: &impl Tire<T>, slip: Slip<T>, F_x: T) -> [T; 2] {
+pub(crate) fn driven<T: Number>(tire: &impl Tire<T>, slip: Slip<T>, F_x: T) -> [T; 2] {
     let at = |kappa: T| tire.F_xy(&Slip { kappa, ..slip });
     let free = at(T::zero());
     if F_x == 0.0 || slip.F_z <= 0.0 {

@@ -9,7 +9,7 @@ use super::PerAxle;
 use crate::table::Curve;
 
 /// Shortest time in which a brake's torque changes its sign at speed [s].
-pub(super) const REVERSAL: f64 = 1e-3;
+pub(crate) const REVERSAL: f64 = 1e-3;
 
 /// Brakes of the wheels.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -36,7 +36,7 @@ impl Default for Brakes {
 impl Brakes {
     /// Torque that the brake of a wheel of each axle can hold [N m], for a demanded force [N].
     #[inline]
-    pub(super) fn capacity<T: Number>(&self, F_x: T, radius: PerAxle<f64>) -> PerAxle<T> {
+    pub(crate) fn capacity<T: Number>(&self, F_x: T, radius: PerAxle<f64>) -> PerAxle<T> {
         let demand = if F_x < 0.0 { -F_x } else { T::zero() };
         let share = [self.front_share, 1.0 - self.front_share];
         let each = |torque: T, axle: usize| torque * (0.5 * share[axle]);
@@ -62,7 +62,7 @@ impl Brakes {
     /// holds the wheel when it stands: nothing creeps. The angle θ grows with speed, so that b needs at least the time
     /// [`REVERSAL`]. A part in proportion to b' damps the swinging of a wheel that is held.
     #[inline]
-    pub(super) fn torque<T: Number>(&self, capacity: T, omega: T, share: T) -> (T, T) {
+    pub(crate) fn torque<T: Number>(&self, capacity: T, omega: T, share: T) -> (T, T) {
         let speed = omega.abs();
         let at_speed = speed * REVERSAL;
         let angle = if at_speed > self.windup { at_speed } else { self.windup.into() };
@@ -79,7 +79,7 @@ impl Brakes {
     }
 
     /// Upper bound of the poles that a held wheel has on its brake [1/s], for a moment of inertia [kg m²].
-    pub(super) fn fastest_pole(&self, inertia: f64) -> f64 {
+    pub(crate) fn fastest_pole(&self, inertia: f64) -> f64 {
         let most = 0.5 * self.torque_max * self.front_share.max(1.0 - self.front_share);
         (most / (self.windup * inertia)).sqrt() + REVERSAL * most / (self.windup * inertia)
     }

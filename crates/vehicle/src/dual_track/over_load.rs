@@ -19,7 +19,7 @@ const SPEEDS: [f64; 2] = [20.0, 60.0];
 /// Effective and loaded radius and both relaxation lengths [m] over the load, between even points by cubics that join
 /// smoothly (Catmull and Rom). Camber and pressure are those of a wheel that stands upright on its own pressure.
 #[derive(Clone, Debug)]
-pub(super) struct OverLoad {
+pub(crate) struct OverLoad {
     per_newton: f64,
     /// R_e, R_l, σ_κ, σ_α at each point, and one point more on either side.
     points: Vec<[f64; 4]>,

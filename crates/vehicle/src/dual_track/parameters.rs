@@ -43,7 +43,7 @@ pub struct BadParameter {
 }
 
 /// What a parameter has to be.
-enum Bound {
+pub(crate) enum Bound {
     Positive,
     NotNegative,
     Share,
@@ -52,7 +52,7 @@ enum Bound {
 }
 
 impl Bound {
-    fn holds(&self, value: f64) -> bool {
+    pub fn holds(&self, value: f64) -> bool {
         value.is_finite()
             && match self {
                 Self::Positive => value > 0.0,
@@ -63,7 +63,7 @@ impl Bound {
             }
     }
 
-    fn text(&self) -> String {
+    pub fn text(&self) -> String {
         match self {
             Self::Positive => "a number above 0".to_owned(),
             Self::NotNegative => "a number of at least 0".to_owned(),
@@ -180,7 +180,7 @@ impl Parameters {
     }
 }
 
-fn expect(
+pub(crate) fn expect(
     name: &'static str,
     value: f64,
     holds: bool,

@@ -28,7 +28,7 @@ impl Default for Steering {
 }
 
 /// Sine and cosine of the angle of a wheel to the body's x axis.
-pub(super) type Turn<T> = (T, T);
+pub(crate) type Turn<T> = (T, T);
 
 impl Steering {
     /// Steering angles of the left and the right front wheel [rad] for their mean angle: with the turn's centre on

@@ -60,7 +60,7 @@ impl Default for Suspension {
 }
 
 /// What moves the body on its springs.
-pub(super) struct Pushes<T> {
+pub(crate) struct Pushes<T> {
     /// Sum of longitudinal tire forces and drag [N], along the body's x axis.
     pub F_x: T,
     /// Sum of lateral tire forces [N], along the body's y axis.
@@ -76,20 +76,20 @@ pub(super) struct Pushes<T> {
 }
 
 /// Distances of the axles from the centre of gravity [m], positive forward.
-pub(super) fn axle_positions(body: &Body) -> PerAxle<f64> {
+pub(crate) fn axle_positions(body: &Body) -> PerAxle<f64> {
     [body.l_f, -body.l_r]
 }
 
 impl Suspension {
     /// Compression of the springs of an axle [m], the mean of its wheels, by heave and pitch; or its rate.
     #[inline]
-    pub(super) fn compression<T: Number>(body: &Body, axle: usize, q: &Attitude<T>) -> T {
+    pub(crate) fn compression<T: Number>(body: &Body, axle: usize, q: &Attitude<T>) -> T {
         q.theta * axle_positions(body)[axle] - q.z
     }
 
     /// Way of each wheel towards the body [m].
     #[inline]
-    pub(super) fn travel<T: Number>(&self, body: &Body, q: &Attitude<T>) -> PerWheel<T> {
+    pub(crate) fn travel<T: Number>(&self, body: &Body, q: &Attitude<T>) -> PerWheel<T> {
         std::array::from_fn(|i| {
             let axle = axle_of(i);
             Self::compression(body, axle, q) - q.phi * (0.5 * side_of(i) * self.track[axle])
@@ -98,7 +98,7 @@ impl Suspension {
 
     /// Loads of the wheels [N]: weight at rest, springs, dampers, and what the links pass on. A wheel in the air has none.
     #[inline]
-    pub(super) fn loads<T: Number>(&self, body: &Body, state: &State<T>) -> PerWheel<T> {
+    pub(crate) fn loads<T: Number>(&self, body: &Body, state: &State<T>) -> PerWheel<T> {
         let (q, rate) = (&state.attitude, &state.rates);
         let rest = body.static_loads();
         let F_y = [state.transfer.F_yf, state.transfer.F_yr];
@@ -125,7 +125,7 @@ impl Suspension {
     ///
     /// The links turn the wheels about roll centre and pitch centre, and velocities are those of the centre of gravity.
     #[inline]
-    pub(super) fn swing<T: Number>(&self, body: &Body, rate: &Attitude<T>) -> (T, PerAxle<T>) {
+    pub(crate) fn swing<T: Number>(&self, body: &Body, rate: &Attitude<T>) -> (T, PerAxle<T>) {
         let sideways = |axle: usize| rate.phi * (body.h - self.roll_centre[axle]);
         (-rate.theta * (body.h - self.pitch_centre), [sideways(FRONT), sideways(REAR)])
     }
@@ -135,7 +135,7 @@ impl Suspension {
     /// m z'' = Σ F_z − W − D, I_xx φ'' = h F_y + Σ y F_z + M_x + W (h − h_ra) φ,
     /// I_yy θ'' = −h F_x − Σ x F_z + l_f D_f − l_r D_r + W (h − h_pc) θ.
     #[inline]
-    pub(super) fn rates<T: Number>(
+    pub(crate) fn rates<T: Number>(
         &self,
         body: &Body,
         state: &State<T>,
@@ -183,13 +183,13 @@ impl Suspension {
     }
 
     /// Pitch stiffness of the springs [N m/rad].
-    pub(super) fn pitch_stiffness(&self, body: &Body) -> f64 {
+    pub(crate) fn pitch_stiffness(&self, body: &Body) -> f64 {
         let [k_f, k_r] = self.ride_stiffness;
         2.0 * (k_f * body.l_f * body.l_f + k_r * body.l_r * body.l_r)
     }
 
     /// Upper bound of the poles of the body on its springs and dampers [1/s].
-    pub(super) fn fastest_pole(&self, body: &Body) -> f64 {
+    pub(crate) fn fastest_pole(&self, body: &Body) -> f64 {
         if !self.dynamic {
             return 4.0 / self.lag;
         }

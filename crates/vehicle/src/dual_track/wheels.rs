@@ -16,6 +16,12 @@ pub const BUILD_UP: f64 = 1e-3;
 /// rolling forward would build up slip without end.
 pub const SLIP_MAX: PerDirection = PerDirection { kappa: 3.0, tan_alpha: 10.0 };
 
+/// Shortest relaxation length of a tire that slides [m].
+const SHORTEST: f64 = 1e-3;
+
+/// Keeps the linear range from 0 on a road without friction, as a square.
+const SHORTEST_BEND: f64 = 1e-8;
+
 /// Forward speed [m/s] below which the tire is damped like a spring.
 const DAMPED: f64 = 3.0;
 
@@ -70,7 +76,7 @@ where
 }
 
 /// Where a wheel is and what acts on it.
-pub(super) struct Place<T> {
+pub(crate) struct Place<T> {
     /// Velocity of the contact point along the body's axes [m/s].
     pub v: [T; 2],
     /// Angle to the body.
@@ -112,8 +118,10 @@ pub struct WheelMotion<T = f64> {
 
 /// What a tire does on its rim but for its forces, with what depends on the load alone worked out.
 #[derive(Clone, Debug)]
-pub(super) struct Fitted {
+pub(crate) struct Fitted {
     pub over_load: OverLoad,
+    /// Slip [-] and tangent of the slip angle [-] at which the tire would reach its peak if it stayed linear.
+    pub linear: PerDirection,
     /// Time by which the rate of slip damps the tire at rest [s].
     pub damping: f64,
     /// Speed that the tire is asked at, at least [m/s].
@@ -124,7 +132,7 @@ pub(super) struct Fitted {
 
 /// A wheel before its tire has answered: the question, and what the answer is turned into motion by.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Question<T> {
+pub(crate) struct Question<T> {
     /// Operating point of the tire, mirrored on the right side, but for the slip angle.
     slip: Slip<T>,
     /// Tangent of the slip angle [-], not mirrored.
@@ -160,7 +168,13 @@ impl Fitted {
             .into_iter()
             .fold(1.0, f64::max);
         let damping = 1.0 / highest;
-        Self { over_load, damping, slowest, fastest_pole: 2.0 * highest }
+        let linear = PerDirection {
+            kappa: linear_slip(|kappa| tire.F_xy(&Slip { kappa, ..at_rest(load, slowest) })[0]),
+            tan_alpha: linear_slip(|tan| {
+                -tire.F_xy(&Slip { alpha: tan.atan(), ..at_rest(load, slowest) })[1]
+            }),
+        };
+        Self { over_load, linear, damping, slowest, fastest_pole: 2.0 * highest }
     }
 
     /// Asks for the forces of the tire: σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α.
@@ -172,6 +186,9 @@ impl Fitted {
         let [R_e, R_l, sigma_x, sigma_y] = self.over_load.at(place.F_z, state.omega);
         let rim = state.omega * R_e;
         let speed = v_x.abs();
+        let bent = |sigma: T, slip: T, linear: f64| shortened(sigma, slip, place.mu * linear);
+        let sigma_x = bent(sigma_x, state.kappa, self.linear.kappa);
+        let sigma_y = bent(sigma_y, state.tan_alpha, self.linear.tan_alpha);
         let kappa_rate = built_up(rim - v_x, state.kappa, speed, sigma_x, SLIP_MAX.kappa);
         let alpha_rate = built_up(v_y, state.tan_alpha, speed, sigma_y, SLIP_MAX.tan_alpha);
 
@@ -199,6 +216,11 @@ impl<T: Number> Question<T> {
     #[inline]
     pub fn at(&self, alpha: T, side: f64) -> Slip<T> {
         Slip { alpha: alpha * side, ..self.slip }
+    }
+
+    /// Rate of the slip angle's tangent [1/s].
+    pub fn alpha_rate(&self) -> T {
+        self.alpha_rate
     }
 
     /// What the road does to the wheel, and the rate of its state but for the torque of the car: I ω' = −R_l F_x + M_y.
@@ -244,13 +266,38 @@ fn built_up<T: Number>(v_slip: T, slip: T, speed: T, sigma: T, most: f64) -> T {
     (v_slip - u * slip) / if way > sigma { way } else { sigma }
 }
 
+/// Relaxation length [m] at a slip: σ (1 + (s / s*)²)^-3/2, with s* the end of the linear range.
+///
+/// The tire bends by no more than σ s*, with which its carcass holds the peak of the force: the rest of the slip is sliding. With
+/// one length for all slips, a wheel that stops while it slides would spring back by a foot.
+#[inline]
+fn shortened<T: Number>(sigma: T, slip: T, linear: T) -> T {
+    let square = linear * linear + SHORTEST_BEND;
+    let share = square / (square + slip * slip);
+    let length = sigma * share * share.sqrt();
+    if length > SHORTEST { length } else { SHORTEST.into() }
+}
+
+/// Slip at which a tire would reach its peak if it stayed as stiff as it begins.
+fn linear_slip(force: impl Fn(f64) -> f64) -> f64 {
+    let stiffness = (force(1e-4) - force(-1e-4)) / 2e-4;
+    let peak = (1..=100).map(|i| force(0.01 * f64::from(i))).fold(0.0, f64::max);
+    let slip = peak / stiffness;
+    // A tire that is no tire keeps its length.
+    if slip > 0.0 && slip.is_finite() { slip } else { 1e3 }
+}
+
+fn at_rest(load: f64, slowest: f64) -> Slip {
+    Slip { F_z: load, v_x: slowest.max(1.0), ..Slip::default() }
+}
+
 #[inline]
 fn at_least<T: Number>(value: T, least: f64) -> T {
     if value > least { value } else { least.into() }
 }
 
 /// Relaxation lengths [m] that a car can be integrated with: finite, and not below the shortest.
-pub(super) fn usable(relaxation: Relaxation, least: f64) -> [f64; 2] {
+pub(crate) fn usable(relaxation: Relaxation, least: f64) -> [f64; 2] {
     [relaxation.x, relaxation.y]
         .map(|length| if length.is_finite() { length.max(least) } else { least })
 }

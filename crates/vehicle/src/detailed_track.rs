@@ -1,0 +1,400 @@
+//! Evaluates the single-track car with options: combined slip, wheels that spin, relaxation, a steering actuator, a differential.
+//!
+//! docs/methods/plant.md has the equations. Without options it is [`Vehicle`](crate::Vehicle), but for the short lag with which
+//! forces move load between the axles.
+#![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
+
+mod parameters;
+mod state;
+
+use nalgebra::SVector;
+use tire::{Forces, Number, Slip, Tire, TireSet};
+
+pub use parameters::{Actuator, Options, Parameters, SHORTEST_LAG};
+pub use state::{Input, STATES, State};
+
+use crate::body::{Body, G};
+use crate::dual_track::{
+    BUILD_UP, BadParameter, CarTire, Fitted, PerAxle, Place, REVERSAL, Wheel, axle_positions,
+};
+use crate::integrate::{rk4, substeps};
+use crate::tire_car::driven;
+
+/// Time in which forces move load between the axles [s]. It opens the loop of loads and tire forces.
+const LAG: f64 = 0.005;
+
+/// How far the method goes on the negative real axis with some distance to its limit, 2.78.
+const REACH: f64 = 2.5;
+
+/// How the two tires of an axle are mounted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mounting {
+    /// The right one is the mirror image of the left one, so that their asymmetries cancel.
+    Mirrored,
+    /// Both are the axle's curve with half of its load each.
+    Alike,
+}
+
+/// Forces of an axle and how it moves, in its wheels' axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxleMotion<T = f64> {
+    /// Longitudinal force [N].
+    pub F_x: T,
+    /// Lateral force [N], positive to the left.
+    pub F_y: T,
+    /// Load [N].
+    pub F_z: T,
+    /// Aligning moment [N m].
+    pub M_z: T,
+    /// Longitudinal slip [-] that makes the force.
+    pub kappa: T,
+    /// Slip angle [rad] that makes the force: positive while the contact point moves to the left, so F_y < 0.
+    pub alpha: T,
+    /// Speed of the wheels [rad/s].
+    pub omega: T,
+}
+
+/// Forces and accelerations that follow from a [`State`] and an [`Input`] at the same instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<T = f64> {
+    /// Time derivative of the state.
+    pub derivative: State<T>,
+    /// Forward acceleration [m/s²] that an accelerometer in the centre of gravity measures along the road.
+    pub a_x: T,
+    /// Acceleration to the left [m/s²] that an accelerometer in the centre of gravity measures along the road.
+    pub a_y: T,
+    /// The axles.
+    pub axles: PerAxle<AxleMotion<T>>,
+    /// Angle of the front wheels [rad].
+    pub delta: T,
+    /// Yaw moment of the differential [N m].
+    pub M_diff: T,
+    /// Aerodynamic drag [N], positive when driving forward.
+    pub drag: T,
+}
+
+/// Single-track car with options. [`DetailedTrack::new`] checks its parameters and fits its tires.
+#[derive(Clone, Debug)]
+pub struct DetailedTrack<S> {
+    parameters: Parameters,
+    tires: S,
+    mounting: Mounting,
+    fitted: PerAxle<Fitted>,
+    radius: PerAxle<f64>,
+    pole: f64,
+}
+
+impl<S: TireSet<f64>> DetailedTrack<S>
+where
+    S::Tire: CarTire<f64>,
+{
+    /// A car of these parameters on these tires, of which an axle has two.
+    ///
+    /// # Errors
+    /// When a parameter describes no car that can be integrated.
+    pub fn new(parameters: Parameters, tires: S, mounting: Mounting) -> Result<Self, BadParameter> {
+        parameters.check()?;
+        let loads = parameters.body.static_loads().map(|load| 0.5 * load);
+        let fit = |axle: usize| Fitted::new(tires.axles()[axle], &parameters.rims, loads[axle]);
+        let fitted = [fit(0), fit(1)];
+        let radius = [0, 1].map(|axle| fitted[axle].over_load.at(loads[axle], 0.0)[0]);
+        let pole = fastest_pole(&parameters, &fitted);
+        Ok(Self { parameters, tires, mounting, fitted, radius, pole })
+    }
+}
+
+/// Upper bound of the poles that options add [1/s].
+fn fastest_pole(p: &Parameters, fitted: &PerAxle<Fitted>) -> f64 {
+    let spin = fitted.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
+    let rolling = spin + 1.0 / BUILD_UP;
+    let held = spin + p.brakes.fastest_pole(p.rims.I_yy);
+    let steering = 1.0 / p.steering.time_constant();
+    let slow = (1.0 / LAG).max(steering);
+    if p.options.spin {
+        rolling.max(held).max(1.0 / REVERSAL).max(slow)
+    } else if p.options.relaxation {
+        slow.max(1.0 / BUILD_UP)
+    } else {
+        slow
+    }
+}
+
+/// The wheels of both axles, and the rates of their states.
+type Axles<T> = (PerAxle<AxleMotion<T>>, PerAxle<Wheel<T>>);
+
+/// What the wheels of an axle get from the car.
+struct Axle<T> {
+    place: Place<T>,
+    /// Demanded longitudinal force [N].
+    F_x: T,
+}
+
+impl<S> DetailedTrack<S> {
+    /// The parameters that it was made of.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Its tires.
+    pub fn tires(&self) -> &S {
+        &self.tires
+    }
+
+    /// The same car with its tires in another form, such as one of another number type.
+    pub fn with_tires<U>(&self, tires: U) -> DetailedTrack<U> {
+        DetailedTrack {
+            parameters: self.parameters.clone(),
+            tires,
+            mounting: self.mounting,
+            fitted: self.fitted.clone(),
+            radius: self.radius,
+            pole: self.pole,
+        }
+    }
+
+    /// The state of a car with this motion, its wheels rolling freely and its steering at an angle [rad].
+    pub fn rolling(&self, planar: crate::State, delta: f64) -> State {
+        let axle =
+            |axle: usize| Wheel { omega: planar.v_x / self.radius[axle], ..Wheel::default() };
+        State { planar, axles: [axle(0), axle(1)], delta, ..State::default() }
+    }
+
+    /// Forces and accelerations of the car.
+    #[inline]
+    pub fn evaluate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Motion<T>
+    where
+        S: TireSet<T>,
+    {
+        let p = &self.parameters;
+        let Body { m, I_zz, l_f, l_r, .. } = p.body;
+        let demanded = if p.steering.lags() { state.delta } else { input.delta };
+        let delta = demanded - state.F_yf * p.steering.compliance;
+        let (sin, cos) = delta.sin_cos();
+        let (pressing, down) = input.road.gravity();
+        let drag = p.aero.drag(state.planar.v_x);
+        let loads = self.loads(state, pressing);
+        let (axles, rates) = self.axles(state, input, delta, (sin, cos), loads);
+        let [front, rear] = &axles;
+
+        let F_long = front.F_x * cos - front.F_y * sin + rear.F_x - drag;
+        let lateral_f = front.F_y * cos + front.F_x * sin;
+        let M_diff = self.differential(state, rear);
+        let M_z = lateral_f * l_f - rear.F_y * l_r + front.M_z + rear.M_z + M_diff;
+        let (a_x, a_y) = (F_long / m, (lateral_f + rear.F_y) / m);
+        let derivative = State {
+            planar: state.planar.moving(a_x - down[0], a_y - down[1], M_z / I_zz),
+            axles: rates,
+            delta: self.steering_rate(state, input),
+            F_x: (F_long - state.F_x) / LAG,
+            F_yf: (lateral_f - state.F_yf) / LAG,
+        };
+        Motion { derivative, a_x, a_y, axles, delta, M_diff, drag }
+    }
+
+    /// Loads of the axles [N]: weight, air, and what longitudinal forces have moved. An axle that would be pulled off the road
+    /// carries nothing, the other one all.
+    #[inline]
+    fn loads<T: Number>(&self, state: &State<T>, pressing: T) -> PerAxle<T> {
+        let Body { m, l_f: _, l_r, h, .. } = self.parameters.body;
+        let L = self.parameters.body.wheelbase();
+        let [D_f, D_r] = self.parameters.aero.downforce(state.planar.v_x);
+        let weight = pressing * (m * G);
+        let total = weight + D_f + D_r;
+        let front = D_f + (weight * l_r - state.F_x * h) / L;
+        if front <= 0.0 {
+            [T::zero(), total]
+        } else if front >= total {
+            [total, T::zero()]
+        } else {
+            [front, total - front]
+        }
+    }
+
+    /// Rate of the steering behind its actuator [rad/s].
+    #[inline]
+    fn steering_rate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> T {
+        let actuator = &self.parameters.steering;
+        if !actuator.lags() {
+            return T::zero();
+        }
+        let rate = (input.delta - state.delta) / actuator.time_constant();
+        let most = actuator.rate_max;
+        if most == 0.0 || rate.abs() <= most { rate } else { T::from(most.copysign(rate.re())) }
+    }
+
+    /// Yaw moment of the rear differential [N m]: the faster wheel, the outer one, hands force to the slower one.
+    #[inline]
+    fn differential<T: Number>(&self, state: &State<T>, rear: &AxleMotion<T>) -> T {
+        let (radius, half) = (self.radius[1], 0.5 * self.parameters.track_r);
+        let turn = state.planar.r * (half / radius);
+        let speeds = [rear.omega - turn, rear.omega + turn];
+        self.parameters.lock.held(speeds, rear.F_x * radius) * (half / radius)
+    }
+
+    /// Splits a longitudinal force [N] between the axles.
+    #[inline]
+    fn split<T: Number>(&self, F_x: T) -> PerAxle<T> {
+        let p = &self.parameters;
+        let front = F_x * if F_x < 0.0 { p.brakes.front_share } else { p.front_drive };
+        [front, F_x - front]
+    }
+
+    #[inline]
+    fn axles<T: Number>(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+        delta: T,
+        turn: (T, T),
+        loads: PerAxle<T>,
+    ) -> Axles<T>
+    where
+        S: TireSet<T>,
+    {
+        let crate::State { v_x, v_y, r, .. } = state.planar;
+        let position = axle_positions(&self.parameters.body);
+        let split = self.split(input.F_x);
+        let turns = [turn, (T::zero(), T::one())];
+        let axles = [0, 1].map(|axle| {
+            let v = [v_x, v_y + r * position[axle]];
+            let (mu, F_z) = (input.road.mu[axle], loads[axle] * 0.5);
+            let place = Place { v, turn: turns[axle], gamma: T::zero(), F_z, mu, side: 1.0 };
+            Axle { place, F_x: split[axle] }
+        });
+        if self.parameters.options.spin {
+            self.spinning(state, input, &axles)
+        } else {
+            self.carried(state, &axles, delta)
+        }
+    }
+
+    /// The sides of an axle: 1, and −1 for a right tire that is the mirror image of the left one.
+    fn sides(&self) -> [f64; 2] {
+        match self.mounting {
+            Mounting::Mirrored => [1.0, -1.0],
+            Mounting::Alike => [1.0, 1.0],
+        }
+    }
+
+    /// Wheels whose slip makes all force: I ω' = −R_l F_x + M_y + T, where T drives and brakes.
+    #[inline]
+    fn spinning<T: Number>(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+        axles: &PerAxle<Axle<T>>,
+    ) -> Axles<T>
+    where
+        S: TireSet<T>,
+    {
+        let p = &self.parameters;
+        let sides = self.sides();
+        let asked = [0, 1].map(|i| self.fitted[i].ask(&state.axles[i], &axles[i].place));
+        let alphas = self.tires.slip_angles([0, 0, 1, 1].map(|i: usize| asked[i].tan_alpha));
+        let slips = std::array::from_fn(|i| asked[i / 2].at(alphas[i], sides[i % 2]));
+        let forces = self.tires.forces(&slips);
+        let capacity = p.brakes.capacity(input.F_x, self.radius);
+        let rolled = [0, 1].map(|i| {
+            let both = [0, 1].map(|side| {
+                asked[i].answered(&forces[2 * i + side], alphas[2 * i], sides[side], p.rims.I_yy)
+            });
+            let [(left, mut rate), (right, other)] = both;
+            let Wheel { omega, brake, .. } = state.axles[i];
+            let driving =
+                if axles[i].F_x > 0.0 { axles[i].F_x * (0.5 * self.radius[i]) } else { T::zero() };
+            let (braking, brake_rate) = p.brakes.torque(capacity[i], omega, brake);
+            rate.omega = (rate.omega + other.omega) * 0.5 + (driving - braking) / p.rims.I_yy;
+            rate.brake = brake_rate;
+            let motion = AxleMotion {
+                F_x: left.F_x + right.F_x,
+                F_y: left.F_y + right.F_y,
+                F_z: left.F_z + right.F_z,
+                M_z: left.M_z + right.M_z,
+                kappa: left.kappa,
+                alpha: left.alpha,
+                omega,
+            };
+            (motion, rate)
+        });
+        (rolled.map(|(motion, _)| motion), rolled.map(|(_, rate)| rate))
+    }
+
+    /// Wheels that transmit the demanded force, as far as combined slip lets them.
+    #[inline]
+    fn carried<T: Number>(&self, state: &State<T>, axles: &PerAxle<Axle<T>>, delta: T) -> Axles<T>
+    where
+        S: TireSet<T>,
+    {
+        let p = &self.parameters;
+        let crate::State { v_x, v_y, r, .. } = state.planar;
+        let steady = p.body.slip_angles(v_x, v_y, r, delta).map(|alpha| -alpha);
+        let tires = self.tires.axles();
+        let carried = [0, 1].map(|i| {
+            let Axle { place, F_x } = &axles[i];
+            let (sin, cos) = place.turn;
+            let omega = (place.v[0] * cos + place.v[1] * sin) / self.radius[i];
+            let free = Wheel { omega, kappa: T::zero(), ..state.axles[i] };
+            let question = self.fitted[i].ask(&free, place);
+            let relaxed = p.options.relaxation;
+            let alpha = if relaxed { question.tan_alpha.atan() } else { steady[i] };
+            let mut sums = [T::zero(); 3];
+            for side in self.sides() {
+                let slip = Slip { kappa: T::zero(), ..question.at(alpha, side) };
+                let Forces { F_y, M_z, .. } = tires[i].forces(&slip);
+                let [x, y] = match p.options.combined {
+                    true => driven(tires[i], slip, *F_x * 0.5),
+                    false => [*F_x * 0.5, F_y],
+                };
+                for (sum, value) in sums.iter_mut().zip([x, y * side, M_z * side]) {
+                    *sum += value;
+                }
+            }
+            let [F_x, F_y, M_z] = sums;
+            let zero = T::zero();
+            let motion = AxleMotion {
+                F_x,
+                F_y,
+                F_z: place.F_z * 2.0,
+                M_z,
+                kappa: zero,
+                alpha,
+                omega: free.omega,
+            };
+            let tan_alpha = if relaxed { question.alpha_rate() } else { zero };
+            (motion, Wheel { omega: zero, kappa: zero, tan_alpha, brake: zero })
+        });
+        (carried.map(|(motion, _)| motion), carried.map(|(_, rate)| rate))
+    }
+
+    /// Longest sub-step [s] that this car is integrated with, however long the ones that are asked for.
+    pub fn longest_substep(&self) -> f64 {
+        REACH / self.pole
+    }
+
+    /// State `step` [s] later with the input held, in equal sub-steps of the classical Runge-Kutta method, not longer than
+    /// `max_substep` [s] and than [`longest_substep`](Self::longest_substep).
+    ///
+    /// `step` must not be negative and `max_substep` must be positive.
+    pub fn advance<T: Number>(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+        step: f64,
+        max_substep: f64,
+    ) -> State<T>
+    where
+        S: TireSet<T>,
+    {
+        let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
+        let rates =
+            |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
+        let mut x = SVector::from(*state);
+        for _ in 0..n {
+            x = rk4(&x, h, rates);
+        }
+        x.into()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,101 @@
+//! Makes the car with options of the parameters: on curves of the simple Magic Formula, or on tires of files.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use std::sync::Arc;
+
+use fmu_export::Number;
+use tire::{MagicFormula, MfSet, MfTire, TireSet};
+use tire_file::TireChoice;
+use vehicle::detailed_track::{DetailedTrack, Input, Motion, Mounting, Parameters, State};
+
+/// What parameters have made.
+#[derive(Clone, Debug)]
+pub(crate) struct Made {
+    /// The curves of the tires, which may change during a run.
+    pub curves: [MagicFormula; 2],
+    /// The car with options; `None` for the plain one.
+    pub car: Option<Car>,
+}
+
+/// The car with options.
+#[derive(Clone, Debug)]
+pub(crate) enum Car {
+    Curves(Arc<DetailedTrack<[MagicFormula; 2]>>),
+    Files(Arc<DetailedTrack<MfSet>>),
+}
+
+impl Car {
+    /// The car of these parameters with what there is to tell about its tire files; `None` without any option.
+    ///
+    /// # Errors
+    /// In words, when the parameters or the files make no car.
+    pub fn of(
+        parameters: Parameters,
+        choices: &[TireChoice; 2],
+        curves: [MagicFormula; 2],
+    ) -> Result<(Option<Self>, Vec<String>), String> {
+        let given = choices.each_ref().map(|choice| !choice.tir.trim().is_empty());
+        match given {
+            [false, false] if !parameters.has_options() => Ok((None, Vec::new())),
+            [false, false] => {
+                let car = DetailedTrack::new(parameters, curves, Mounting::Alike);
+                let car = car.map_err(|bad| bad.to_string())?;
+                Ok((Some(Self::Curves(Arc::new(car))), Vec::new()))
+            }
+            [true, true] => {
+                let mut told = Vec::new();
+                let mut tire = |choice: &TireChoice, name: &str| {
+                    let (tire, messages) = choice.tire(name)?;
+                    told.extend(messages.iter().map(|message| format!("{name}: {message}")));
+                    Ok::<_, String>(tire)
+                };
+                let tires = [tire(&choices[0], "tire_f.tir")?, tire(&choices[1], "tire_r.tir")?];
+                let car = DetailedTrack::new(parameters, MfSet::from(tires), Mounting::Mirrored);
+                let car = car.map_err(|bad| bad.to_string())?;
+                Ok((Some(Self::Files(Arc::new(car))), told))
+            }
+            [front, _] => {
+                let (has, lacks) =
+                    if front { ("tire_f.tir", "tire_r.tir") } else { ("tire_r.tir", "tire_f.tir") };
+                Err(format!(
+                    "{has} is given and {lacks} is empty, expected a file for both axles or for none"
+                ))
+            }
+        }
+    }
+
+    /// Forces and accelerations.
+    pub fn motion(&self, state: &State, input: &Input) -> Motion {
+        match self {
+            Self::Curves(car) => car.evaluate(state, input),
+            Self::Files(car) => car.evaluate(state, input),
+        }
+    }
+
+    /// The same with numbers that carry derivatives along.
+    pub fn evaluate<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
+        match self {
+            Self::Curves(car) => {
+                car.with_tires(car.tires().map(|curve| curve.lift())).evaluate(state, input)
+            }
+            Self::Files(car) => {
+                let tires: [MfTire<T>; 2] = car.tires().axles().map(MfTire::lift);
+                car.with_tires(tires).evaluate(state, input)
+            }
+        }
+    }
+
+    pub fn advance(&self, state: &State, input: &Input, step: f64, longest: f64) -> State {
+        match self {
+            Self::Curves(car) => car.advance(state, input, step, longest),
+            Self::Files(car) => car.advance(state, input, step, longest),
+        }
+    }
+
+    pub fn rolling(&self, start: vehicle::State, delta: f64) -> State {
+        match self {
+            Self::Curves(car) => car.rolling(start, delta),
+            Self::Files(car) => car.rolling(start, delta),
+        }
+    }
+}
