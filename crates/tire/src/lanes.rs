@@ -253,6 +253,11 @@ impl<S: Simd> Real for Lanes<S> {
     }
 
     #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        elementary::sin_cos(self)
+    }
+
+    #[inline(always)]
     fn tan(self) -> Self {
         let (sin, cos) = elementary::sin_cos(self);
         sin / cos

@@ -6,7 +6,9 @@ use crate::number::Number;
 use crate::real::Real;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
 use crate::tire::Tire;
+use point::Point;
 use pure::Curve;
+use reciprocals::Reciprocals;
 
 mod check;
 mod combined;
@@ -15,6 +17,7 @@ mod moments;
 mod point;
 mod pure;
 mod radii;
+mod reciprocals;
 mod set;
 
 pub use check::BadCoefficient;
@@ -39,6 +42,7 @@ impl Default for Reading {
 #[derive(Clone, Copy, Debug)]
 pub struct MfTire<T = f64> {
     coefficients: Coefficients<T>,
+    reciprocals: Reciprocals<T>,
     reading: Reading,
 }
 
@@ -60,7 +64,7 @@ pub struct Details<T = f64> {
 impl MfTire {
     /// The same tire as constants of another number type.
     pub fn lift<T: Number>(&self) -> MfTire<T> {
-        MfTire { coefficients: self.coefficients.lift(), reading: self.reading }
+        MfTire::made_of(self.coefficients.lift(), self.reading)
     }
 }
 
@@ -72,7 +76,7 @@ impl<T: Number> MfTire<T> {
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn new(coefficients: Coefficients<T>) -> Result<Self, BadCoefficient> {
         check::check(&coefficients)?;
-        Ok(Self { coefficients, reading: Reading::default() })
+        Ok(Self::made_of(coefficients, Reading::default()))
     }
 
     /// The same tire by another reading of the equations.
@@ -93,25 +97,39 @@ impl<T: Number> MfTire<T> {
 }
 
 impl<T: Real> MfTire<T> {
+    /// A tire of coefficients that were checked.
+    fn made_of(coefficients: Coefficients<T>, reading: Reading) -> Self {
+        Self { reciprocals: Reciprocals::of(&coefficients), coefficients, reading }
+    }
+
     /// The coefficients that it was made of.
     pub fn coefficients(&self) -> &Coefficients<T> {
         &self.coefficients
+    }
+
+    /// The lateral curve, and the pure forces [N]: longitudinal, lateral, and the lateral one that acts at the trail, which is that
+    /// of the upright wheel since 6.1.
+    #[inline(always)]
+    fn pure(&self, p: &Point<T>, longitudinal: &Curve<T>) -> (Curve<T>, [T; 3]) {
+        let upright = p.gamma.constant(0.0);
+        if self.coefficients.version == Version::Mf52 || p.gamma_star.is_always(0.0) {
+            let [K] = self.cornering_stiffness(p, [p.gamma_star]);
+            let lateral = self.lateral(p, p.gamma_star, K);
+            let [F_x0, F_y0] = Curve::forces([longitudinal, &lateral]);
+            return (lateral, [F_x0, F_y0, F_y0]);
+        }
+        let [K, K_upright] = self.cornering_stiffness(p, [p.gamma_star, upright]);
+        let lateral = self.lateral(p, p.gamma_star, K);
+        let at_trail = self.lateral(p, upright, K_upright);
+        (lateral, Curve::forces([longitudinal, &lateral, &at_trail]))
     }
 
     /// Forces and what they are made of.
     #[inline(always)]
     pub fn details(&self, slip: &Slip<T>) -> (Forces<T>, Details<T>) {
         let p = self.point(slip);
-        let upright = p.gamma.constant(0.0);
-        let [K, K_upright] = self.cornering_stiffness(&p, [p.gamma_star, upright]);
         let longitudinal = self.longitudinal(&p);
-        let lateral = self.lateral(&p, p.gamma_star, K);
-        // The force that acts at the trail: that of the upright wheel since 6.1.
-        let at_trail = match self.coefficients.version {
-            Version::Mf52 => lateral,
-            _ => self.lateral(&p, upright, K_upright),
-        };
-        let [F_x0, F_y0, F_y0_trail] = Curve::forces([&longitudinal, &lateral, &at_trail]);
+        let (lateral, [F_x0, F_y0, F_y0_trail]) = self.pure(&p, &longitudinal);
         let [G_xa, G_yk] = self.weights(&p);
         let F_x = G_xa * (F_x0 * p.direction);
         let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);

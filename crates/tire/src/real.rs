@@ -57,6 +57,8 @@ pub trait Real:
     fn sin(self) -> Self;
     /// Cosine.
     fn cos(self) -> Self;
+    /// Sine and cosine of one number.
+    fn sin_cos(self) -> (Self, Self);
     /// Tangent.
     fn tan(self) -> Self;
     /// Arc tangent.
@@ -135,6 +137,11 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
         DualNum::powi(&self, exponent)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        DualNum::sin_cos(&self)
     }
 
     as_dual_number!(recip sqrt exp ln sin cos tan atan);

@@ -1,4 +1,4 @@
-//! Measures what one Runge-Kutta sub-step of each car costs: `cargo run --release -p vehicle --example substep`.
+//! Measures what one Runge-Kutta sub-step of each car costs: `cargo run --release -p vehicle --example substep [tires|single|dual]`.
 
 use std::hint::black_box;
 use std::time::Instant;
@@ -30,9 +30,18 @@ fn median(calls: u32, mut round: impl FnMut(u32)) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    tires()?;
-    single_track()?;
-    dual_track()
+    let only = std::env::args().nth(1);
+    let wanted = |name: &str| only.as_deref().is_none_or(|it| it == name);
+    if wanted("tires") {
+        tires()?;
+    }
+    if wanted("single") {
+        single_track()?;
+    }
+    if wanted("dual") {
+        dual_track()?;
+    }
+    Ok(())
 }
 
 fn tires() -> Result<(), Box<dyn std::error::Error>> {
@@ -86,20 +95,27 @@ fn single_track() -> Result<(), Box<dyn std::error::Error>> {
 
     let mf61 = Coefficients { version: Version::Mf61, ..Coefficients::sports_tire() };
     let tires = MfSet::from([MfTire::new(mf61)?; 2]);
-    let options = Options { spin: true, combined: true, relaxation: true };
+    let (none, all) =
+        (Options::default(), Options { spin: true, combined: true, relaxation: true });
     let steering = Actuator { lag: 0.03, rate_max: 1.0, compliance: 1e-6 };
-    let parameters = detailed_track::Parameters { options, steering, ..Default::default() };
-    let car = DetailedTrack::new(parameters, tires, Mounting::Mirrored)?;
-    let start = car.rolling(State { v_x: 30.0, ..State::default() }, 0.03);
-    let input = detailed_track::Input { F_x: 500.0, delta: 0.03, road: Road::default() };
-    let one = median(200_000, |n| {
-        let mut state = start;
-        for _ in 0..n {
-            state = car.advance(&state, black_box(&input), 5e-4, 5e-4);
-        }
-        black_box(state);
-    });
-    println!("single track on MF 6.1, every option: {one:.0} ns a sub-step");
+    for (options, steering, name) in [
+        (none, Actuator::default(), "MF 6.1"),
+        (Options { combined: true, ..none }, Actuator::default(), "MF 6.1, combined slip"),
+        (all, steering, "MF 6.1, every option"),
+    ] {
+        let parameters = detailed_track::Parameters { options, steering, ..Default::default() };
+        let car = DetailedTrack::new(parameters, tires.clone(), Mounting::Mirrored)?;
+        let start = car.rolling(State { v_x: 30.0, ..State::default() }, 0.03);
+        let input = detailed_track::Input { F_x: 500.0, delta: 0.03, road: Road::default() };
+        let one = median(200_000, |n| {
+            let mut state = start;
+            for _ in 0..n {
+                state = car.advance(&state, black_box(&input), 5e-4, 5e-4);
+            }
+            black_box(state);
+        });
+        println!("single track on {name}: {one:.0} ns a sub-step");
+    }
     Ok(())
 }
 

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 use super::MfTire;
 use super::combined::cos_atan;
 use super::curve::Shape;
-use super::point::{EPSILON, Point, sign, signum};
+use super::point::{Point, sign, signum};
 use super::pure::Curve;
 use crate::coefficients::Version;
 use crate::real::Real;
@@ -42,22 +42,22 @@ impl<T: Real> MfTire<T> {
         lateral: &Curve<T>,
         F_y: T,
     ) -> Aligning<T> {
-        let c = &self.coefficients;
+        let (c, per) = (&self.coefficients, &self.reciprocals);
         let R0 = c.UNLOADED_RADIUS;
         let (F_z, dfz, dpi) = (p.F_z_trail, p.dfz, p.dpi);
         let gamma = p.gamma_star;
         let scale = c.LMUY * p.mu;
-        let K = lateral.K + sign(lateral.K) * EPSILON;
+        let softened = c.LKY / scale;
         let S_Ht = c.QHZ1 + c.QHZ2 * dfz + (c.QHZ3 + c.QHZ4 * dfz) * gamma;
-        let S_Hf = lateral.S_H + lateral.S_V / K;
-        let x = longitudinal.K / K * p.kappa;
+        let S_Hf = lateral.S_H + lateral.S_V * lateral.per_K;
+        let x = longitudinal.K * lateral.per_K * p.kappa;
         let (alpha_t, alpha_r) = (p.alpha + S_Ht, p.alpha + S_Hf);
         let steep = (c.QBZ1 + dfz * (c.QBZ2 + c.QBZ3 * dfz))
             * (c.QBZ4 * p.gamma + c.QBZ5 * p.gamma.abs() + 1.0);
-        let B = steep * c.LKY / scale;
+        let B = steep * softened;
         let C = c.QCZ1;
         let peak =
-            F_z * (R0 / c.FNOMIN) * (c.QDZ1 + c.QDZ2 * dfz) * (-(c.PPZ1 * dpi) + 1.0) * c.LTR;
+            F_z * (R0 * per.FNOMIN) * (c.QDZ1 + c.QDZ2 * dfz) * (-(c.PPZ1 * dpi) + 1.0) * c.LTR;
         let D = peak * (p.gamma * (c.QDZ3 + c.QDZ4 * p.gamma) + 1.0);
         let ((t, t_sign), (r, r_sign)) = (equivalent(alpha_t, x), equivalent(alpha_r, x));
         let [side, t, r] = T::atans([B * C * alpha_t, t, r]);
@@ -73,23 +73,24 @@ impl<T: Real> MfTire<T> {
             * ((c.QDZ6 + c.QDZ7 * dfz) * c.LRES + by_camber * gamma * c.LKZC)
             * scale
             * signum(p.v_x)
-            * p.alpha.cos();
-        let B_r = c.QBZ9 * c.LKY / scale + c.QBZ10 * lateral.shape.B * lateral.shape.C;
+            * p.cos_residual;
+        let B_r = c.QBZ9 * softened + c.QBZ10 * lateral.shape.B * lateral.shape.C;
         let residual = D_r * cos_atan(B_r * (r * r_sign)) * p.shifts;
-        let lever =
-            R0 * (c.SSZ1 + c.SSZ2 * (F_y / c.FNOMIN) + (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma) * c.LS;
+        let lever = R0
+            * (c.SSZ1 + c.SSZ2 * (F_y * per.FNOMIN) + (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma)
+            * c.LS;
         Aligning { trail, residual, lever }
     }
 
     /// Overturning moment [N m] (4.E69, with the terms of 6.x).
     #[inline(always)]
     pub(super) fn overturning(&self, p: &Point<T>, F_y: T) -> T {
-        let c = &self.coefficients;
+        let (c, per) = (&self.coefficients, &self.reciprocals);
         let gamma = p.gamma;
         // Below the valid range it fades with the square of the load.
-        let faded = p.F_z * (p.F_z / c.FZMIN).powi(2);
+        let faded = p.F_z * (p.F_z * per.FZMIN).powi(2);
         let F_z = T::pick(p.F_z.below(c.FZMIN), faded, p.F_z);
-        let (F_y1, F_z1) = (F_y / c.FNOMIN, F_z / c.FNOMIN);
+        let (F_y1, F_z1) = (F_y * per.FNOMIN, F_z * per.FNOMIN);
         let simple = c.QSX1 * c.LVMX + c.QSX3 * F_y1;
         if c.version == Version::Mf52 {
             return c.UNLOADED_RADIUS * F_z * (simple - c.QSX2 * gamma) * c.LMX;
@@ -109,17 +110,17 @@ impl<T: Real> MfTire<T> {
     /// Rolling resistance moment [N m] (4.E70).
     #[inline(always)]
     pub(super) fn rolling(&self, p: &Point<T>, slip: &Slip<T>, F_x: T) -> T {
-        let c = &self.coefficients;
+        let (c, per) = (&self.coefficients, &self.reciprocals);
         let zero = F_x.constant(0.0);
         let given = T::pick(zero.below(slip.F_z), slip.F_z, zero);
-        let F_z = T::pick(given.below(c.FZMIN), given * (given / c.FZMIN), given);
-        let v = (p.v_x / c.LONGVL).abs();
-        let sum = c.QSY1 + c.QSY2 * (F_x / c.FNOMIN) + c.QSY3 * v + c.QSY4 * v.powi(4);
+        let F_z = T::pick(given.below(c.FZMIN), given * (given * per.FZMIN), given);
+        let v = (p.v_x * per.LONGVL).abs();
+        let sum = c.QSY1 + c.QSY2 * (F_x * per.FNOMIN) + c.QSY3 * v + c.QSY4 * v.powi(4);
         let moment = if c.version == Version::Mf52 {
             -c.UNLOADED_RADIUS * F_z * c.LMY * sum
         } else {
             let gamma = p.gamma;
-            let F_z1 = F_z / c.FNOMIN;
+            let F_z1 = F_z * per.FNOMIN;
             let camber = (c.QSY5 + c.QSY6 * F_z1) * gamma * gamma;
             let by_load = if c.QSY7.is_always(1.0) && c.QSY8.is_always(0.0) {
                 F_z1

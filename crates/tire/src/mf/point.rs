@@ -38,6 +38,8 @@ pub(super) struct Point<T> {
     pub shifts: T,
     /// cos α′ = V_x / V_c [-].
     pub cos_alpha: T,
+    /// cos α\*, of the residual torque [-].
+    pub cos_residual: T,
     /// Friction of the road relative to that of the measurements [-].
     pub mu: T,
 }
@@ -63,7 +65,7 @@ pub(super) fn clamp<T: Real>(x: T, low: T, high: T) -> T {
 impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn point(&self, slip: &Slip<T>) -> Point<T> {
-        let c = &self.coefficients;
+        let (c, per) = (&self.coefficients, &self.reciprocals);
         let (zero, one) = (slip.F_z.constant(0.0), slip.F_z.constant(1.0));
         let Reading { limits, trigonometric } = self.reading;
         let v_x = slip.v_x;
@@ -73,12 +75,12 @@ impl<T: Real> MfTire<T> {
         let (mut kappa, mut alpha, mut gamma) = (slip.kappa, slip.alpha, slip.gamma);
         let (mut inside, mut shifts) = (pressure, one);
         if limits {
-            let slow = v_x.abs() / c.VXLOW;
+            let slow = v_x.abs() * per.VXLOW;
             let fades = slow.below(one);
             if slow.any(fades) {
                 kappa = T::pick(fades, kappa * slow, kappa);
                 shifts = T::pick(fades, (one - (slow * PI).cos()) * 0.5, one);
-                let speed = (v_x.abs() + (v_x * alpha.tan()).abs()) / c.VXLOW;
+                let speed = (v_x.abs() + (v_x * alpha.tan()).abs()) * per.VXLOW;
                 alpha = T::pick(speed.below(one), alpha * speed, alpha);
             }
             F_z = T::pick(c.FZMAX.below(F_z), c.FZMAX, F_z);
@@ -87,20 +89,23 @@ impl<T: Real> MfTire<T> {
             gamma = clamp(gamma, c.CAMMIN, c.CAMMAX);
             inside = clamp(pressure, c.PRESMIN, c.PRESMAX);
         }
-        let F_z0 = c.FNOMIN * c.LFZO;
         let F_z_trail = match limits {
             true => T::pick(zero.below(F_z), T::pick(F_z.below(c.FZMIN), c.FZMIN, F_z), F_z),
             false => F_z,
         };
-        let tan = alpha.tan();
+        let (sin, cos) = alpha.sin_cos();
+        let tan = sin / cos;
         let speed = v_x.abs() * (tan * tan + 1.0).sqrt();
         let dpi = match c.version {
             Version::Mf52 => zero,
-            _ => inside / c.NOMPRES - 1.0,
+            _ => inside * per.NOMPRES - 1.0,
         };
-        let (alpha, gamma_star) = match trigonometric {
-            true => (tan * sign(v_x), gamma.sin()),
-            false => (alpha, gamma),
+        let (alpha, cos_residual, gamma_star) = match trigonometric {
+            true => {
+                let alpha = tan * sign(v_x);
+                (alpha, alpha.cos(), gamma.sin())
+            }
+            false => (alpha, cos, gamma),
         };
         Point {
             kappa,
@@ -109,12 +114,13 @@ impl<T: Real> MfTire<T> {
             gamma_star,
             F_z,
             F_z_trail,
-            dfz: F_z / F_z0 - 1.0,
+            dfz: F_z * per.F_z0 - 1.0,
             dpi,
             v_x,
             direction: sign(v_x),
             shifts,
             cos_alpha: v_x / (speed + EPSILON),
+            cos_residual,
             mu: slip.mu,
         }
     }

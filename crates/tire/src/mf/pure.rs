@@ -7,6 +7,18 @@ use super::point::{EPSILON, Point, sign, signum};
 use crate::coefficients::Version;
 use crate::real::Real;
 
+/// A denominator kept from 0, on the side of its own sign.
+#[inline(always)]
+fn away_from_0<T: Real>(x: T) -> T {
+    away_from_0_by(x, x)
+}
+
+/// A denominator kept from 0, on the side that the sign of another number says.
+#[inline(always)]
+fn away_from_0_by<T: Real>(x: T, side: T) -> T {
+    x + sign(side) * EPSILON
+}
+
 /// Curve of a pure force, at a slip.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curve<T> {
@@ -20,6 +32,8 @@ pub(super) struct Curve<T> {
     pub S_V: T,
     /// Stiffness [N or N/rad]; below 0 in ISO-W axes for the lateral force.
     pub K: T,
+    /// 1 / K, kept from a division by 0.
+    pub per_K: T,
     /// Friction factor [-].
     pub mu: T,
 }
@@ -59,16 +73,16 @@ impl<T: Real> MfTire<T> {
         let D = mu * F_z;
         let K = F_z
             * (c.PKX1 + c.PKX2 * dfz)
-            * (c.PKX3 * dfz).exp()
+            * if c.PKX3.is_always(0.0) { F_z.constant(1.0) } else { (c.PKX3 * dfz).exp() }
             * (dpi * (c.PPX1 + c.PPX2 * dpi) + 1.0)
             * c.LKX;
-        let B = K / (C * D + sign(D) * EPSILON);
+        let B = K / away_from_0_by(C * D, D);
         let S_H = (c.PHX1 + c.PHX2 * dfz) * c.LHX * p.shifts;
         let S_V = F_z * (c.PVX1 + c.PVX2 * dfz) * c.LVX * c.LMUX * p.mu * p.shifts;
         let x = kappa + S_H;
         let E = (c.PEX1 + dfz * (c.PEX2 + c.PEX3 * dfz)) * (-c.PEX4 * signum(x) + 1.0) * c.LEX;
         let shape = Shape { B, C, E: self.at_most_1(E) };
-        Curve { shape, x, D, S_H, S_V, K, mu }
+        Curve { shape, x, D, S_H, S_V, K, per_K: away_from_0(K).recip(), mu }
     }
 
     /// Cornering stiffnesses [N/rad] at cambers (4.E25).
@@ -100,7 +114,7 @@ impl<T: Real> MfTire<T> {
         let mut rises = gamma;
         for i in 0..N {
             let full = (c.PKY2 + c.PKY5 * (gamma[i] * gamma[i])) * (c.PPY2 * p.dpi + 1.0);
-            rises[i] = p.F_z / (c.FNOMIN * c.LFZO) / full;
+            rises[i] = p.F_z * self.reciprocals.F_z0 / full;
         }
         rises = T::atans(rises);
         for i in 0..N {
@@ -115,6 +129,7 @@ impl<T: Real> MfTire<T> {
         let c = &self.coefficients;
         let Point { F_z, dfz, dpi, .. } = *p;
         let old = c.version == Version::Mf52;
+        let per_K = away_from_0(K).recip();
         let square = gamma * gamma;
         let C = c.PCY1 * c.LCY;
         let friction = (c.PDY1 + c.PDY2 * dfz) * (-(c.PDY3 * square) + 1.0);
@@ -128,15 +143,15 @@ impl<T: Real> MfTire<T> {
             offset + c.PHY3 * gamma * c.LKYC
         } else {
             let K_g = F_z * (c.PKY6 + c.PKY7 * dfz) * (c.PPY5 * dpi + 1.0) * c.LKYC;
-            offset + (K_g * gamma - S_Vg) / (K + sign(K) * EPSILON)
+            offset + (K_g * gamma - S_Vg) * per_K
         } * p.shifts;
         let S_V = (F_z * (c.PVY1 + c.PVY2 * dfz) * c.LVY * scale + S_Vg) * p.shifts;
         let x = p.alpha + S_H;
         let side = (c.PEY3 + c.PEY4 * gamma) * sign(x);
         let E = (c.PEY1 + c.PEY2 * dfz) * (c.PEY5 * square - side + 1.0) * c.LEY;
-        let B = K / (C * D + sign(D) * EPSILON);
+        let B = K / away_from_0_by(C * D, D);
         let shape = Shape { B, C, E: self.at_most_1(E) };
-        Curve { shape, x, D, S_H, S_V, K, mu }
+        Curve { shape, x, D, S_H, S_V, K, per_K, mu }
     }
 
     /// The lateral force [N] in the direction of travel, which only a tire that takes the sign of the slip angle from it knows.

@@ -79,7 +79,7 @@ fn joined<S: Simd, const N: usize>(simd: S, tires: [&MfTire; N]) -> MfTire<Lanes
         let places = Lanes::new(simd, |i| key.get(&tires[i].coefficients));
         key.set(&mut coefficients, places);
     }
-    MfTire { coefficients, reading: tires[0].reading }
+    MfTire::made_of(coefficients, tires[0].reading)
 }
 
 /// A question to as many tires as the vectors of `S` have places.
