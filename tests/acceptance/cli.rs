@@ -47,7 +47,7 @@ fn inspect_lists_variables_units_and_dependencies() {
         "get and set state yes",
         "input Real F_x [N] = 0 Driving force; braking when negative",
         "output Real v_x [m/s] Forward speed of the centre of gravity follows nothing",
-        "output Real a_y [m/s2] Acceleration to the left follows F_x, delta",
+        "output Real a_y [m/s2] Acceleration to the left follows F_x, delta, mu_f, mu_r, grade, bank",
         "output Real alpha_f [rad] Front slip angle follows delta",
     ] {
         assert!(lines.iter().any(|line| line == expected), "{expected}\n{}", ended.stdout);

@@ -8,7 +8,7 @@ import fmpy
 TOLERANCE = {"system": 1e-9, "single": 1e-12}
 # Ecos reads values after it has handed over the inputs of the next step: outputs that follow an input
 # without a step in between are already those of the next one.
-FOLLOWING = {"plant": ["a_x", "a_y", "alpha_f", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr"]}
+FOLLOWING = {"plant": ["a_x", "a_y", "alpha_f", "F_zf", "F_zr", "F_xf", "F_xr", "F_yf", "F_yr", "kappa_f", "omega_f", "delta_f"]}
 
 
 def libcosim(system, rows):
