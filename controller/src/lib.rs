@@ -115,7 +115,7 @@ impl Model for Node {
         parameter("limit.delta_rate", "rad/s", "Fastest change of the road-wheel angle")
             .min(0.0)
             .at(|n| &mut n.controller.limit.delta_rate),
-        parameter("limit.power", "W", "Largest driving power")
+        parameter("drive.power_max", "W", "Largest driving power")
             .min(0.0)
             .at(|n| &mut n.controller.limit.power),
         parameter("limit.a_y", "m/s2", "Largest lateral acceleration asked for")

@@ -8,6 +8,7 @@ mod curve;
 mod doctor;
 mod known;
 mod rules;
+mod shared;
 mod study;
 mod tires;
 
@@ -77,6 +78,7 @@ impl Config {
         let Head { task } = plugin::from_toml(text)?;
         let mut table: toml::Table = plugin::from_toml(text)?;
         table.remove("task");
+        shared::take(&mut table, &task)?;
         let rest = table.to_string();
         // One by one, not as a tagged enum: serde loses the path of a key inside of those.
         let config = match task {

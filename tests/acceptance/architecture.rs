@@ -70,6 +70,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("elementary", &[]),
     ("tire", &["elementary"]),
     ("tire-file", &["tire"]),
+    ("car-file", &["units", "vehicle"]),
     ("tire-bench", &["numerics", "tire", "tire-file", "units"]),
     ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
@@ -105,7 +106,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plant-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
-    ("plant-dual-fmu", &["fmu-export", "tire", "tire-file", "vehicle"]),
+    ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];

@@ -6,7 +6,6 @@ mod axle;
 mod car;
 mod driving;
 mod plan;
-mod text;
 
 use std::sync::Arc;
 

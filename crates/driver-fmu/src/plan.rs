@@ -3,11 +3,11 @@
 
 use std::f64::consts::TAU;
 
+use fmu_export::Text;
 use serde::{Deserialize, Serialize};
 use track::{Bounds, Error, Ggv, Handling, Line, Profile, Survey};
 
 use crate::car::{Car, Limit, ggv, handling, most_front_slip};
-use crate::text::Text;
 
 /// Radius of the circle that is driven without a track [m].
 const CIRCLE: f64 = 100.0;

@@ -1,10 +1,9 @@
 //! Tests the driver in a closed loop with the single-track car.
 
-use fmu_export::{Model, ModelError, description};
+use fmu_export::{Model, ModelError, Text, description};
 use vehicle::{State, Vehicle};
 
 use super::*;
-use crate::text::Text;
 
 const H: f64 = 0.01;
 

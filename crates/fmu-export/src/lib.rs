@@ -156,6 +156,7 @@ pub mod pack;
 pub mod resources;
 mod table;
 mod terminal;
+mod text;
 mod value;
 mod variable;
 
@@ -169,6 +170,7 @@ pub use lifecycle::{Course, State};
 pub use log::{LOG_CATEGORIES, log, warn};
 pub use model::{Model, ModelError};
 pub use terminal::{Member, MemberKind, Terminal};
+pub use text::Text;
 pub use units as unit;
 pub use value::Value;
 pub use variable::{

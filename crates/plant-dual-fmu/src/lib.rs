@@ -2,15 +2,17 @@
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod maps;
 mod table;
 
 use std::sync::Arc;
 
 use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
+use maps::Maps;
 use serde::{Deserialize, Serialize};
 use tire::{MfSet, Slip, Tire, TireSet};
 use tire_file::TireChoice;
-use vehicle::dual_track::{DualTrack, Input, Parameters, State, WheelMotion};
+use vehicle::dual_track::{DualTrack, Excess, Input, Parameters, QUANTITIES, State, WheelMotion};
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.001;
@@ -24,7 +26,11 @@ type Start = vehicle::State;
 /// The car, where it starts, and where it is.
 #[derive(Clone, Serialize, Deserialize)]
 struct Plant {
+    /// The parameters without tables.
     parameters: Parameters,
+    maps: Maps,
+    /// The tables as they were read: a state goes on without their files.
+    read: Option<Maps>,
     tires: [TireChoice; 2],
     /// What the parameters make; made anew after a state was read.
     #[serde(skip)]
@@ -36,6 +42,8 @@ struct Plant {
     seen: Seen,
     /// Wheels whose tire was told to be outside of its limits.
     told: [bool; 4],
+    /// Quantities that were told to leave their table.
+    left: [bool; QUANTITIES],
 }
 
 /// Outputs that are no states.
@@ -44,8 +52,13 @@ struct Seen {
     a_x: f64,
     a_y: f64,
     wheels: [Wheel; 4],
+    drag: f64,
+    downforce: [f64; 2],
+    ride_height: [f64; 2],
     /// Wheels whose tire is outside of the limits that its coefficients are valid for.
     outside: i32,
+    /// Quantities that are outside of their table.
+    left: i32,
 }
 
 /// One wheel, in its own axes.
@@ -59,12 +72,14 @@ struct Wheel {
     alpha: f64,
     gamma: f64,
     torque: f64,
+    travel: f64,
+    delta: f64,
 }
 
 impl From<&WheelMotion> for Wheel {
     fn from(it: &WheelMotion) -> Self {
         let WheelMotion { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, .. } = *it;
-        Self { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque }
+        Self { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, ..Self::default() }
     }
 }
 
@@ -72,6 +87,8 @@ impl Default for Plant {
     fn default() -> Self {
         Plant {
             parameters: table::parameters(),
+            maps: Maps::default(),
+            read: None,
             tires: <[TireChoice; 2]>::default(),
             car: None,
             substep: SUBSTEP,
@@ -80,6 +97,7 @@ impl Default for Plant {
             input: Input::default(),
             seen: Seen::default(),
             told: [false; 4],
+            left: [false; QUANTITIES],
         }
     }
 }
@@ -97,7 +115,10 @@ impl Plant {
             Ok::<_, ModelError>(tire)
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
-        let car = DualTrack::new(self.parameters.clone(), MfSet::from(tires));
+        let mut parameters = self.parameters.clone();
+        let maps = self.read.as_ref().unwrap_or(&self.maps);
+        maps.put_into(&mut parameters).map_err(ModelError::Error)?;
+        let car = DualTrack::new(parameters, MfSet::from(tires));
         let car = Arc::new(car.map_err(|bad| ModelError::Error(bad.to_string()))?);
         self.car = Some(Arc::clone(&car));
         Ok(car)
@@ -124,6 +145,21 @@ impl Plant {
             }
         }
         self.seen.outside = outside;
+    }
+
+    /// Says once for each quantity that it is outside of its table.
+    fn tell_left(&mut self, car: &DualTrack<MfSet>, time: f64) {
+        let excesses = car.excesses(&self.state, &self.input);
+        for (told, excess) in self.left.iter_mut().zip(&excesses) {
+            let Some(excess) = excess else { continue };
+            if !std::mem::replace(told, true) {
+                let Excess { table, quantity, unit, value, ends: [first, last] } = excess;
+                warn(format!(
+                    "at {time} s the {quantity}, {value:.4} {unit}, is outside of {table}, which goes from {first:.4} to {last:.4} {unit}; its values are those at the end"
+                ));
+            }
+        }
+        self.seen.left = excesses.iter().map(|excess| i32::from(excess.is_some())).sum();
     }
 }
 
@@ -166,8 +202,9 @@ impl Model for Plant {
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.car = None;
+        self.read = Some(self.maps.loaded().map_err(ModelError::Error)?);
         let car = self.car()?;
-        self.told = [false; 4];
+        (self.told, self.left) = ([false; 4], [false; QUANTITIES]);
         self.state = State { planar: self.start, ..car.rolling(self.start.v_x) };
         Ok(())
     }
@@ -185,6 +222,7 @@ impl Model for Plant {
         }
         self.see(&car);
         self.tell_outside(&car, time + step);
+        self.tell_left(&car, time + step);
         Ok(())
     }
 
@@ -200,7 +238,14 @@ impl Plant {
     fn see(&mut self, car: &DualTrack<MfSet>) {
         let motion = car.evaluate(&self.state, &self.input);
         (self.seen.a_x, self.seen.a_y) = (motion.a_x, motion.a_y);
-        self.seen.wheels = motion.wheels.each_ref().map(Wheel::from);
+        (self.seen.drag, self.seen.downforce) = (motion.drag, motion.downforce);
+        self.seen.ride_height = car.ride_heights(&self.state);
+        let travel = car.travel(&self.state);
+        let delta = car.wheel_angles(&self.state, &self.input);
+        self.seen.wheels = std::array::from_fn(|i| {
+            let wheel = Wheel::from(&motion.wheels[i]);
+            Wheel { travel: travel[i], delta: delta[i], ..wheel }
+        });
     }
 }
 

@@ -12,17 +12,19 @@ mod parameters;
 mod state;
 mod steering;
 mod suspension;
+mod tables;
 mod wheels;
 
 use tire::{Number, TireSet};
 
 pub use aero::AeroMap;
 pub use brakes::Brakes;
-pub use driveline::Drive;
+pub use driveline::{Drive, Engine};
 pub use parameters::{BadParameter, Parameters};
 pub use state::{Attitude, Input, STATES, State, Transfer, Wheel};
 pub use steering::Steering;
 pub use suspension::{STOP, Suspension};
+pub use tables::{Excess, QUANTITIES};
 pub use wheels::{BUILD_UP, CarTire, PerDirection, Rims, SLIP_MAX, WheelMotion};
 
 use crate::body::Body;
@@ -202,6 +204,20 @@ impl<S> DualTrack<S> {
         Motion { derivative, a_x, a_y, wheels, drag, downforce }
     }
 
+    /// How each wheel is turned against the body, by its way towards it [m].
+    #[inline]
+    fn turned<T: Number>(
+        &self,
+        state: &State<T>,
+        input: &Input<T>,
+        travel: &PerWheel<T>,
+    ) -> PerWheel<steering::Turn<T>> {
+        let p = &self.parameters;
+        let delta = input.delta - state.transfer.F_yf * p.steering.compliance;
+        let angles = p.steering.wheel_angles(delta, p.suspension.track[FRONT], p.body.wheelbase());
+        p.steering.turns(angles, travel)
+    }
+
     /// Forces on the wheels, rates of their states, and how they are turned.
     #[inline]
     fn roll<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Rolled<T>
@@ -210,9 +226,7 @@ impl<S> DualTrack<S> {
     {
         let p = &self.parameters;
         let travel = p.suspension.travel(&p.body, &state.attitude);
-        let delta = input.delta - state.transfer.F_yf * p.steering.compliance;
-        let angles = p.steering.wheel_angles(delta, p.suspension.track[FRONT], p.body.wheelbase());
-        let turns = p.steering.turns(angles, &travel);
+        let turns = self.turned(state, input, &travel);
         let gamma = p.steering.inclinations(state.attitude.phi, &travel);
         let loads = p.suspension.loads(&p.body, state);
         let (forward, sideways) = p.suspension.swing(&p.body, &state.rates);

@@ -38,12 +38,12 @@ pub struct Curve {
     y: Vec<f64>,
 }
 
-/// A map over two quantities: bilinear between points, constant outside of them.
+/// Values over a grid of two quantities, each linear between points (bilinear), constant outside of them; N of them at each point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Map {
+pub struct Map<const N: usize = 1> {
     x: Vec<f64>,
     y: Vec<f64>,
-    /// Row by row: the values at the first x over all y come first.
+    /// Row by row: the values at the first x over all y come first, all N of a point together.
     z: Vec<f64>,
 }
 
@@ -71,6 +71,29 @@ impl Curve {
         if let [value] = self.y[..] { Some(value) } else { None }
     }
 
+    /// The first and the last point; `None` of a constant, which has no end.
+    pub fn ends(&self) -> Option<[f64; 2]> {
+        if self.x.len() > 1 { ends(&self.x) } else { None }
+    }
+
+    /// The values at its points.
+    pub fn values(&self) -> &[f64] {
+        &self.y
+    }
+
+    /// The steepest slope, without its sign.
+    pub fn steepest(&self) -> f64 {
+        let lines = self.x.windows(2).zip(self.y.windows(2));
+        lines.map(|(x, y)| ((y[1] - y[0]) / (x[1] - x[0])).abs()).fold(0.0, f64::max)
+    }
+
+    /// The same curve higher by a value.
+    #[must_use]
+    pub fn raised(mut self, by: f64) -> Self {
+        self.y.iter_mut().for_each(|value| *value += by);
+        self
+    }
+
     /// The value at `x`. At a point, the slope is that of the line behind it.
     #[inline]
     pub fn at<T: Number>(&self, x: T) -> T {
@@ -82,31 +105,58 @@ impl Curve {
     }
 }
 
-impl Map {
-    /// A map over a grid; `z` has the values row by row, one row for each x.
+impl<const N: usize> Map<N> {
+    /// A map over a grid; `z` has the values row by row, one row for each x, with all N values of a point together.
     ///
     /// # Errors
     /// When the points of an axis do not rise or are none, or values are missing or not finite.
     pub fn new(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> Result<Self, BadTable> {
         check_axis(&x)?;
         check_axis(&y)?;
-        check_values(x.len() * y.len(), &z)?;
+        check_values(N * x.len() * y.len(), &z)?;
         Ok(Self { x, y, z })
     }
 
-    /// The value at (`x`, `y`).
+    /// The first and the last point of both axes; `None` of one with a single point, along which nothing changes.
+    pub fn ends(&self) -> [Option<[f64; 2]>; 2] {
+        [&self.x, &self.y].map(|axis| if axis.len() > 1 { ends(axis) } else { None })
+    }
+
+    /// The values at its points, all N of a point together.
+    pub fn values(&self) -> impl Iterator<Item = &[f64]> {
+        self.z.chunks_exact(N)
+    }
+
+    /// The steepest slope along x of all values, without its sign.
+    pub fn steepest(&self) -> f64 {
+        let row = N * self.y.len();
+        let rows = self.z.chunks_exact(row).zip(self.z.chunks_exact(row).skip(1));
+        let slopes = self.x.windows(2).zip(rows).flat_map(|(x, (low, high))| {
+            low.iter().zip(high).map(move |(low, high)| ((high - low) / (x[1] - x[0])).abs())
+        });
+        slopes.fold(0.0, f64::max)
+    }
+
+    /// The values at (`x`, `y`).
     #[inline]
-    pub fn at<T: Number>(&self, x: T, y: T) -> T {
+    pub fn at<T: Number>(&self, x: T, y: T) -> [T; N] {
         let (i, over_x) = place(&self.x, x);
         let (j, over_y) = place(&self.y, y);
-        let row = |i: usize| {
-            let values = &self.z[i * self.y.len()..][..self.y.len()];
-            let next = values[(j + 1).min(values.len() - 1)];
-            over_y * (next - values[j]) + values[j]
-        };
-        let low = row(i);
-        low + over_x * (row((i + 1).min(self.x.len() - 1)) - low)
+        let next = ((i + 1).min(self.x.len() - 1), (j + 1).min(self.y.len() - 1));
+        let value = |i: usize, j: usize, k: usize| self.z[(i * self.y.len() + j) * N + k];
+        std::array::from_fn(|k| {
+            let row = |i: usize| {
+                let low = value(i, j, k);
+                over_y * (value(i, next.1, k) - low) + low
+            };
+            let low = row(i);
+            low + over_x * (row(next.0) - low)
+        })
     }
+}
+
+fn ends(axis: &[f64]) -> Option<[f64; 2]> {
+    Some([*axis.first()?, *axis.last()?])
 }
 
 /// The interval that a value is in, and its share of the interval that lies below the value: 0 to 1.
@@ -171,14 +221,35 @@ mod tests {
         let (x, y) = (vec![0.0, 1.0, 3.0], vec![10.0, 20.0]);
         let plane = |x: f64, y: f64| 2.0 * x - 0.5 * y + 0.25 * x * y;
         let z = x.iter().flat_map(|x| y.iter().map(move |y| plane(*x, *y))).collect();
-        let map = Map::new(x, y, z).expect("a map");
+        let map = Map::<1>::new(x, y, z).expect("a map");
         for (x, y) in [(0.0, 10.0), (0.5, 12.0), (1.0, 20.0), (2.5, 15.0), (3.0, 20.0)] {
-            assert!((map.at(x, y) - plane(x, y)).abs() < 1e-12, "at {x}, {y}");
+            assert!((map.at(x, y)[0] - plane(x, y)).abs() < 1e-12, "at {x}, {y}");
         }
-        assert_eq!(map.at(9.0, 0.0), plane(3.0, 10.0));
-        assert_eq!(map.at(-9.0, 99.0), plane(0.0, 20.0));
-        let row = Map::new(vec![5.0], vec![0.0, 1.0], vec![1.0, 3.0]).expect("a map of one row");
-        assert_eq!(row.at(7.0, 0.5), 2.0);
+        assert_eq!(map.at(9.0, 0.0), [plane(3.0, 10.0)]);
+        assert_eq!(map.at(-9.0, 99.0), [plane(0.0, 20.0)]);
+        assert_eq!(map.ends(), [Some([0.0, 3.0]), Some([10.0, 20.0])]);
+        let row = Map::<1>::new(vec![5.0], vec![0.0, 1.0], vec![1.0, 3.0]);
+        let row = row.expect("a map of one row");
+        assert_eq!((row.at(7.0, 0.5), row.ends()), ([2.0], [None, Some([0.0, 1.0])]));
+    }
+
+    #[test]
+    fn several_values_share_a_grid() {
+        let z = vec![1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 6.0, 60.0];
+        let map = Map::<2>::new(vec![0.0, 1.0], vec![0.0, 1.0], z).expect("a map");
+        for (x, y, value) in [(0.0, 0.0, 1.0), (0.0, 0.5, 1.5), (0.5, 0.0, 2.0), (1.0, 1.0, 6.0)] {
+            assert_eq!(map.at(x, y), [value, 10.0 * value]);
+        }
+        assert_eq!(map.steepest(), 40.0);
+        assert_eq!(map.values().map(|it| it[0]).collect::<Vec<_>>(), [1.0, 2.0, 3.0, 6.0]);
+    }
+
+    #[test]
+    fn a_curve_knows_its_ends_and_its_steepest_line() {
+        let curve = Curve::new(vec![-1.0, 0.0, 2.0], vec![3.0, 1.0, 2.0]).expect("a curve");
+        assert_eq!((curve.ends(), curve.steepest()), (Some([-1.0, 2.0]), 2.0));
+        assert_eq!(curve.raised(0.5).values(), [3.5, 1.5, 2.5]);
+        assert_eq!((Curve::from(4.0).ends(), Curve::from(4.0).steepest()), (None, 0.0));
     }
 
     #[test]
@@ -186,7 +257,8 @@ mod tests {
         assert_eq!(Curve::new(vec![], vec![]), Err(BadTable::Empty));
         let error = Curve::new(vec![0.0, 0.0], vec![1.0, 2.0]).expect_err("not rising");
         assert_eq!(error.to_string(), "expected rising points, found 0 after 0");
-        let error = Map::new(vec![0.0], vec![0.0, 1.0], vec![1.0]).expect_err("a value is missing");
+        let error =
+            Map::<1>::new(vec![0.0], vec![0.0, 1.0], vec![1.0]).expect_err("a value is missing");
         assert_eq!(error.to_string(), "expected 2 values, found 1");
         assert!(matches!(Curve::new(vec![0.0], vec![f64::NAN]), Err(BadTable::NotFinite(_))));
     }

@@ -18,9 +18,9 @@ pub struct Brakes {
     pub front_share: f64,
     /// Largest torque of all brakes together [N m].
     pub torque_max: f64,
-    /// Torque of all brakes together [N m] over the pedal [0 to 1]; without it, the torque that the demanded force
-    /// needs.
-    pub map: Option<Curve>,
+    /// Torque of both brakes of each axle [N m] over the pedal [0 to 1], which goes before the share; without it, the torque
+    /// that the demanded force needs.
+    pub map: Option<PerAxle<Curve>>,
     /// Demanded force [N], without its sign, at which the pedal is down, for a map.
     pub force_max: f64,
     /// Angle that a wheel turns at rest until its brake holds with all its torque [rad].
@@ -34,26 +34,29 @@ impl Default for Brakes {
 }
 
 impl Brakes {
+    /// How far the pedal is down [0 to 1] for a demanded force [N].
+    #[inline]
+    pub(super) fn pedal<T: Number>(&self, F_x: T) -> T {
+        if F_x < 0.0 { pedal(-F_x, self.force_max) } else { T::zero() }
+    }
+
     /// Torque that the brake of a wheel of each axle can hold [N m], for a demanded force [N].
     #[inline]
     pub(crate) fn capacity<T: Number>(&self, F_x: T, radius: PerAxle<f64>) -> PerAxle<T> {
+        if let Some(map) = &self.map {
+            let pedal = self.pedal(F_x);
+            let torques = map.each_ref().map(|axle| axle.at(pedal));
+            let total = torques[0] + torques[1];
+            let most =
+                if total > self.torque_max { T::from(self.torque_max) / total } else { T::one() };
+            return torques.map(|torque| torque * most * 0.5);
+        }
         let demand = if F_x < 0.0 { -F_x } else { T::zero() };
         let share = [self.front_share, 1.0 - self.front_share];
-        let each = |torque: T, axle: usize| torque * (0.5 * share[axle]);
-        let limited = |torque: T| {
-            if torque > self.torque_max { self.torque_max.into() } else { torque }
-        };
-        match &self.map {
-            None => {
-                // As if both axles had the same radius: then the balance is that of the forces.
-                let total = limited(demand * (radius[0] * share[0] + radius[1] * share[1]));
-                [each(total, 0), each(total, 1)]
-            }
-            Some(map) => {
-                let total = limited(map.at(demand / self.force_max));
-                [each(total, 0), each(total, 1)]
-            }
-        }
+        // As if both axles had the same radius: then the balance is that of the forces.
+        let total = demand * (radius[0] * share[0] + radius[1] * share[1]);
+        let total = if total > self.torque_max { self.torque_max.into() } else { total };
+        share.map(|share| total * (0.5 * share))
     }
 
     /// Torque [N m] that brakes a wheel, and the rate of its share [1/s].
@@ -80,7 +83,21 @@ impl Brakes {
 
     /// Upper bound of the poles that a held wheel has on its brake [1/s], for a moment of inertia [kg m²].
     pub(crate) fn fastest_pole(&self, inertia: f64) -> f64 {
-        let most = 0.5 * self.torque_max * self.front_share.max(1.0 - self.front_share);
+        let share = self.front_share.max(1.0 - self.front_share);
+        let most = match &self.map {
+            None => 0.5 * self.torque_max * share,
+            Some(map) => {
+                let torques = map.iter().flat_map(|axle| axle.values()).copied();
+                0.5 * torques.fold(0.0, f64::max).min(self.torque_max)
+            }
+        };
         (most / (self.windup * inertia)).sqrt() + REVERSAL * most / (self.windup * inertia)
     }
+}
+
+/// How far a pedal is down [0 to 1] for a demand, which is `most` when it is down.
+#[inline]
+pub(super) fn pedal<T: Number>(demand: T, most: f64) -> T {
+    let share = demand / most;
+    if share > 1.0 { T::one() } else { share }
 }

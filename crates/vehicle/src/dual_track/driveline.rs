@@ -5,12 +5,40 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
+use super::brakes::pedal;
 use super::{FRONT, PerAxle, PerWheel, REAR};
-use crate::table::Map;
+use crate::table::{Curve, Map};
 use crate::wheel::Lock;
 
 /// Speed of the driven wheels [rad/s] around standstill over which the drag of an engine changes its sign.
 const IDLE: f64 = 1.0;
+
+/// Torque of an engine [N m] over its speed [rad/s].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Engine {
+    /// Its largest torque: the demanded one is met up to it.
+    FullLoad(Curve),
+    /// Its torque over speed and pedal [0 to 1]; below 0 it drags.
+    Pedal(Map),
+}
+
+impl Engine {
+    /// Every torque of the table [N m].
+    pub(super) fn torques(&self) -> Vec<f64> {
+        match self {
+            Self::FullLoad(curve) => curve.values().to_vec(),
+            Self::Pedal(map) => map.values().flatten().copied().collect(),
+        }
+    }
+
+    /// The steepest slope over speed [N m s/rad].
+    fn steepest(&self) -> f64 {
+        match self {
+            Self::FullLoad(curve) => curve.steepest(),
+            Self::Pedal(map) => map.steepest(),
+        }
+    }
+}
 
 /// Engine and driveline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,9 +49,10 @@ pub struct Drive {
     pub torque_max: f64,
     /// Largest driving power [W].
     pub power_max: f64,
-    /// Torque of all wheels together [N m] over their speed [rad/s] and the pedal [0 to 1]; without it, the torque
-    /// that the demanded force needs.
-    pub map: Option<Map>,
+    /// What the engine gives; without it, the torque that the demanded force needs.
+    pub engine: Option<Engine>,
+    /// Speed of the engine over that of the driven wheels [-].
+    pub ratio: f64,
     /// Demanded force [N] at which the pedal is down, for a map.
     pub force_max: f64,
     /// Limited-slip differential of each axle.
@@ -36,7 +65,8 @@ impl Default for Drive {
             front_share: 0.0,
             torque_max: 3000.0,
             power_max: 300e3,
-            map: None,
+            engine: None,
+            ratio: 1.0,
             force_max: 10e3,
             locks: [Lock::default(); 2],
         }
@@ -53,8 +83,7 @@ impl Drive {
         radius: PerAxle<f64>,
     ) -> PerWheel<T> {
         let share = [self.front_share, 1.0 - self.front_share];
-        let mean = |values: PerAxle<T>| values[FRONT] * share[FRONT] + values[REAR] * share[REAR];
-        let speed = mean([(omega[0] + omega[1]) * 0.5, (omega[2] + omega[3]) * 0.5]);
+        let speed = self.speed(omega);
         let lever = radius[FRONT] * share[FRONT] + radius[REAR] * share[REAR];
         let total = self.total(F_x, speed, lever);
         let mut torques = [T::zero(); 4];
@@ -67,14 +96,34 @@ impl Drive {
         torques
     }
 
+    /// Speed of the driven wheels [rad/s].
+    #[inline]
+    pub(super) fn speed<T: Number>(&self, omega: PerWheel<T>) -> T {
+        (omega[0] + omega[1]) * (0.5 * self.front_share)
+            + (omega[2] + omega[3]) * (0.5 * (1.0 - self.front_share))
+    }
+
+    /// How far the pedal is down [0 to 1] for a demanded force [N].
+    #[inline]
+    pub(super) fn pedal<T: Number>(&self, F_x: T) -> T {
+        if F_x > 0.0 { pedal(F_x, self.force_max) } else { T::zero() }
+    }
+
     /// Torque of all wheels together [N m].
     #[inline]
     fn total<T: Number>(&self, F_x: T, speed: T, lever: f64) -> T {
-        let demand = if F_x > 0.0 { F_x } else { T::zero() };
-        let wanted = match &self.map {
-            None => demand * lever,
-            Some(map) => {
-                let torque = map.at(speed.abs(), demand / self.force_max);
+        let demand = if F_x > 0.0 { F_x * lever } else { T::zero() };
+        let wanted = match &self.engine {
+            None => demand,
+            Some(engine) => {
+                let revs = speed.abs() * self.ratio;
+                let torque = match engine {
+                    Engine::FullLoad(curve) => {
+                        let most = curve.at(revs) * self.ratio;
+                        if demand > most { most } else { demand }
+                    }
+                    Engine::Pedal(map) => map.at(revs, self.pedal(F_x))[0] * self.ratio,
+                };
                 // The drag of an engine brakes in both directions, and not at rest.
                 if torque < 0.0 { torque * speed / (speed.abs() + IDLE) } else { torque }
             }
@@ -82,5 +131,13 @@ impl Drive {
         let most =
             if speed * wanted > self.power_max { T::from(self.power_max) / speed } else { wanted };
         if most > self.torque_max { self.torque_max.into() } else { most }
+    }
+
+    /// Upper bound of the pole that the engine gives to wheels of a moment of inertia [kg m²], each [1/s].
+    pub(super) fn fastest_pole(&self, inertia: f64) -> f64 {
+        let Some(engine) = &self.engine else { return 0.0 };
+        let drag = engine.torques().into_iter().fold(0.0, |most, torque| f64::max(most, -torque));
+        // The wheels of an axle share the torque: those of one axle turn slowest against it.
+        (engine.steepest() * self.ratio * self.ratio + drag * self.ratio / IDLE) / (2.0 * inertia)
     }
 }

@@ -22,7 +22,8 @@ pub(super) fn fastest_pole(p: &Parameters, tires: &PerAxle<Fitted>) -> f64 {
         let most = (lock.drive.max(lock.coast) * p.drive.torque_max).max(lock.preload);
         most * lock.sensitivity / p.rims.I_yy
     });
-    let rolling = spin + 1.0 / BUILD_UP + locks.fold(0.0, f64::max);
+    let engine = p.drive.fastest_pole(p.rims.I_yy);
+    let rolling = spin + 1.0 / BUILD_UP + locks.fold(0.0, f64::max) + engine;
     let held = spin + p.brakes.fastest_pole(p.rims.I_yy);
     let turning = 1.0 / REVERSAL;
     rolling.max(held).max(turning).max(p.suspension.fastest_pole(&p.body))

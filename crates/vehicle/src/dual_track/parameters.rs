@@ -84,6 +84,7 @@ impl Parameters {
         for (name, value, bound) in bounds {
             expect(name, value, bound.holds(value), || bound.text())?;
         }
+        self.check_tables()?;
         self.check_together()
     }
 
@@ -134,6 +135,7 @@ impl Parameters {
             ("drive.front_share", drive.front_share, Share),
             ("drive.torque_max", drive.torque_max, NotNegative),
             ("drive.power_max", drive.power_max, NotNegative),
+            ("drive.ratio", drive.ratio, Positive),
             ("drive.force_max", drive.force_max, Positive),
             ("diff_f.drive_lock", front.drive, Share),
             ("diff_f.coast_lock", front.coast, Share),

@@ -9,6 +9,8 @@ use super::*;
 use crate::body::G;
 use crate::{Aero, State as Planar};
 
+mod maps;
+
 type Road = DualTrack<MfSet>;
 
 /// The sports car of the scenarios, without air.

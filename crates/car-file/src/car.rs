@@ -1,0 +1,129 @@
+//! Knows the tables of a car: their columns, and what they become.
+#![allow(non_snake_case, reason = "coefficients are written as in the equations")]
+
+use vehicle::dual_track::Engine;
+use vehicle::{Curve, Map};
+
+use crate::Error;
+use crate::grid::{curve, map};
+use crate::head::Wanted;
+use crate::table::Table;
+
+const fn column(names: &'static [&'static str], unit: &'static str) -> Wanted {
+    Wanted { names, unit }
+}
+
+const KINEMATICS: [Wanted; 3] = [
+    column(&["travel", "wheel_travel", "jounce", "bump"], "m"),
+    column(&["toe", "toe_in", "toe_angle"], "rad"),
+    column(&["camber", "camber_angle"], "rad"),
+];
+
+const AERO: [Wanted; 5] = [
+    column(&["ride_height_f", "front_ride_height", "ride_height_front", "frh", "h_f"], "m"),
+    column(&["ride_height_r", "rear_ride_height", "ride_height_rear", "rrh", "h_r"], "m"),
+    column(&["C_d", "cx"], "1"),
+    column(&["C_lf", "czf", "C_l_front"], "1"),
+    column(&["C_lr", "czr", "C_l_rear"], "1"),
+];
+
+const BRAKES: [Wanted; 3] = [
+    column(&["pedal", "brake"], "1"),
+    column(&["torque_f", "front_torque", "torque_front"], "N.m"),
+    column(&["torque_r", "rear_torque", "torque_rear"], "N.m"),
+];
+
+const ENGINE: [Wanted; 3] = [
+    column(&["speed", "engine_speed", "n", "omega", "revs"], "rad/s"),
+    column(&["pedal", "throttle", "accelerator"], "1"),
+    column(&["torque", "engine_torque"], "N.m"),
+];
+
+/// Angles of the wheels of an axle over their travel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Kinematics {
+    /// Toe-in [rad] over travel towards the body [m].
+    pub toe: Option<Curve>,
+    /// Camber to the body [rad] over travel towards the body [m]: positive leans the top outwards.
+    pub camber: Option<Curve>,
+}
+
+/// Reads `travel`, `toe` and `camber` of the wheels of an axle.
+///
+/// # Errors
+/// With line and column, as all tables here; also without toe and camber.
+pub fn kinematics(text: &str) -> Result<Kinematics, Error> {
+    let table = Table::read(text, &KINEMATICS)?;
+    table.needed(0)?;
+    let of =
+        |column: usize| table.optional(column).map(|values| curve(&table, 0, values)).transpose();
+    let found = Kinematics { toe: of(1)?, camber: of(2)? };
+    if found.toe.is_none() && found.camber.is_none() {
+        return Err(
+            table.wrong("expected a column `toe [rad]`, `camber [rad]`, or both".to_owned())
+        );
+    }
+    Ok(found)
+}
+
+/// Reads `C_d`, `C_lf` and `C_lr` over `ride_height_f` and `ride_height_r`. Of each at least one is needed; a coefficient without
+/// column is that of `constants`.
+///
+/// # Errors
+/// With line and column; when pairs of ride heights are missing or there twice.
+pub fn aero(text: &str, constants: [f64; 3]) -> Result<Map<3>, Error> {
+    let table = Table::read(text, &AERO)?;
+    if table.optional(0).is_none() {
+        table.needed(1)?;
+    }
+    let given = [2, 3, 4].map(|column| table.optional(column));
+    if given.iter().all(Option::is_none) {
+        return Err(table.wrong("expected a column `C_d`, `C_lf`, `C_lr`, or several".to_owned()));
+    }
+    let fixed = constants.map(|value| vec![value; table.lines.len()]);
+    let values: [&[f64]; 3] = std::array::from_fn(|i| given[i].unwrap_or(&fixed[i]));
+    map(&table, [0, 1], values)
+}
+
+/// Reads the torques of both brakes of the front and the rear axle, `torque_f` and `torque_r` [N m], over the `pedal` [0 to 1].
+///
+/// # Errors
+/// With line and column; when the pedal leaves 0 to 1.
+pub fn brakes(text: &str) -> Result<[Curve; 2], Error> {
+    let table = Table::read(text, &BRAKES)?;
+    within_pedal(&table, 0)?;
+    Ok([curve(&table, 0, table.needed(1)?)?, curve(&table, 0, table.needed(2)?)?])
+}
+
+/// Reads the `torque` [N m] of an engine over its `speed` [rad/s]: its full load, or with a column `pedal` [0 to 1] its map.
+///
+/// # Errors
+/// With line and column; when the pedal leaves 0 to 1, when a speed is negative, when pairs are missing or there twice.
+pub fn engine(text: &str) -> Result<Engine, Error> {
+    let table = Table::read(text, &ENGINE)?;
+    let (speed, torque) = (table.needed(0)?, table.needed(2)?);
+    if let Some(row) = speed.iter().position(|speed| *speed < 0.0) {
+        let message = format!("expected a speed of at least 0 rad/s, found {}", speed[row]);
+        return Err(Error { line: table.lines[row], message });
+    }
+    if table.optional(1).is_none() {
+        return curve(&table, 0, torque).map(Engine::FullLoad);
+    }
+    within_pedal(&table, 1)?;
+    map(&table, [0, 1], [torque]).map(Engine::Pedal)
+}
+
+fn within_pedal(table: &Table, column: usize) -> Result<(), Error> {
+    let pedal = table.needed(column)?;
+    match pedal.iter().position(|pedal| !(0.0..=1.0).contains(pedal)) {
+        None => Ok(()),
+        Some(row) => {
+            let found = pedal[row];
+            let message = format!(
+                "expected `{}` from 0 to 1, found {found}; one in percent is `[%]`",
+                table.name(column)
+            );
+            Err(Error { line: table.lines[row], message })
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Reads the first row of a table: the meaning and the unit of each column.
+
+use units::Unit;
+
+/// A column that a table may have.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wanted {
+    /// Its name, and how else it is written.
+    pub names: &'static [&'static str],
+    /// The SI unit of its values; `1` for plain numbers, which need none.
+    pub unit: &'static str,
+}
+
+impl Wanted {
+    pub(crate) fn name(&self) -> &'static str {
+        self.names[0]
+    }
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column {
+    /// Index of what it means.
+    pub meaning: usize,
+    /// SI value = scale * value + offset.
+    pub scale: f64,
+    pub offset: f64,
+}
+
+/// The columns of a head, in its order.
+///
+/// # Errors
+/// In words: unknown columns, those that are there twice, units that are missing or of another kind.
+pub(crate) fn read(fields: &[String], wanted: &[Wanted]) -> Result<Vec<Column>, String> {
+    let mut columns: Vec<Column> = Vec::new();
+    for field in fields {
+        let column = column(field, wanted)?;
+        if columns.iter().any(|it| it.meaning == column.meaning) {
+            let name = wanted[column.meaning].name();
+            return Err(format!("expected one column `{name}`, found another one in `{field}`"));
+        }
+        columns.push(column);
+    }
+    Ok(columns)
+}
+
+fn column(field: &str, wanted: &[Wanted]) -> Result<Column, String> {
+    let field = field.trim();
+    let (name, unit) = match field.find(['[', '(']) {
+        Some(at) => {
+            let unit = field[at + 1..].trim_end().strip_suffix([']', ')']);
+            let unit = unit.ok_or_else(|| {
+                format!("expected a unit in brackets, such as `[mm]`, found `{field}`")
+            })?;
+            (field[..at].trim(), Some(unit.trim()).filter(|unit| !matches!(*unit, "" | "-")))
+        }
+        None => (field, None),
+    };
+    let meaning = wanted.iter().position(|it| it.names.iter().any(|known| same(known, name)));
+    let meaning = meaning.ok_or_else(|| unknown(name, wanted))?;
+    let Wanted { unit: si, .. } = wanted[meaning];
+    let Some(unit) = unit else {
+        if si == "1" {
+            return Ok(Column { meaning, scale: 1.0, offset: 0.0 });
+        }
+        return Err(format!("expected a unit of `{name}`, such as `{name} [{si}]`"));
+    };
+    let wrong =
+        |what: &str| format!("expected a unit of `{name}` such as [{si}], found [{unit}]: {what}");
+    let from = Unit::parse(unit).map_err(|error| wrong(&error.to_string()))?;
+    let to = Unit::parse(si).map_err(|error| wrong(&error.to_string()))?;
+    let (scale, offset) = Unit::conversion(&from, &to)
+        .ok_or_else(|| wrong(&format!("{} is not {}", from.dimension(), to.dimension())))?;
+    Ok(Column { meaning, scale, offset })
+}
+
+/// Whether two names are equal but for capitals, blanks, hyphens and underscores.
+fn same(a: &str, b: &str) -> bool {
+    plain(a) == plain(b)
+}
+
+fn plain(name: &str) -> String {
+    let letters = name.chars().filter(|c| !matches!(c, ' ' | '_' | '-' | '.'));
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+fn unknown(name: &str, wanted: &[Wanted]) -> String {
+    let near = |it: &'static str| distance(&plain(it), &plain(name));
+    let all = wanted.iter().flat_map(|it| it.names.iter().map(move |known| (near(known), it)));
+    let closest = all.min_by_key(|(misses, _)| *misses);
+    let (misses, closest) = closest.map_or((usize::MAX, ""), |(misses, it)| (misses, it.name()));
+    if misses.saturating_mul(3) <= name.chars().count().max(3) {
+        return format!("unknown column `{name}`, did you mean `{closest}`?");
+    }
+    let names: Vec<_> = wanted.iter().map(|it| format!("`{}`", it.name())).collect();
+    format!("unknown column `{name}`, expected some of {}", names.join(", "))
+}
+
+/// Letters to insert, remove or replace until two words are equal (Levenshtein).
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut before = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let replaced = before + usize::from(letter != *other);
+            before = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(before + 1);
+        }
+    }
+    row[b.len()]
+}

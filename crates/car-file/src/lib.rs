@@ -1,0 +1,38 @@
+//! Reads the tables of a car: text goes in; curves and maps in SI units come out, or what is wrong with a line and a column.
+//!
+//! A table has a row for each point, with fields between semicolons, tabs, commas or blanks. The first row names the columns and
+//! their units: `travel [mm], toe [deg], camber [deg]`. Comments start with `#` or `//`.
+//!
+//! ```
+//! let text = "travel [mm], toe [deg]\n-50, 0.1\n0, 0.0\n50, -0.2\n";
+//! let kinematics = car_file::kinematics(text)?;
+//! assert_eq!(kinematics.camber, None);
+//! let toe = kinematics.toe.expect("a column").at(0.025);
+//! assert!((toe + 0.1_f64.to_radians()).abs() < 1e-15);
+//!
+//! let error = car_file::kinematics("travel [mm], tow [deg]\n").unwrap_err().to_string();
+//! assert_eq!(error, "1: unknown column `tow`, did you mean `toe`?");
+//! # Ok::<(), car_file::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "units stand in brackets, which rustdoc takes for links"
+)]
+
+mod car;
+mod grid;
+mod head;
+mod table;
+
+pub use car::{Kinematics, aero, brakes, engine, kinematics};
+
+/// What is wrong with a table. It begins with the line, so that the name of the table goes before it: `aero.map:3: ...`.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{line}: {message}")]
+pub struct Error {
+    /// Line of the text, from 1.
+    pub line: usize,
+    /// Expectation and fact.
+    pub message: String,
+}

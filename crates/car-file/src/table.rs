@@ -1,0 +1,141 @@
+//! Reads rows of numbers under a head, in SI units.
+
+use crate::Error;
+use crate::head::{self, Column, Wanted};
+
+/// The numbers of a table: for each wanted column those of its rows, or nothing when the table has no such column.
+#[derive(Debug)]
+pub(crate) struct Table {
+    wanted: &'static [Wanted],
+    columns: Vec<Option<Vec<f64>>>,
+    /// Line of each row.
+    pub lines: Vec<usize>,
+    /// Line of the head.
+    pub head: usize,
+}
+
+impl Table {
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// With line and column: what the head has wrong, fields that are missing or no finite numbers; no head, or no rows.
+    pub(crate) fn read(text: &str, wanted: &'static [Wanted]) -> Result<Self, Error> {
+        let wrong = |line: usize, message: String| Error { line, message };
+        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().filter_map(rows);
+        let Some((head, line)) = lines.next() else {
+            let names: Vec<_> = wanted.iter().map(Wanted::name).collect();
+            let message =
+                format!("expected a table with the columns {}, found none", names.join(", "));
+            return Err(wrong(1, message));
+        };
+        let separator = [';', '\t', ','].into_iter().find(|it| line.contains(*it));
+        let names = names_of(line, separator);
+        let read = head::read(&names, wanted).map_err(|message| wrong(head, message))?;
+        let mut table = Self { wanted, columns: vec![None; wanted.len()], lines: Vec::new(), head };
+        for column in &read {
+            table.columns[column.meaning] = Some(Vec::new());
+        }
+        for (line, text) in lines {
+            let found = fields(text, separator);
+            if found.len() != read.len() {
+                let (expected, found) = (read.len(), found.len());
+                return Err(wrong(line, format!("expected {expected} numbers, found {found}")));
+            }
+            for (index, (field, column)) in found.iter().zip(&read).enumerate() {
+                let value = number(field, separator, column).ok_or_else(|| {
+                    let name = names[index].trim();
+                    let place = index + 1;
+                    wrong(
+                        line,
+                        format!(
+                            "expected a finite number in column {place} `{name}`, found `{field}`"
+                        ),
+                    )
+                })?;
+                table.columns[column.meaning].iter_mut().for_each(|values| values.push(value));
+            }
+            table.lines.push(line);
+        }
+        if table.lines.is_empty() {
+            return Err(wrong(
+                head,
+                "expected rows of numbers under the head, found none".to_owned(),
+            ));
+        }
+        Ok(table)
+    }
+
+    /// The numbers of a column that may be missing.
+    pub(crate) fn optional(&self, column: usize) -> Option<&[f64]> {
+        self.columns[column].as_deref()
+    }
+
+    /// The numbers of a column.
+    ///
+    /// # Errors
+    /// When the table has none of that name.
+    pub(crate) fn needed(&self, column: usize) -> Result<&[f64], Error> {
+        self.optional(column).ok_or_else(|| {
+            let Wanted { unit, .. } = self.wanted[column];
+            let unit = if unit == "1" { String::new() } else { format!(" [{unit}]") };
+            self.wrong(format!("expected a column `{}{unit}`", self.name(column)))
+        })
+    }
+
+    /// Name of a column.
+    pub(crate) fn name(&self, column: usize) -> &'static str {
+        self.wanted[column].name()
+    }
+
+    /// Unit of the numbers of a column.
+    pub(crate) fn unit(&self, column: usize) -> &'static str {
+        self.wanted[column].unit
+    }
+
+    /// An error of the table as a whole, at its head.
+    pub(crate) fn wrong(&self, message: String) -> Error {
+        Error { line: self.head, message }
+    }
+}
+
+/// The number and the text of a line that is neither empty nor a comment.
+fn rows((index, line): (usize, &str)) -> Option<(usize, &str)> {
+    let line = line.trim_matches(|c: char| c.is_whitespace() && c != '\t');
+    let nothing = line.trim().is_empty() || line.starts_with('#') || line.starts_with("//");
+    (!nothing).then_some((index + 1, line))
+}
+
+/// The names of a head. Between blanks, a unit belongs to the name before it.
+fn names_of(line: &str, separator: Option<char>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for field in fields(line, separator) {
+        match names.last_mut().filter(|_| separator.is_none() && field.starts_with(['[', '('])) {
+            Some(name) => name.push_str(field),
+            None => names.push(field.to_owned()),
+        }
+    }
+    names
+}
+
+fn fields(line: &str, separator: Option<char>) -> Vec<&str> {
+    let mut fields: Vec<&str> = match separator {
+        Some(separator) => line.split(separator).collect(),
+        None => line.split_whitespace().collect(),
+    };
+    fields.iter_mut().for_each(|it| *it = it.trim().trim_matches('"').trim());
+    // A separator at the end of the row starts no field.
+    if fields.last().is_some_and(|it| it.is_empty()) {
+        fields.pop();
+    }
+    fields
+}
+
+/// The SI value of a field. Where no comma separates, one is a decimal comma.
+fn number(field: &str, separator: Option<char>, column: &Column) -> Option<f64> {
+    let comma = separator != Some(',') && field.matches(',').count() == 1 && !field.contains('.');
+    let value: f64 = match comma {
+        true => field.replace(',', ".").parse().ok()?,
+        false => field.parse().ok()?,
+    };
+    Some(column.scale * value + column.offset).filter(|value| value.is_finite())
+}

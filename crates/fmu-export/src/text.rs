@@ -1,0 +1,64 @@
+//! Holds the text of a String parameter that is a file or its path: it is cloned with every state of a model, and may be long.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+/// The largest file [B].
+const LARGEST: u64 = 16 << 20;
+
+/// A text that its clones share.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "String", into = "String")]
+pub struct Text(Arc<String>);
+
+impl Text {
+    /// The text.
+    #[must_use]
+    pub fn get(&self) -> &str {
+        &self.0
+    }
+
+    /// The text, to be written; its clones keep theirs.
+    pub fn get_mut(&mut self) -> &mut String {
+        Arc::make_mut(&mut self.0)
+    }
+
+    /// The text itself when it has several lines; otherwise that of the file whose path it is.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is too large; `name` is that of the parameter.
+    pub fn loaded(&self, name: &str) -> Result<Text, String> {
+        if self.get().trim().is_empty() || self.get().contains('\n') {
+            return Ok(self.clone());
+        }
+        let path = self.get().trim();
+        let wrong = |what: String| {
+            format!("{name} has one line, so it is the path of a file: `{path}` {what}")
+        };
+        let read = || -> std::io::Result<Result<Vec<u8>, u64>> {
+            let size = std::fs::metadata(path)?.len();
+            if size > LARGEST { Ok(Err(size)) } else { std::fs::read(path).map(Ok) }
+        };
+        let bytes = read().map_err(|error| wrong(format!("cannot be read: {error}")))?;
+        let bytes =
+            bytes.map_err(|size| wrong(format!("has {size} B, expected at most {LARGEST} B")))?;
+        // In UTF-8 or else in Latin-1, as instruments write.
+        let latin = |error: std::string::FromUtf8Error| {
+            error.as_bytes().iter().copied().map(char::from).collect()
+        };
+        Ok(Text::from(String::from_utf8(bytes).unwrap_or_else(latin)))
+    }
+}
+
+impl From<String> for Text {
+    fn from(text: String) -> Self {
+        Text(Arc::new(text))
+    }
+}
+
+impl From<Text> for String {
+    fn from(text: Text) -> Self {
+        Arc::unwrap_or_clone(text.0)
+    }
+}

@@ -1,0 +1,156 @@
+//! Refuses tables of no car, and tells which of them a drive leaves.
+#![allow(non_snake_case, reason = "forces are written as in the equations")]
+
+use super::driveline::Engine;
+use super::parameters::{BadParameter, Bound, Parameters, expect};
+use super::state::{Input, State};
+use super::{DualTrack, FRONT, PerAxle, PerWheel, REAR, Suspension, axle_of};
+use crate::table::Curve;
+
+/// Number of quantities over which tables are given.
+pub const QUANTITIES: usize = 7;
+
+/// Largest toe and camber [rad]: beyond it is a table in degrees without its unit.
+const ANGLE_MAX: f64 = 0.5;
+
+/// Steepest toe and camber over travel [rad/m]: beyond it is a table in millimetres without their unit.
+const STEEPEST: f64 = 20.0;
+
+/// Fastest pole that an engine gives to its wheels [1/s]: one that is faster takes sub-steps of less than 0.1 ms.
+const POLE_MAX: f64 = 2e4;
+
+/// A quantity that is outside of a table, which is held at its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Excess {
+    /// Name of the table, as in the FMU.
+    pub table: &'static str,
+    /// What the table is over, for a message.
+    pub quantity: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// First and last point of the table.
+    pub ends: [f64; 2],
+}
+
+const KINEMATICS: PerAxle<&str> = ["suspension.kinematics_f", "suspension.kinematics_r"];
+const CAMBER: PerAxle<&str> = ["camber of the front wheels", "camber of the rear wheels"];
+const TOE: PerAxle<&str> = ["toe of the front wheels", "toe of the rear wheels"];
+const TRAVEL: PerAxle<&str> = ["travel of a front wheel", "travel of a rear wheel"];
+const HEIGHT: PerAxle<&str> = ["front ride height", "rear ride height"];
+
+impl Parameters {
+    /// Asserts that the tables are those of a car.
+    pub(super) fn check_tables(&self) -> Result<(), BadParameter> {
+        for axle in [FRONT, REAR] {
+            let steer = &self.steering;
+            for (name, curve) in [(TOE, &steer.toe), (CAMBER, &steer.camber)] {
+                angle(name[axle], &curve[axle])?;
+            }
+        }
+        let map = self.aero.map.iter().flat_map(|map| map.values());
+        for &[C_d, C_lf, C_lr] in map.filter_map(|values| values.first_chunk::<3>()) {
+            let drag = Bound::NotNegative;
+            expect("C_d in aero.map", C_d, drag.holds(C_d), || drag.text())?;
+            for (name, value) in [("C_lf in aero.map", C_lf), ("C_lr in aero.map", C_lr)] {
+                let bound = Bound::Within(100.0);
+                expect(name, value, bound.holds(value), || bound.text())?;
+            }
+        }
+        for &torque in self.brakes.map.iter().flatten().flat_map(|axle| axle.values()) {
+            let bound = Bound::NotNegative;
+            expect("torque in brake.map", torque, bound.holds(torque), || bound.text())?;
+        }
+        let pole = self.drive.fastest_pole(self.rims.I_yy);
+        let slope = 2.0 * self.rims.I_yy * POLE_MAX / (self.drive.ratio * self.drive.ratio);
+        expect("pole of the wheels by drive.map [1/s]", pole, pole <= POLE_MAX, || {
+            format!(
+                "at most {POLE_MAX}: a torque that changes by at most {slope:.3} N.m per rad/s of the engine"
+            )
+        })
+    }
+}
+
+fn angle(name: &'static str, curve: &Curve) -> Result<(), BadParameter> {
+    let bound = Bound::Within(ANGLE_MAX);
+    for &value in curve.values() {
+        expect(name, value, bound.holds(value), || format!("{} [rad]", bound.text()))?;
+    }
+    let steepest = curve.steepest();
+    expect(name, steepest, steepest <= STEEPEST, || {
+        format!("a slope over travel of at most {STEEPEST} rad/m")
+    })
+}
+
+impl<S> DualTrack<S> {
+    /// Way of each wheel towards the body [m].
+    pub fn travel(&self, state: &State) -> PerWheel<f64> {
+        self.parameters.suspension.travel(&self.parameters.body, &state.attitude)
+    }
+
+    /// Height of the underbody at each axle [m].
+    pub fn ride_heights(&self, state: &State) -> PerAxle<f64> {
+        let p = &self.parameters;
+        let compressed = |axle: usize| Suspension::compression(&p.body, axle, &state.attitude);
+        p.aero.heights([compressed(FRONT), compressed(REAR)])
+    }
+
+    /// Angle of each wheel to the body [rad], positive to the left.
+    pub fn wheel_angles(&self, state: &State, input: &Input) -> PerWheel<f64> {
+        self.turned(state, input, &self.travel(state)).map(|(sin, cos)| sin.atan2(cos))
+    }
+
+    /// The tables that are left, each quantity at its own place.
+    pub fn excesses(&self, state: &State, input: &Input) -> [Option<Excess>; QUANTITIES] {
+        let p = &self.parameters;
+        let [front, rear] = [FRONT, REAR].map(|axle| self.travel_beyond(state, axle));
+        let heights = self.ride_heights(state);
+        let aero = p.aero.map.as_ref().map_or([None; 2], |map| map.ends());
+        let height = |axle: usize| {
+            let excess = Excess { table: "aero.map", quantity: HEIGHT[axle], ..LENGTH };
+            beyond(heights[axle], aero[axle], excess)
+        };
+        let brakes = p.brakes.map.as_ref().and_then(|map| map[FRONT].ends());
+        let brake = Excess { table: "brake.map", quantity: "brake pedal", ..SHARE };
+        let (revs, pedal) = match &p.drive.engine {
+            None => (None, None),
+            Some(Engine::FullLoad(curve)) => (curve.ends(), None),
+            Some(Engine::Pedal(map)) => map.ends().into(),
+        };
+        let omega = state.wheels.map(|wheel| wheel.omega);
+        let speed = p.drive.speed(omega).abs() * p.drive.ratio;
+        let engine = Excess { table: "drive.map", quantity: "engine speed", ..SPEED };
+        let drive = Excess { table: "drive.map", quantity: "drive pedal", ..SHARE };
+        [
+            front,
+            rear,
+            height(FRONT),
+            height(REAR),
+            beyond(p.brakes.pedal(input.F_x), brakes, brake),
+            beyond(speed, revs, engine),
+            beyond(p.drive.pedal(input.F_x), pedal, drive),
+        ]
+    }
+
+    fn travel_beyond(&self, state: &State, axle: usize) -> Option<Excess> {
+        let steer = &self.parameters.steering;
+        let excess = Excess { table: KINEMATICS[axle], quantity: TRAVEL[axle], ..LENGTH };
+        let travel = self.travel(state);
+        let wheels = (0..4).filter(|wheel| axle_of(*wheel) == axle).map(|wheel| travel[wheel]);
+        let curves = || [&steer.toe[axle], &steer.camber[axle]];
+        let mut all =
+            wheels.flat_map(|way| curves().map(|curve| beyond(way, curve.ends(), excess)));
+        all.find_map(|it| it)
+    }
+}
+
+const LENGTH: Excess = Excess { table: "", quantity: "", unit: "m", value: 0.0, ends: [0.0; 2] };
+const SHARE: Excess = Excess { unit: "1", ..LENGTH };
+const SPEED: Excess = Excess { unit: "rad/s", ..LENGTH };
+
+/// A value that is beyond the ends of a table.
+fn beyond(value: f64, ends: Option<[f64; 2]>, excess: Excess) -> Option<Excess> {
+    let ends = ends?;
+    (value < ends[0] || value > ends[1]).then_some(Excess { value, ends, ..excess })
+}
