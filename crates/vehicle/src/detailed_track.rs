@@ -8,17 +8,17 @@ mod parameters;
 mod state;
 
 use nalgebra::SVector;
-use tire::{Forces, Number, Slip, Tire, TireSet};
+use tire::{Number, Slip, TireSet};
 
 pub use parameters::{Actuator, Options, Parameters, SHORTEST_LAG};
 pub use state::{Input, STATES, State};
 
 use crate::body::{Body, G};
+use crate::driven::all_driven;
 use crate::dual_track::{
     BUILD_UP, BadParameter, CarTire, Fitted, PerAxle, Place, REVERSAL, Wheel, axle_positions,
 };
 use crate::integrate::{rk4, substeps};
-use crate::tire_car::driven;
 
 /// Time in which forces move load between the axles [s]. It opens the loop of loads and tire forces.
 const LAG: f64 = 0.005;
@@ -328,39 +328,49 @@ impl<S> DetailedTrack<S> {
         let p = &self.parameters;
         let crate::State { v_x, v_y, r, .. } = state.planar;
         let steady = p.body.slip_angles(v_x, v_y, r, delta).map(|alpha| -alpha);
-        let tires = self.tires.axles();
+        let sides = self.sides();
+        let omegas: PerAxle<T> = std::array::from_fn(|i| {
+            let Place { v, turn: (sin, cos), .. } = axles[i].place;
+            (v[0] * cos + v[1] * sin) / self.radius[i]
+        });
+        let asked = [0, 1].map(|i| {
+            let free = Wheel { omega: omegas[i], kappa: T::zero(), ..state.axles[i] };
+            self.fitted[i].ask(&free, &axles[i].place)
+        });
+        let alphas = match p.options.relaxation {
+            true => asked.each_ref().map(|it| it.tan_alpha.atan()),
+            false => steady,
+        };
+        let slips = std::array::from_fn(|i| Slip {
+            kappa: T::zero(),
+            ..asked[i / 2].at(alphas[i / 2], sides[i % 2])
+        });
+        let forces = self.tires.forces(&slips);
+        let shares = std::array::from_fn(|i: usize| axles[i / 2].F_x * 0.5);
+        let pulled: [[T; 2]; 4] = match p.options.combined {
+            true => all_driven(&self.tires, &slips, shares, &forces),
+            false => std::array::from_fn(|i| [shares[i], forces[i].F_y]),
+        };
+        let zero = T::zero();
         let carried = [0, 1].map(|i| {
-            let Axle { place, F_x } = &axles[i];
-            let (sin, cos) = place.turn;
-            let omega = (place.v[0] * cos + place.v[1] * sin) / self.radius[i];
-            let free = Wheel { omega, kappa: T::zero(), ..state.axles[i] };
-            let question = self.fitted[i].ask(&free, place);
-            let relaxed = p.options.relaxation;
-            let alpha = if relaxed { question.tan_alpha.atan() } else { steady[i] };
-            let mut sums = [T::zero(); 3];
-            for side in self.sides() {
-                let slip = Slip { kappa: T::zero(), ..question.at(alpha, side) };
-                let Forces { F_y, M_z, .. } = tires[i].forces(&slip);
-                let [x, y] = match p.options.combined {
-                    true => driven(tires[i], slip, *F_x * 0.5),
-                    false => [*F_x * 0.5, F_y],
-                };
-                for (sum, value) in sums.iter_mut().zip([x, y * side, M_z * side]) {
+            let mut sums = [zero; 3];
+            for (k, side) in (2 * i..).zip(sides) {
+                let [x, y] = pulled[k];
+                for (sum, value) in sums.iter_mut().zip([x, y * side, forces[k].M_z * side]) {
                     *sum += value;
                 }
             }
             let [F_x, F_y, M_z] = sums;
-            let zero = T::zero();
             let motion = AxleMotion {
                 F_x,
                 F_y,
-                F_z: place.F_z * 2.0,
+                F_z: axles[i].place.F_z * 2.0,
                 M_z,
                 kappa: zero,
-                alpha,
-                omega: free.omega,
+                alpha: alphas[i],
+                omega: omegas[i],
             };
-            let tan_alpha = if relaxed { question.alpha_rate() } else { zero };
+            let tan_alpha = if p.options.relaxation { asked[i].alpha_rate() } else { zero };
             (motion, Wheel { omega: zero, kappa: zero, tan_alpha, brake: zero })
         });
         (carried.map(|(motion, _)| motion), carried.map(|(_, rate)| rate))

@@ -26,6 +26,7 @@
 mod axle;
 mod body;
 pub mod detailed_track;
+mod driven;
 pub mod dual_track;
 mod integrate;
 mod linear;

@@ -6,14 +6,9 @@ use num_dual::{Derivative, DualSVec64};
 use tire::{Number, Slip, Tire};
 
 use crate::body::{Aero, Body, G};
+use crate::driven::driven;
 use crate::integrate::rk4;
 use crate::slip::slip_speed;
-
-/// Longitudinal slip [-] that an axle without a wheel speed is never given more of: beyond it a wheel locks or spins.
-const MOST_SLIP: f64 = 0.2;
-
-/// Steps of the secant method for the slip of a force; its order is 1.6.
-const SECANTS: usize = 7;
 
 /// Single-track car for a filter that knows the driving force, and no wheel speeds.
 ///
@@ -181,44 +176,6 @@ impl<W: Tire<f64>> TireCar<W> {
         }
         x
     }
-}
-
-/// Forces [N] of a tire that transmits the longitudinal force `F_x` [N], or as much of it as it can at
-/// [`MOST_SLIP`].
-///
-/// The secant method finds the slip; it carries derivatives along, which are exact one step after the slip is.
-#[inline]
-pub(crate) fn driven<T: Number>(tire: &impl Tire<T>, slip: Slip<T>, F_x: T) -> [T; 2] {
-    let at = |kappa: T| tire.F_xy(&Slip { kappa, ..slip });
-    let free = at(T::zero());
-    if F_x == 0.0 || slip.F_z <= 0.0 {
-        return free;
-    }
-    let bounded = |kappa: T| {
-        if kappa > MOST_SLIP {
-            MOST_SLIP.into()
-        } else if kappa < -MOST_SLIP {
-            (-MOST_SLIP).into()
-        } else {
-            kappa
-        }
-    };
-    // A force from a hundredth of slip gives the stiffness: all tires have their peak far beyond it.
-    let first: T = if F_x > 0.0 { 0.01.into() } else { (-0.01).into() };
-    let (mut before, mut kappa) = ((T::zero(), free[0] - F_x), first);
-    let mut forces = at(kappa);
-    for _ in 0..SECANTS {
-        let miss = forces[0] - F_x;
-        let (dk, df) = (kappa - before.0, miss - before.1);
-        // Past the peak, or on the spot: there is no better slip.
-        if df.re() * dk.re() <= 1e-12 * (df.re() * df.re()).max(f64::MIN_POSITIVE) {
-            break;
-        }
-        before = (kappa, miss);
-        kappa = bounded(kappa - miss * dk / df);
-        forces = at(kappa);
-    }
-    forces
 }
 
 #[cfg(test)]
