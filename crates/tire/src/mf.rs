@@ -130,13 +130,14 @@ impl<T: Real> MfTire<T> {
         let p = self.point(slip);
         let longitudinal = self.longitudinal(&p);
         let (lateral, [F_x0, F_y0, F_y0_trail]) = self.pure(&p, &longitudinal);
-        let [G_xa, G_yk] = self.weights(&p);
+        let aligning = self.aligning(&p, &longitudinal, &lateral);
+        let ([G_xa, G_yk], shrunk) = self.weights_beside(&p, aligning.shape, aligning.slip);
         let F_x = G_xa * (F_x0 * p.direction);
         let F_y = G_yk * self.directed(&p, F_y0) + self.S_Vyk(&p, &lateral);
-        let aligning = self.aligning(&p, &longitudinal, &lateral, F_y);
-        let M_z = -aligning.trail * (G_yk * self.directed(&p, F_y0_trail))
+        let trail = aligning.peak * shrunk;
+        let M_z = -trail * (G_yk * self.directed(&p, F_y0_trail))
             + aligning.residual
-            + aligning.lever * F_x;
+            + self.lever(&p, F_y) * F_x;
         let forces = Forces {
             F_x,
             F_y,
@@ -148,7 +149,7 @@ impl<T: Real> MfTire<T> {
             mu: [longitudinal.mu, lateral.mu],
             K_xk: longitudinal.K,
             K_ya: lateral.K,
-            trail: aligning.trail,
+            trail,
             residual: aligning.residual,
         };
         (forces, details)

@@ -13,10 +13,51 @@ pub(super) fn cos_atan<T: Real>(x: T) -> T {
     (x * x + 1.0).sqrt().recip()
 }
 
+/// Curves of the weights of the longitudinal and the lateral force, and the slips that they are asked at.
+struct Weighting<T> {
+    x: Shape<T>,
+    y: Shape<T>,
+    alpha: T,
+    kappa: T,
+}
+
 impl<T: Real> MfTire<T> {
     /// Weights of the longitudinal force, G_xα (4.E50 to 4.E57), and of the lateral force, G_yκ (4.E58 to 4.E65).
     #[inline(always)]
     pub(super) fn weights(&self, p: &Point<T>) -> [T; 2] {
+        let Weighting { x, y, alpha, kappa } = self.weighting(p);
+        let [alpha_0, kappa_0] = self.weight_shifts(p);
+        if alpha_0.is_always(0.0) && kappa_0.is_always(0.0) {
+            return Shape::cosines([x, y], [alpha, kappa]);
+        }
+        let [G_x, G_x0, G_y, G_y0] = Shape::cosines([x, x, y, y], [alpha, alpha_0, kappa, kappa_0]);
+        [G_x / G_x0, G_y / G_y0]
+    }
+
+    /// The weights, and the cosine of another curve at its slip, which is calculated beside them.
+    #[inline(always)]
+    pub(super) fn weights_beside(&self, p: &Point<T>, other: Shape<T>, slip: T) -> ([T; 2], T) {
+        let Weighting { x, y, alpha, kappa } = self.weighting(p);
+        let [alpha_0, kappa_0] = self.weight_shifts(p);
+        if alpha_0.is_always(0.0) && kappa_0.is_always(0.0) {
+            let [G_x, G_y, cos] = Shape::cosines([x, y, other], [alpha, kappa, slip]);
+            return ([G_x, G_y], cos);
+        }
+        let [G_x, G_x0, G_y, G_y0, cos] =
+            Shape::cosines([x, x, y, y, other], [alpha, alpha_0, kappa, kappa_0, slip]);
+        ([G_x / G_x0, G_y / G_y0], cos)
+    }
+
+    /// Shifts of the weights: S_Hxα [rad] and S_Hyκ [-].
+    #[inline(always)]
+    fn weight_shifts(&self, p: &Point<T>) -> [T; 2] {
+        let c = &self.coefficients;
+        [c.RHX1, c.RHY1 + c.RHY2 * p.dfz]
+    }
+
+    /// Curves of the weights.
+    #[inline(always)]
+    fn weighting(&self, p: &Point<T>) -> Weighting<T> {
         let c = &self.coefficients;
         let square = p.gamma_star * p.gamma_star;
         let B_x = (c.RBX1 + c.RBX3 * square) * cos_atan(c.RBX2 * p.kappa) * c.LXAL;
@@ -24,13 +65,8 @@ impl<T: Real> MfTire<T> {
         let slope = cos_atan(c.RBY2 * (p.alpha - c.RBY3));
         let B_y = (c.RBY1 + c.RBY4 * square) * slope * c.LYKA;
         let y = Shape { B: B_y, C: c.RCY1, E: self.at_most_1(c.REY1 + c.REY2 * p.dfz) };
-        let S_Hy = c.RHY1 + c.RHY2 * p.dfz;
-        if c.RHX1.is_always(0.0) && S_Hy.is_always(0.0) {
-            return Shape::cosines([x, y], [p.alpha, p.kappa]);
-        }
-        let at = [p.alpha + c.RHX1, c.RHX1, p.kappa + S_Hy, S_Hy];
-        let [G_x, G_x0, G_y, G_y0] = Shape::cosines([x, x, y, y], at);
-        [G_x / G_x0, G_y / G_y0]
+        let [alpha_0, kappa_0] = self.weight_shifts(p);
+        Weighting { x, y, alpha: p.alpha + alpha_0, kappa: p.kappa + kappa_0 }
     }
 
     /// Lateral force that longitudinal slip makes, S_Vyκ [N] (4.E66, 4.E67).

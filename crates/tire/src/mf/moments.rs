@@ -12,15 +12,17 @@ use crate::coefficients::Version;
 use crate::real::Real;
 use crate::slip::Slip;
 
-/// Trail and residual torque, of which the aligning moment consists.
+/// The curve of the trail and the residual torque, of which the aligning moment consists.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Aligning<T> {
-    /// Pneumatic trail t [m].
-    pub trail: T,
+    /// Curve of the trail, whose cosine it follows.
+    pub shape: Shape<T>,
+    /// Slip angle [rad] that the trail is asked at.
+    pub slip: T,
+    /// Trail t [m] where the cosine is 1.
+    pub peak: T,
     /// Residual torque M_zr [N m].
     pub residual: T,
-    /// Lever arm s of the longitudinal force [m].
-    pub lever: T,
 }
 
 /// √(tan² α + x²), the tangent of the slip angle that acts as α and the longitudinal slip x do, and that angle's sign.
@@ -33,14 +35,13 @@ fn equivalent<T: Real>(alpha: T, x: T) -> (T, T) {
 }
 
 impl<T: Real> MfTire<T> {
-    /// Trail, residual torque and lever arm (4.E31 to 4.E49 and 4.E71 to 4.E78); `lateral` is that at the point's camber.
+    /// Trail and residual torque (4.E31 to 4.E49 and 4.E71 to 4.E78); `lateral` is that at the point's camber.
     #[inline(always)]
     pub(super) fn aligning(
         &self,
         p: &Point<T>,
         longitudinal: &Curve<T>,
         lateral: &Curve<T>,
-        F_y: T,
     ) -> Aligning<T> {
         let (c, per) = (&self.coefficients, &self.reciprocals);
         let R0 = c.UNLOADED_RADIUS;
@@ -64,8 +65,6 @@ impl<T: Real> MfTire<T> {
         let side = side * FRAC_2_PI;
         let E = (c.QEZ1 + dfz * (c.QEZ2 + c.QEZ3 * dfz)) * ((c.QEZ4 + c.QEZ5 * gamma) * side + 1.0);
         let shape = Shape { B, C, E: self.at_most_1(E) };
-        let [shrunk] = Shape::cosines([shape], [t * t_sign]);
-        let trail = D * shrunk * p.cos_alpha * p.shifts;
         let by_camber = (c.QDZ8 + c.QDZ9 * dfz) * (c.PPZ2 * dpi + 1.0)
             + (c.QDZ10 + c.QDZ11 * dfz) * gamma.abs();
         let D_r = F_z
@@ -76,10 +75,16 @@ impl<T: Real> MfTire<T> {
             * p.cos_residual;
         let B_r = c.QBZ9 * softened + c.QBZ10 * lateral.shape.B * lateral.shape.C;
         let residual = D_r * cos_atan(B_r * (r * r_sign)) * p.shifts;
-        let lever = R0
-            * (c.SSZ1 + c.SSZ2 * (F_y * per.FNOMIN) + (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma)
-            * c.LS;
-        Aligning { trail, residual, lever }
+        Aligning { shape, slip: t * t_sign, peak: D * p.cos_alpha * p.shifts, residual }
+    }
+
+    /// Lever arm s of the longitudinal force [m] (4.E76).
+    #[inline(always)]
+    pub(super) fn lever(&self, p: &Point<T>, F_y: T) -> T {
+        let c = &self.coefficients;
+        let by_camber = (c.SSZ3 + c.SSZ4 * p.dfz) * p.gamma;
+        let sum = c.SSZ1 + c.SSZ2 * (F_y * self.reciprocals.FNOMIN) + by_camber;
+        c.UNLOADED_RADIUS * sum * c.LS
     }
 
     /// Overturning moment [N m] (4.E69, with the terms of 6.x).
