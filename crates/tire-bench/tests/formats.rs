@@ -1,0 +1,388 @@
+//! Reads small files as benches write them: CSV, MAT and TYDEX, good and bad.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+#[path = "../../mat-file/tests/support/writer.rs"]
+mod writer;
+
+use std::io::Write as _;
+
+use tire::Axes;
+use tire_bench::{FileUnits, Read, Reading, Sample, read, read_all};
+use writer::{Made, column, file};
+
+const OWN: &str = "block,time_s,slip_ratio,slip_angle_rad,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
+
+/// Rows of TTC: ET V SA SL IA P FX FY FZ MZ TSTC, in SAE axes and metric units; a sweep of slip angle at 1000 N.
+const TTC: [&str; 11] = ["ET", "V", "SA", "SL", "IA", "P", "FX", "FY", "FZ", "MZ", "TSTC"];
+const METRIC: [&str; 11] =
+    ["sec", "kph", "deg", "none", "deg", "kPa", "N", "N", "N", "N-m", "degC"];
+
+fn ttc_row(k: usize) -> [f64; 11] {
+    let phase = (k as f64 / 500.0 * std::f64::consts::TAU).sin();
+    let sa = 8.0 * phase;
+    [0.01 * k as f64, 40.0, sa, 0.0, 1.5, 83.0, -3.0, 180.0 * -sa, -1000.0, 2.0 * sa, 60.0]
+}
+
+fn sae() -> Reading<'static> {
+    Reading { axes: Axes::Sae, radius: 0.2, ..Reading::default() }
+}
+
+fn refused(bytes: &[u8], reading: &Reading) -> String {
+    read(bytes, "a", 0, reading).map(|it| it.samples.len()).expect_err("refused").to_string()
+}
+
+/// What row 125, at 8 degrees of SAE, is in ISO-W and SI.
+fn is_ttc(found: &Read) {
+    let it = found.samples[125];
+    assert_eq!((found.samples.len(), it.F_z, it.F_y.round(), it.block), (500, 1000.0, 1440.0, 0));
+    assert!((it.alpha + 8f64.to_radians()).abs() < 1e-12 && (it.M_z + 16.0).abs() < 1e-9, "{it:?}");
+    assert!((it.gamma - 1.5f64.to_radians()).abs() < 1e-12 && (it.pressure - 83e3).abs() < 1e-9);
+    assert!((it.v_x - 40.0 / 3.6).abs() < 1e-12 && (it.temperature - 333.15).abs() < 1e-9);
+    assert!(
+        found.notes.iter().any(|it| it.starts_with("1 sweeps were found")),
+        "{:?}",
+        found.notes
+    );
+}
+
+fn dat(delimiter: &str, comma: bool) -> String {
+    let number =
+        |it: f64| if comma { format!("{it:.12}").replace('.', ",") } else { format!("{it:.12}") };
+    let rows = (0..500).map(|k| ttc_row(k).map(number).join(delimiter));
+    rows.collect::<Vec<_>>().join("\r\n")
+}
+
+#[test]
+fn dat_of_ttc_and_its_relatives_are_read_with_their_units() {
+    let (names, units) = (TTC.join("\t"), METRIC.join("\t"));
+    let title = "Title: Tire=Größe 18x6;\tSpeed=40 kph; Units: MKS, SAE\r\n";
+    let text = format!("{title}{names}\r\n{units}\r\n{}\r\n", dat("\t", false));
+    let sides = TTC.iter().zip(METRIC).map(|(name, unit)| format!("{name} [{unit}]"));
+    let sides = sides.collect::<Vec<_>>().join(";");
+    let german = format!("sep=;\r\n{sides}\r\n{}", dat(";", true));
+    let brackets = TTC.iter().zip(METRIC).map(|(name, unit)| format!("{name}({unit})"));
+    let commas =
+        format!("# a note\n{}\n{}", brackets.collect::<Vec<_>>().join(","), dat(",", false));
+    let latin: Vec<u8> = text.chars().map(|it| it as u32 as u8).collect();
+    let marked = [b"\xef\xbb\xbf", german.as_bytes()].concat();
+    let wide: Vec<u8> =
+        "\u{feff}".chars().chain(german.chars()).flat_map(|it| (it as u16).to_le_bytes()).collect();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    packed.write_all(commas.as_bytes()).expect("memory");
+    let packed = packed.finish().expect("memory");
+    for bytes in
+        [text.as_bytes(), &latin, german.as_bytes(), &marked, &wide, commas.as_bytes(), &packed]
+    {
+        is_ttc(&read(bytes, "a", 0, &sae()).expect("samples"));
+    }
+    let error = refused(&packed[..packed.len() / 2], &sae());
+    assert!(error.contains("cannot be unpacked"), "{error}");
+}
+
+#[test]
+fn units_are_stated_and_never_guessed() {
+    let text = format!("{}\n{}", TTC.join(","), dat(",", false));
+    let error = refused(text.as_bytes(), &sae());
+    assert!(
+        error.starts_with("a:1: FZ: expected a unit for fz_n, found none in the file: give it"),
+        "{error}"
+    );
+    let stated = Reading { units: Some(FileUnits::TtcMetric), ..sae() };
+    is_ttc(&read(text.as_bytes(), "a", 0, &stated).expect("samples"));
+    // The user knows better than the file.
+    let columns = [("fz_n", "FZ", Some("kN"))];
+    let other = Reading { columns: &columns, ..stated };
+    assert_eq!(read(text.as_bytes(), "a", 0, &other).expect("samples").samples[0].F_z, 1e6);
+    let columns = [("fz_n", "FZ", Some("furlong"))];
+    let error = refused(text.as_bytes(), &Reading { columns: &columns, ..stated });
+    assert_eq!(error, "a:1: FZ: expected a unit like N, found furlong");
+    let columns = [("fz_n", "load", None)];
+    let error = refused(text.as_bytes(), &Reading { columns: &columns, ..stated });
+    assert!(error.starts_with("a:1: expected a column load for fz_n, found ET, V"), "{error}");
+}
+
+#[test]
+fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
+    let without = |lacking: &[&str]| {
+        let keep: Vec<_> = (0..11).filter(|k| !lacking.contains(&TTC[*k])).collect();
+        let head = keep
+            .iter()
+            .map(|k| format!("{} [{}]", TTC[*k], METRIC[*k]))
+            .collect::<Vec<_>>()
+            .join(",");
+        let row = |k: usize| {
+            keep.iter().map(|j| ttc_row(k)[*j].to_string()).collect::<Vec<_>>().join(",")
+        };
+        format!("{head}\n{}\n", (0..500).map(row).collect::<Vec<_>>().join("\n"))
+    };
+    let found = read(without(&["SL", "TSTC", "FX"]).as_bytes(), "a", 0, &sae()).expect("samples");
+    let notes = found.notes.join("\n");
+    for note in
+        ["no slip ratio: taken as 0", "no F_x", "no temperature of the tread: taken as 333 K"]
+    {
+        assert!(notes.contains(note), "{notes}");
+    }
+    let constant = [("pressure_pa", 80e3), ("camber_rad", 0.0), ("speed_mps", 11.0)];
+    let lacking = without(&["P", "IA", "V"]);
+    let error = refused(lacking.as_bytes(), &sae());
+    assert!(
+        error.contains("expected a column camber_rad, found ET, SA")
+            && error.contains("constants.camber_rad = ..."),
+        "{error}"
+    );
+    let reading = Reading { constants: &constant, ..sae() };
+    assert_eq!(
+        read(lacking.as_bytes(), "a", 0, &reading).expect("samples").samples[3].pressure,
+        80e3
+    );
+    let error = refused(without(&["MZ"]).as_bytes(), &sae());
+    assert!(
+        error.starts_with("a:1: expected a column mz_nm, found ET") && !error.contains("constants"),
+        "{error}"
+    );
+    let found = read(without(&["ET"]).as_bytes(), "a", 0, &sae()).expect("samples");
+    assert!(found.notes.join("").contains("each row counts as a steady state"));
+}
+
+#[test]
+fn signs_and_slips_of_no_tire_are_refused() {
+    let row = |v: &str| format!("{OWN}\n0,0,0,{v}\n");
+    let iso = Reading::default();
+    let error = refused(row("0.03,0,-1000,80000,11,330,0,-900,9").as_bytes(), &iso);
+    assert!(error.contains("SAE benches write F_z < 0"), "{error}");
+    let error = refused(row("0.03,0,1000,80000,11,330,0,-900,x").as_bytes(), &iso);
+    assert_eq!(error, "a:2: mz_nm: expected a number, found `x`");
+    let error = refused(row("0.03,0,1000,80000,11,330,0,,").as_bytes(), &iso);
+    assert!(error.contains("fy_n: expected numbers, found none in the whole column"), "{error}");
+    let driven = |scale: f64, shift: f64| {
+        let rows = (0..400).map(|k| {
+            let kappa = 0.15 * (k as f64 / 400.0 * std::f64::consts::TAU).sin();
+            format!(
+                "0,{},{},0,0,1000,80000,11,330,{},0,0\n",
+                0.01 * k as f64,
+                scale * kappa + shift,
+                9000.0 * kappa
+            )
+        });
+        format!("{OWN}\n{}", rows.collect::<String>())
+    };
+    assert_eq!(
+        read(driven(1.0, 0.0).as_bytes(), "a", 0, &iso).expect("samples").samples.len(),
+        400
+    );
+    assert!(refused(driven(100.0, 0.0).as_bytes(), &iso).contains("it may be %"));
+    let error = refused(driven(1.0, -0.12).as_bytes(), &iso);
+    assert!(error.contains("this is a slip ratio by the loaded radius (SR of TTC)"), "{error}");
+    assert!(
+        refused(driven(-1.0, 0.0).as_bytes(), &iso)
+            .contains("expected F_x > 0 where the slip ratio is > 0")
+    );
+    for (text, what) in [
+        ("", "expected a line with names"),
+        ("ET,FX\n", "expected rows below the names"),
+        ("a\0b", "found other bytes"),
+    ] {
+        assert!(refused(text.as_bytes(), &iso).contains(what), "{text}");
+    }
+}
+
+#[test]
+fn mat_files_of_ttc_are_read_with_the_units_of_their_channels() {
+    let vectors = || {
+        let of = |j: usize| column(&(0..500).map(|k| ttc_row(k)[j]).collect::<Vec<_>>());
+        (0..11).map(move |j| (TTC[j], of(j)))
+    };
+    let texts =
+        |all: &[&str]| Made::Cell(all.iter().map(|it| Made::Text((*it).to_owned())).collect());
+    let channel = || Made::Struct(vec![("name", texts(&TTC)), ("units", texts(&METRIC))]);
+    let mut plain: Vec<(&str, Made)> = vectors().collect();
+    plain.push(("tireid", Made::Text("R25B".to_owned())));
+    plain.push(("channel", channel()));
+    for packed in [false, true] {
+        is_ttc(&read(&file(&plain, packed), "a", 0, &sae()).expect("samples"));
+    }
+    let structs = [("data", Made::Struct(vectors().collect())), ("channel", channel())];
+    let found = read(&file(&structs, true), "a", 0, &sae()).expect("samples");
+    assert!(found.notes.contains(&"channels of the struct `data`".to_owned()));
+    is_ttc(&found);
+    let bare: Vec<(&str, Made)> = vectors().collect();
+    let error = refused(&file(&bare, true), &sae());
+    assert!(error.contains("FZ: expected a unit for fz_n, found none in the file"), "{error}");
+    let mut short: Vec<(&str, Made)> = vectors().filter(|it| it.0 != "FZ").collect();
+    short.push(("FZ", column(&[1.0; 499])));
+    let error = refused(&file(&short, true), &sae());
+    assert_eq!(error, "a: FZ: expected 500 values as other channels have, found 499");
+    let error = refused(&file(&[("log", Made::Object)], true), &sae());
+    assert!(error.contains("`log` is an object, such as a string, table"), "{error}");
+    let error = refused(b"MATLAB 7.3 MAT-file", &sae());
+    assert!(error.contains("save it with save('-v7')"), "{error}");
+}
+
+/// A file of TYDEX as benches lay it out; the load is a constant, the slip ratio in percent, angles have a factor.
+fn tydex(axes: &str, load: f64) -> String {
+    let line = |name: &str, unit: &str, numbers: &str| {
+        format!("{name:<10}{:<30}{unit:<10}{numbers}\r\n", "a comment, FX 3")
+    };
+    let mut text = "**HEADER\r\n".to_owned();
+    text += &format!("{:<10}{:<40}{}\r\n", "RELEASE", "Release of TYDEX-Format", "1.3");
+    text += "**COMMENTS\r\nall of it: **bold** words, 1,5\r\n\r\n**CONSTANTS\r\n";
+    text += &line("INFLPRES", "bar", "2.1");
+    text += &line(&format!("FZ{axes}"), "N", &load.to_string());
+    text += &line("LOCATION", "", "HERE");
+    text += "**MEASURCHANNELS\r\n! Name    Comment\r\n";
+    for (name, unit, numbers) in [
+        ("RUNTIME", "s", "1"),
+        ("TRAJVELW", "km/h", "1         0         0"),
+        ("LONGSLIP", "%", ""),
+        ("SLIPANGL", "deg", "0.1       0         0.5"),
+        ("INCLANGL", "deg", "1.0D+00"),
+    ] {
+        text += &line(name, unit, numbers);
+    }
+    for name in ["FX", "FY", "MZ"] {
+        text += &line(&format!("{name}{axes}"), if name == "MZ" { "Nm" } else { "kN" }, "1");
+    }
+    text += "**MEASURDATA\r\n";
+    for k in 0..40 {
+        let angle = f64::from(k - 20) / 2.0;
+        let numbers = [
+            0.1 * f64::from(k),
+            60.0,
+            1.0,
+            10.0 * (angle - 0.5),
+            0.0,
+            0.05,
+            -0.3 * angle,
+            4.0 * angle,
+        ];
+        text += &numbers.map(|it| format!("{it:>10.4}")).concat();
+        text += "\r\n";
+    }
+    text + "**END\r\nafter the end\r\n"
+}
+
+#[test]
+fn tydex_is_read_with_constants_factors_and_axes() {
+    for axes in ["W", "H", "C", ""] {
+        let text = tydex(axes, 3000.0);
+        let found = read(text.as_bytes(), "a.tdx", 0, &Reading::default()).expect("samples");
+        let Sample { time, kappa, alpha, F_z, pressure, v_x, F_x, F_y, M_z, .. } =
+            found.samples[24];
+        assert_eq!((found.samples.len(), F_z, F_x, M_z), (40, 3000.0, 50.0, 8.0));
+        assert!(
+            (alpha - 2f64.to_radians()).abs() < 1e-12 && (F_y + 600.0).abs() < 1e-9,
+            "{alpha} {F_y}"
+        );
+        assert!((kappa - 0.01).abs() < 1e-15 && (pressure - 2.1e5).abs() < 1e-9);
+        assert!((v_x - 60.0 / 3.6).abs() < 1e-12 && (time - 2.4).abs() < 1e-12);
+    }
+    // Each file is a sweep of one run.
+    let texts = [2000.0, 4000.0].map(|load| tydex("W", load));
+    let files = [("a", texts[0].as_bytes()), ("b", texts[1].as_bytes())];
+    let all = read_all(&files, &Reading::default()).expect("samples");
+    let last = all.samples.last().expect("a sample");
+    assert_eq!((all.samples.len(), last.run, last.block, last.F_z), (80, 0, 1, 4000.0));
+    assert!(all.notes[0].starts_with("a: no temperature"), "{:?}", all.notes);
+}
+
+#[test]
+fn careless_tydex_is_read_as_well() {
+    let sound = tydex("W", 3000.0);
+    let expected = read(sound.as_bytes(), "a", 0, &Reading::default()).expect("samples").samples;
+    let (head, data) = sound.split_once("**MEASURDATA").expect("data");
+    let commas = format!("{head}**MEASURDATA{}", data.replace('.', ","));
+    let lower: String = sound
+        .lines()
+        .map(|it| if it.starts_with("**") { it.to_lowercase() } else { it.to_owned() } + "\n")
+        .collect();
+    let no_end = sound.replace("**END\r\nafter the end\r\n", "");
+    let start = sound.find("**CONSTANTS").expect("constants");
+    let spaces = format!(
+        "{head}**MEASURDATA{}",
+        data.lines()
+            .map(|it| it.split_whitespace().collect::<Vec<_>>().join("\t") + "\n")
+            .collect::<String>()
+    );
+    let latin: Vec<u8> =
+        sound.replace("all of it", "Größe").chars().map(|it| it as u32 as u8).collect();
+    let wrapped = format!(
+        "{head}**MEASURDATA{}",
+        data.lines()
+            .map(|it| {
+                let (a, b) = it.split_at(it.len().min(40));
+                format!("{a}\n{b}\n")
+            })
+            .collect::<String>()
+    );
+    let tabs: String = sound
+        .lines()
+        .map(|it| match it.starts_with(|c: char| c.is_ascii_uppercase()) && it.len() > 50 {
+            true => {
+                [it[..10].trim(), it[10..40].trim(), it[40..50].trim(), it[50..].trim()].join("\t")
+                    + "\n"
+            }
+            false => it.to_owned() + "\n",
+        })
+        .collect();
+    let narrow: String = head
+        .lines()
+        .map(|it| {
+            it.split("  ")
+                .filter(|it| !it.trim().is_empty())
+                .map(str::trim)
+                .collect::<Vec<_>>()
+                .join(" ")
+                + "\n"
+        })
+        .collect();
+    let narrow =
+        format!("{narrow}**MEASURDATA{data}").replace("a comment, FX 3 %", "a comment, FX 3 % 1");
+    for (what, text) in [
+        ("commas", commas.as_bytes()),
+        ("lower", lower.as_bytes()),
+        ("no end", no_end.as_bytes()),
+        ("latin", &latin),
+        ("no header", &sound.as_bytes()[start..]),
+        ("spaces", spaces.as_bytes()),
+        ("wrapped", wrapped.as_bytes()),
+        ("tabs", tabs.as_bytes()),
+        ("narrow", narrow.as_bytes()),
+    ] {
+        let found =
+            read(text, "a", 0, &Reading::default()).unwrap_or_else(|bad| panic!("{what}: {bad}"));
+        if what == "tabs" || what == "narrow" {
+            // Factors behind the first may be lost in a layout that nobody can read; here they are not.
+            assert_eq!(found.samples[24].alpha, expected[24].alpha, "{what}");
+        }
+        assert_eq!(found.samples, expected, "{what}");
+    }
+}
+
+#[test]
+fn bad_tydex_is_refused_with_its_place() {
+    let iso = Reading::default();
+    let sound = tydex("W", 3000.0);
+    let cut = &sound[..sound.len() - 60];
+    let error = refused(cut.as_bytes(), &iso);
+    assert!(error.contains("expected 8 fields for each sample, found"), "{error}");
+    let (head, _) = sound.split_once("**MEASURDATA").expect("data");
+    assert!(
+        refused(head.as_bytes(), &iso).contains("expected rows below **MEASURDATA, found none")
+    );
+    let error = refused(
+        sound.replace("0.1       0         0.5", "x         0         0.5").as_bytes(),
+        &iso,
+    );
+    assert!(
+        error.contains("SLIPANGL: expected a conversion factor or an offset, found `x`"),
+        "{error}"
+    );
+    let error = refused(sound.replace("0.1       0  ", "0         0  ").as_bytes(), &iso);
+    assert!(error.contains("SLIPANGL: expected a conversion factor other than 0"), "{error}");
+    let error = refused(b"**HEADER\n**MEASURDATA\n1 2 3\n", &iso);
+    assert!(error.starts_with("a:3: expected **MEASURCHANNELS before **MEASURDATA"), "{error}");
+    let many = sound.replace("**END", "1 2 3 4 5 6 7 8 9\n**END");
+    assert!(
+        refused(many.as_bytes(), &iso).contains("expected 8 fields, one for each channel, found 9")
+    );
+}
