@@ -1,6 +1,7 @@
 //! Reads files of a bench, CSV, MAT or TYDEX, to samples in ISO-W axes and SI units.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use tire::Axes;
@@ -45,6 +46,7 @@ impl Input<'_> {
 /// As [`read`].
 pub fn read_all(files: &[(&str, &[u8])], reading: &Reading) -> Result<Read, Bad> {
     let (mut all, mut run, mut sweep) = (Read::default(), 0, 0);
+    let mut told: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for (name, bytes) in files {
         for (mut found, one_sweep) in parts(bytes, name, reading)? {
             for it in &mut found.samples {
@@ -60,10 +62,22 @@ pub fn read_all(files: &[(&str, &[u8])], reading: &Reading) -> Result<Read, Bad>
             };
             run += usize::from(!one_sweep);
             all.samples.extend(found.samples);
-            all.notes.extend(found.notes.into_iter().map(|it| format!("{name}: {it}")));
+            for note in found.notes {
+                told.entry(note).or_default().push(*name);
+            }
         }
     }
+    all.notes = told.into_iter().map(|(note, names)| format!("{}: {note}", list(&names))).collect();
     Ok(all)
+}
+
+/// Names of files, the first ones when there are many.
+fn list(names: &[&str]) -> String {
+    const MOST: usize = 3;
+    match names.len() {
+        0..=MOST => names.join(", "),
+        count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
+    }
 }
 
 /// Reads one file as one run.

@@ -15,8 +15,8 @@ const FEWEST: usize = 10;
 /// A slip that moves less within a sweep is a condition (slip ratio and angle alike).
 const SWEPT: f64 = 0.05;
 
-/// Steps of time that are longer than this many usual ones part sweeps.
-const PAUSE: f64 = 20.0;
+/// Steps of time that are longer than this [s], and than so many usual ones, part sweeps: loggers lose some samples within a sweep.
+const PAUSE: [f64; 2] = [1.0, 20.0];
 
 /// How far a condition may go from its mean in a sweep.
 struct Condition {
@@ -103,7 +103,7 @@ fn pauses(samples: &[Sample], step: f64) -> Vec<(usize, usize)> {
     for k in 1..=samples.len() {
         let ends = samples.get(k).is_none_or(|it| {
             let pause = it.time - samples[k - 1].time;
-            !(-0.5 * step..=PAUSE * step).contains(&pause)
+            !(-0.5 * step..=PAUSE[0].max(PAUSE[1] * step)).contains(&pause)
         });
         if ends {
             parts.push((begin, k));

@@ -282,7 +282,7 @@ fn tydex_is_read_with_constants_factors_and_axes() {
     let all = read_all(&files, &Reading::default()).expect("samples");
     let last = all.samples.last().expect("a sample");
     assert_eq!((all.samples.len(), last.run, last.block, last.F_z), (80, 0, 1, 4000.0));
-    assert!(all.notes[0].starts_with("a: no temperature"), "{:?}", all.notes);
+    assert!(all.notes[0].starts_with("a, b: no temperature"), "{:?}", all.notes);
 }
 
 #[test]
