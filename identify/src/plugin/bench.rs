@@ -1,5 +1,8 @@
 //! Fits a tire to data of a test bench: a `.tir` file, a page, and a verdict for each coefficient.
 
+#[cfg(test)]
+mod tests;
+
 use plugin::Host;
 use serde_json::{Map, Value, json};
 use tire_bench::{Channel, Fit, Residuals, Verdict, condition, fit, read_all, write_tir};
