@@ -190,7 +190,7 @@ fn found<'t>(table: &'t Table, channel: &str, axes: &str) -> Option<&'t Column> 
         let behind = if is_force(alias) { axes } else { "" };
         table.find(&format!("{alias}{behind}"))
     };
-    aliases.iter().find_map(|it| named(it))
+    aliases.iter().find_map(named)
 }
 
 /// Factor and offset from a unit, as benches spell it, to one in SI.

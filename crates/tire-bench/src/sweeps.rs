@@ -9,8 +9,11 @@ const SMOOTH: f64 = 0.3;
 /// What is shorter is on its way between two sweeps [s].
 const SHORTEST: f64 = 2.0;
 
-/// The least samples of a sweep.
-const FEWEST: usize = 10;
+/// The least samples of a sweep, and the least steady states, which have no time.
+const FEWEST: [usize; 2] = [10, 3];
+
+/// Steps of time that are longer are between steady states [s].
+const STEADY: f64 = 60.0;
 
 /// A slip that moves less within a sweep is a condition (slip ratio and angle alike).
 const SWEPT: f64 = 0.05;
@@ -46,7 +49,8 @@ pub(crate) fn find(samples: &mut Vec<Sample>) -> (usize, usize) {
             parts.extend(by_slip(samples, level, step));
         }
     }
-    let least = ((SHORTEST / step).round() as usize).max(FEWEST);
+    let fewest = FEWEST[usize::from(step > STEADY)];
+    let least = ((SHORTEST / step).round() as usize).max(fewest);
     let slip = |part: &[Sample]| range(part, |it| it.kappa).max(range(part, |it| it.alpha));
     let long = |(begin, end): &(usize, usize)| {
         end - begin >= least && slip(&samples[*begin..*end]) > SWEPT

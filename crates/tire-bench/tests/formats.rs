@@ -144,6 +144,22 @@ fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
     assert!(found.notes.join("").contains("each row counts as a steady state"));
 }
 
+/// A table of seven points for each load, as people type it from a report.
+#[test]
+fn a_few_steady_states_are_a_sweep() {
+    let mut text = "SA [deg];FZ [kN];FY [N];MZ [Nm];IA [deg];P [bar];V [km/h]\n".to_owned();
+    for load in [2, 4, 6] {
+        for angle in -3..=3 {
+            text +=
+                &format!("{};{load};{};{};0;2,3;60\n", 2 * angle, -100 * load * angle, 3 * angle);
+        }
+    }
+    let found = read(text.as_bytes(), "a", 0, &Reading::default()).expect("samples");
+    let sweeps: Vec<_> = found.samples.chunk_by(|a, b| a.block == b.block).collect();
+    assert!(sweeps.len() == 3 && sweeps.iter().all(|it| it.len() == 7), "{:?}", found.notes);
+    assert!((found.samples[0].pressure - 2.3e5).abs() < 1e-9);
+}
+
 #[test]
 fn signs_and_slips_of_no_tire_are_refused() {
     let row = |v: &str| format!("{OWN}\n0,0,0,{v}\n");
