@@ -95,22 +95,26 @@ fn figure(
     let shown = |it: &Point| if along { slip(it) } else { slip(it).to_degrees() };
     let measured: Vec<_> = sweep.iter().map(|it| (shown(it), channel.measured(it))).collect();
     let fitted: Vec<_> = sweep.iter().zip(bands).map(|(it, band)| (shown(it), band[0])).collect();
-    let mut band: Vec<_> = sweep
+    let band: Vec<_> = sweep
         .iter()
         .zip(bands)
         .map(|(it, [value, half])| (shown(it), [value - half, value + half]))
         .collect();
-    band.sort_by(|a, b| a.0.total_cmp(&b.0));
     let heights = measured.iter().map(|it| it.1).chain(band.iter().flat_map(|it| it.1));
     let x = Axis::about(
         if along { "slip ratio" } else { "slip angle [deg]" },
         measured.iter().map(|it| it.0),
     );
     let mut plot = Plot::new(SIZE, x, Axis::about(&format!("{name} [{unit}]"), heights));
-    plot.band(&band, "c1", "95 % of means");
+    for (k, branch) in branches(&band).into_iter().enumerate() {
+        plot.band(&branch, "c1", if k == 0 { "95 % of means" } else { "" });
+    }
     plot.dots(&measured, 1.6, "data", "measured");
     plot.line(&fitted, "c1", "fit");
-    let mean = |of: fn(&Point) -> f64| sweep.iter().map(of).sum::<f64>() / sweep.len() as f64;
+    // Not -0.0.
+    let mean = |of: fn(&Point) -> f64| {
+        (sweep.iter().map(of).sum::<f64>() / sweep.len() as f64 * 1e4).round() / 1e4 + 0.0
+    };
     let mut title = format!(
         "{:.0} N, camber {:.1} deg, {:.1} kPa",
         mean(|it| it.sample.F_z),
@@ -121,6 +125,25 @@ fn figure(
         let _ = write!(title, ", slip angle {:.1} deg", mean(|it| it.sample.alpha).to_degrees());
     }
     (title, plot)
+}
+
+/// A place on a curve, and the lower and the upper end of its band there.
+type Banded = (f64, [f64; 2]);
+
+/// The ways of a sweep between its least and its largest slip, each from left to right: on the way back the tire is warmer.
+fn branches(band: &[Banded]) -> Vec<Vec<Banded>> {
+    let extreme = |sign: f64| {
+        let order = |a: &usize, b: &usize| (sign * band[*a].0).total_cmp(&(sign * band[*b].0));
+        (0..band.len()).max_by(order).unwrap_or(0)
+    };
+    let mut ends = [0, extreme(1.0), extreme(-1.0), band.len().saturating_sub(1)];
+    ends.sort_unstable();
+    let branch = |ends: &[usize]| {
+        let mut branch = band[ends[0]..=ends[1]].to_vec();
+        branch.sort_by(|a, b| a.0.total_cmp(&b.0));
+        branch
+    };
+    ends.windows(2).filter(|it| it[1] > it[0]).map(branch).collect()
 }
 
 fn coefficients(html: &mut String, fit: &Fit) {

@@ -60,6 +60,7 @@ fn a_packed_file_becomes_a_tire_a_page_and_verdicts() {
             .filter(|it| it.has_tag_name(("http://www.w3.org/1999/xhtml", tag)))
             .count()
     };
+    assert!(!files[1].1.contains("-0.0 deg"));
     // 12 sweeps each of F_x, F_y and M_z.
     assert_eq!((count("figure"), count("h2")), (36, 4));
     let coefficients = &found["coefficients"];
