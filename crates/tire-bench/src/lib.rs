@@ -13,6 +13,7 @@ mod csv;
 mod file;
 mod fit;
 mod held_out;
+mod inputs;
 mod mat;
 mod model;
 mod prior;
