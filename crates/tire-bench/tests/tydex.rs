@@ -139,10 +139,6 @@ fn careless_tydex_is_read_as_well() {
     ] {
         let found =
             read(text, "a", 0, &Reading::default()).unwrap_or_else(|bad| panic!("{what}: {bad}"));
-        if what == "tabs" || what == "narrow" {
-            // Factors behind the first may be lost in a layout that nobody can read; here they are not.
-            assert_eq!(found.samples[24].alpha, expected[24].alpha, "{what}");
-        }
         assert_eq!(found.samples, expected, "{what}");
     }
 }
