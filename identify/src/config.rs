@@ -41,7 +41,7 @@ pub enum Config {
     ClosedLoop(Box<ClosedLoop>),
     /// Identifies one curve from slips and forces.
     Curve(Box<OneCurve>),
-    /// Fits a tire to tables of a test bench.
+    /// Fits a tire to data of a test bench.
     Bench(Box<Bench>),
     /// Looks for errors in a log.
     Doctor(Doctor),

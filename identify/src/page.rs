@@ -1,5 +1,6 @@
 //! Writes `tires.html`: the identified tires on one page that needs nothing but a browser.
 
+pub mod bench;
 pub mod car;
 mod curves;
 pub mod doctor;

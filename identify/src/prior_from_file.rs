@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
-use plugin::ConfigError;
+use plugin::{ConfigError, File};
 use serde::Deserialize;
 use serde_json::Value;
 use tire_inference::parameters::{COUNT, Normal, Parameter};
@@ -20,7 +20,7 @@ const METHODS: [&str; 5] = ["reference", "least_squares", "nelder_mead", "svi", 
 #[serde(default, deny_unknown_fields)]
 pub struct Files {
     /// What an earlier run or a test bench found.
-    pub prior: Option<String>,
+    pub prior: Option<File>,
 }
 
 impl Files {
@@ -29,8 +29,9 @@ impl Files {
     /// # Errors
     /// Those of [`read`].
     pub fn curve(&self, curve: &str, free: &[bool; COUNT]) -> Result<Option<Normal>, String> {
-        let Some(text) = &self.prior else { return Ok(None) };
-        read(text, curve, free).map_err(|error| format!("`prior`: {error}"))
+        let Some(file) = &self.prior else { return Ok(None) };
+        let found = text(file).and_then(|text| read(text, curve, free));
+        found.map_err(|error| format!("`prior`: {error}"))
     }
 
     /// Whether the file can be read and tells of one of the curves at least.
@@ -38,8 +39,9 @@ impl Files {
     /// # Errors
     /// If not.
     pub fn check(&self, curves: &[&str]) -> Result<(), ConfigError> {
-        let Some(text) = &self.prior else { return Ok(()) };
+        let Some(file) = &self.prior else { return Ok(()) };
         let wrong = |message| ConfigError::at("files.prior", message);
+        let text = text(file).map_err(wrong)?;
         let mut found = false;
         for curve in curves {
             found |= read(text, curve, &[true; COUNT]).map_err(wrong)?.is_some();
@@ -48,6 +50,11 @@ impl Files {
         let none = || wrong(format!("expected one of the curves {names} or more, found none"));
         if found { Ok(()) } else { Err(none()) }
     }
+}
+
+fn text(file: &File) -> Result<&str, String> {
+    std::str::from_utf8(file.bytes())
+        .map_err(|_| "expected a report in JSON or TOML, found what is no text".to_owned())
 }
 
 /// The part of a result that matters.

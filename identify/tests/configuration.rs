@@ -48,6 +48,8 @@ fn an_error_has_the_path_of_its_key() {
             "prepare.smooth.wheels.sigma",
         ),
         ("task = \"tires\"\nfiles.prior = \"\"", "files.prior"),
+        ("task = \"tires\"\nfiles.prior.base64 = \"/w==\"", "files.prior"),
+        ("task = \"bench\"\nfiles.a.base64 = \"?\"", "files.a"),
         ("task = \"closed_loop\"", "car"),
         ("task = \"closed_loop\"\ncar.body.m = 1.0", "car"),
         ("task = \"closed_loop\"\ncar.body.m = \"heavy\"", "car.body.m"),

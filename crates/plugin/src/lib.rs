@@ -70,6 +70,7 @@ mod config;
 mod diagram;
 mod error;
 mod export;
+mod file;
 mod lend;
 #[cfg(feature = "load")]
 mod load;
@@ -82,6 +83,7 @@ pub use diagram::{Diagram, Layer, Role, Shape};
 pub use error::{AnalysisError, ConfigError};
 #[doc(hidden)]
 pub use export::vtable;
+pub use file::File;
 #[cfg(feature = "load")]
 pub use load::{LoadError, Plugin, Wanted};
 pub use signal::{Need, Signal};

@@ -1,180 +1,127 @@
-//! Reads tables of a bench as CSV, plain or packed by gzip.
+//! Reads tables as text: a line of names, perhaps one of units, and rows, with any usual delimiter.
 
-#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+use crate::channels::is_known;
+use crate::sample::Bad;
+use crate::table::{Column, ROWS, Table, number};
+use crate::text::lines;
 
-use std::io::Read;
-use std::path::Path;
+/// Lines at the beginning that are looked at for the names.
+const TITLES: usize = 200;
 
-use flate2::read::GzDecoder;
-use tire::Axes;
-use units::Unit;
-
-use crate::sample::{Bad, Sample, check};
-
-/// Each channel of [`Sample`] with the column that holds it by default and its SI unit.
-pub const CSV_NAMES: [(&str, &str); 12] = [
-    ("block", "1"),
-    ("time_s", "s"),
-    ("slip_ratio", "1"),
-    ("slip_angle_rad", "rad"),
-    ("camber_rad", "rad"),
-    ("fz_n", "N"),
-    ("pressure_pa", "Pa"),
-    ("speed_mps", "m/s"),
-    ("temp_centre_k", "K"),
-    ("fx_n", "N"),
-    ("fy_n", "N"),
-    ("mz_nm", "N.m"),
-];
-
-/// Reads a file; `.gz` at the end of its name says that it is packed. See [`read_csv`].
+/// Reads a text; `named` are columns that the user names.
 ///
 /// # Errors
-/// When it cannot be read, and as [`read_csv`].
-pub fn read_csv_file(
-    path: &Path,
-    run: usize,
-    columns: &[(&str, &str, &str)],
-    axes: Axes,
-) -> Result<Vec<Sample>, Bad> {
-    let name = path.display().to_string();
-    let bad = |error: std::io::Error| Bad {
-        file: name.clone(),
-        line: None,
-        text: format!("cannot be read: {error}"),
-    };
-    let bytes = std::fs::read(path).map_err(bad)?;
-    let mut text = String::new();
-    match path.extension().is_some_and(|it| it == "gz") {
-        true => GzDecoder::new(&bytes[..]).read_to_string(&mut text).map_err(bad)?,
-        false => (&bytes[..]).read_to_string(&mut text).map_err(bad)?,
-    };
-    read_csv(&text, &name, run, columns, axes)
+/// When it has no line of names or no rows.
+pub(crate) fn read(text: &str, file: &str, named: &[&str]) -> Result<Table, Bad> {
+    let mut table = Table { file: file.to_owned(), ..Table::default() };
+    let filled = lines(text).filter(|(_, line)| !line.trim().is_empty());
+    let first: Vec<_> = filled.clone().take(TITLES).collect();
+    let (delimiter, head, line) = head(&first, named).ok_or_else(|| {
+        table.bad(
+            None,
+            "expected a line with names of columns, found none: a title may stand above it",
+        )
+    })?;
+    table.head = Some(line);
+    let names = fields(head, delimiter);
+    table.columns = names.iter().map(|it| column(it)).collect();
+    let content = filled.skip_while(|it| it.0 <= line);
+    let mut content = content.filter(|it| !is_comment(it.1)).peekable();
+    if let Some((_, below)) = content.peek()
+        && is_units(&fields(below, delimiter))
+    {
+        for (column, unit) in table.columns.iter_mut().zip(fields(below, delimiter)) {
+            let unit = unbracketed(unit.trim());
+            if !unit.is_empty() {
+                column.unit = Some(unit.to_owned());
+            }
+        }
+        content.next();
+    }
+    let comma = delimiter != ',';
+    for (rows, (at, line)) in content.enumerate() {
+        if rows >= ROWS {
+            return Err(table.bad(Some(at), format!("expected at most {ROWS} rows, found more")));
+        }
+        let fields = fields(line, delimiter);
+        for (place, column) in table.columns.iter_mut().enumerate() {
+            column.push(fields.get(place).copied().unwrap_or(""), at, comma);
+        }
+    }
+    if table.rows() == 0 {
+        return Err(table.bad(table.head, "expected rows below the names, found none"));
+    }
+    Ok(table)
 }
 
-/// Reads a text. `columns` lists channels by their names in [`CSV_NAMES`] whose columns have other names or units: channel, column, unit.
-/// The temperature is the mean of `temp_inner_k`, `temp_centre_k` and `temp_outer_k` where all three are there.
-///
-/// # Errors
-/// When a column is missing, a unit does not fit, a field is no number, or [`check`] refuses the signs.
-pub fn read_csv(
-    text: &str,
-    file: &str,
-    run: usize,
-    columns: &[(&str, &str, &str)],
-    axes: Axes,
-) -> Result<Vec<Sample>, Bad> {
-    let bad = |line: usize, text: String| Bad { file: file.to_owned(), line: Some(line), text };
-    let mut lines = text.lines().enumerate();
-    let head: Vec<_> =
-        lines.next().map_or("", |it| it.1).split(',').map(|it| it.trim().to_owned()).collect();
-    let places = places(&head, file, columns)?;
-    let sides: Vec<_> = ["temp_inner_k", "temp_outer_k"]
-        .iter()
-        .filter_map(|name| head.iter().position(|it| it == name))
-        .collect();
-    let mut samples = Vec::new();
-    for (number, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
-        let fields: Vec<_> = line.split(',').map(str::trim).collect();
-        let at = |place: usize| {
-            let field = fields.get(place).copied().unwrap_or("");
-            let value = field.parse::<f64>().ok().filter(|it| it.is_finite());
-            value.ok_or_else(|| {
-                bad(number + 1, format!("{}: expected a number, found `{field}`", head[place]))
-            })
-        };
-        let mut v = [0.0; 12];
-        for (value, (place, scale, offset)) in v.iter_mut().zip(&places) {
-            *value = scale * at(*place)? + offset;
+/// Notes of people, and Excel's word for the delimiter.
+fn is_comment(line: &str) -> bool {
+    let line = line.trim_start();
+    ["#", "%", "!", "//", "sep="].iter().any(|it| line.starts_with(it))
+}
+
+/// A delimiter of ' ' stands for any number of spaces and tabs.
+fn fields(line: &str, delimiter: char) -> Vec<&str> {
+    match delimiter {
+        ' ' => line.split_whitespace().map(unquoted).collect(),
+        _ => line.split(delimiter).map(unquoted).collect(),
+    }
+}
+
+fn unquoted(field: &str) -> &str {
+    field.trim().trim_matches('"').trim()
+}
+
+/// The delimiter and the line of the names: the first line with at least two names that are known; without one, the first line.
+fn head<'a>(first: &[(usize, &'a str)], named: &[&str]) -> Option<(char, &'a str, usize)> {
+    let known = |line: &str, delimiter: char| {
+        let names = fields(line, delimiter);
+        let of = names.iter().map(|it| column(it).name);
+        of.filter(|name| is_known(name) || named.contains(&name.as_str())).count()
+    };
+    for (at, line) in first {
+        // Some write the names as a comment.
+        let line = line.trim_start_matches(['#', '%', ' ']);
+        let counts = ['\t', ';', ',', ' '].map(|it| (known(line, it), it));
+        // The first of the best: a tab rather than spaces, which names in brackets may have.
+        let best = counts.iter().rev().max_by_key(|it| it.0)?;
+        if best.0 >= 2 {
+            return Some((best.1, line, *at));
         }
-        if let [inner, outer] = sides[..]
-            && !columns.iter().any(|it| it.0 == "temp_centre_k")
+    }
+    let (at, line) = first.iter().find(|it| !is_comment(it.1))?;
+    let delimiter = [',', ';', '\t'].into_iter().find(|it| line.contains(*it)).unwrap_or(' ');
+    Some((delimiter, line, *at))
+}
+
+/// Whether a line has words where rows have numbers.
+fn is_units(fields: &[&str]) -> bool {
+    let words = fields.iter().filter(|it| !it.is_empty());
+    let short = |it: &&&str| it.chars().count() <= 12 && number(it, true).is_none();
+    words.clone().count() >= 2
+        && words.clone().all(|it| short(&it))
+        && words.clone().any(|it| is_unit(it))
+}
+
+fn is_unit(field: &str) -> bool {
+    let field = unbracketed(field);
+    units::Unit::parse(field).is_ok() || units::meant(field).is_some()
+}
+
+fn unbracketed(text: &str) -> &str {
+    let inner = |open, close| text.strip_prefix(open).and_then(|it: &str| it.strip_suffix(close));
+    inner('[', ']').or_else(|| inner('(', ')')).unwrap_or(text).trim()
+}
+
+/// A column of a title such as `SA [deg]`, `FZ(N)` or `SA`.
+fn column(title: &str) -> Column {
+    for (open, close) in [('[', ']'), ('(', ')'), ('{', '}')] {
+        if let Some((name, rest)) = title.split_once(open)
+            && let Some(unit) = rest.trim().strip_suffix(close)
+            && !name.trim().is_empty()
         {
-            v[8] = (v[8] + at(inner)? + at(outer)?) / 3.0;
+            return Column::new(name, unit);
         }
-        let [block, time, kappa, alpha, gamma, F_z, pressure, v_x, temperature, F_x, F_y, M_z] = v;
-        let block = block.max(0.0) as usize;
-        let sample = Sample {
-            run,
-            block,
-            time,
-            kappa,
-            alpha,
-            gamma,
-            F_z,
-            pressure,
-            v_x,
-            temperature,
-            F_x,
-            F_y,
-            M_z,
-        };
-        samples.push(sample.turned_from(axes));
     }
-    check(&samples, file)?;
-    Ok(samples)
-}
-
-/// Where the column of each channel stands in the head, with factor and offset to SI units.
-fn places(
-    head: &[String],
-    file: &str,
-    columns: &[(&str, &str, &str)],
-) -> Result<Vec<(usize, f64, f64)>, Bad> {
-    let bad = |line: usize, text: String| Bad { file: file.to_owned(), line: Some(line), text };
-    let mut places = Vec::new();
-    for (channel, unit) in CSV_NAMES {
-        let other = columns.iter().find(|it| it.0 == channel);
-        let (column, found) = other.map_or((channel, unit), |it| (it.1, it.2));
-        let place = head.iter().position(|it| it == column).ok_or_else(|| {
-            let text = format!(
-                "expected a column {column} for {channel}, found {}: name the column that has it",
-                head.join(", ")
-            );
-            bad(1, text)
-        })?;
-        let units = |text: &str| Unit::parse(text).map_err(|it| bad(1, format!("{column}: {it}")));
-        let (from, to) = (units(found)?, units(unit)?);
-        let (scale, offset) = Unit::conversion(&from, &to).ok_or_else(|| {
-            bad(1, format!("{column}: expected a unit like {unit}, found {found}"))
-        })?;
-        places.push((place, scale, offset));
-    }
-    Ok(places)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const HEAD: &str = "block,time_s,slip_ratio,SA,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
-
-    #[test]
-    fn columns_have_names_and_units_of_the_user() {
-        let text = format!("{HEAD}\n0,0,0,2,0,1000,80000,11,330,0,-900,9\n");
-        let angle = [("slip_angle_rad", "SA", "deg")];
-        let found = read_csv(&text, "a.csv", 0, &angle, Axes::Iso).expect("samples");
-        assert!((found[0].alpha - 2f64.to_radians()).abs() < 1e-15);
-        let error = read_csv(&text, "a.csv", 0, &[], Axes::Iso).expect_err("no column");
-        assert!(
-            error.to_string().starts_with("a.csv:1: expected a column slip_angle_rad"),
-            "{error}"
-        );
-        let wrong = [("slip_angle_rad", "SA", "N")];
-        let error = read_csv(&text, "a.csv", 0, &wrong, Axes::Iso).expect_err("a force");
-        assert!(error.to_string().contains("expected a unit like rad"), "{error}");
-        let text = text.replace(",9\n", ",x\n");
-        let error = read_csv(&text, "a.csv", 0, &angle, Axes::Iso).expect_err("no number");
-        assert_eq!(error.to_string(), "a.csv:2: mz_nm: expected a number, found `x`");
-    }
-
-    #[test]
-    fn signs_of_other_axes_are_refused_and_converted() {
-        let text = format!("{HEAD}\n0,0,0,2,0,-1000,80000,11,330,0,-900,9\n");
-        let angle = [("slip_angle_rad", "SA", "deg")];
-        let error = read_csv(&text, "a.csv", 0, &angle, Axes::Iso).expect_err("no load");
-        assert!(error.text.contains("SAE benches write F_z < 0"), "{error}");
-        let found = read_csv(&text, "a.csv", 0, &angle, Axes::Sae).expect("samples");
-        assert!(found[0].F_z > 0.0 && found[0].alpha < 0.0 && found[0].F_y > 0.0);
-    }
+    Column::new(title, "")
 }

@@ -3,15 +3,34 @@
 use std::fmt::Write as _;
 
 use crate::condition::REFERENCE;
-use crate::fit::Fit;
+use crate::fit::{Fit, Verdict};
 use crate::model::TERMS;
+
+impl Verdict {
+    /// The verdict in the word that all identifications have for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Identified => "identified",
+            Self::Weak => "weak",
+            Self::FromPrior => "not identifiable",
+        }
+    }
+}
 
 /// The text of a file: how well each coefficient is known stands in comments at its beginning, the terms in `[BENCH_TERMS]` at its end.
 pub fn write_tir(fit: &Fit) -> String {
     let mut about =
         vec!["Fitted to data of a test bench; value +- standard deviation, verdict".to_owned()];
     about.extend(fit.estimates.iter().map(|it| {
-        format!("{:<6} {:.6} +- {:.2e} {:?}: {}", it.name, it.value, it.std, it.verdict, it.reason)
+        format!(
+            "{:<6} {:.6} +- {:.2e} {}: {}",
+            it.name,
+            it.value,
+            it.std,
+            it.verdict.word(),
+            it.reason
+        )
     }));
     let mut text = tire_file::write(&fit.coefficients, &about);
     let _ = writeln!(

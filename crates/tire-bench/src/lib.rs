@@ -6,20 +6,30 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+mod axes;
+mod channels;
 mod condition;
 mod csv;
 mod file;
 mod fit;
 mod held_out;
+mod inputs;
+mod mat;
 mod model;
 mod prior;
+mod read;
 mod sample;
 mod solve;
+mod sweeps;
+mod table;
+mod text;
+mod tydex;
 
+pub use channels::{CHANNELS, FileUnits, Reading};
 pub use condition::{Point, condition};
-pub use csv::{CSV_NAMES, read_csv, read_csv_file};
 pub use file::write_tir;
 pub use fit::{Estimate, Fit, Options, Residuals, Verdict, fit};
 pub use held_out::{HeldOut, Left, held_out};
 pub use model::{Channel, TERMS, Term};
+pub use read::{Read, read, read_all, read_csv_file};
 pub use sample::{Bad, Sample, check};

@@ -1,11 +1,15 @@
-//! Fits a tire to tables of a test bench: a `.tir` file, and a verdict for each coefficient.
+//! Fits a tire to data of a test bench: a `.tir` file, a page, and a verdict for each coefficient.
+
+#[cfg(test)]
+mod tests;
 
 use plugin::Host;
 use serde_json::{Map, Value, json};
-use tire_bench::{Channel, Fit, Residuals, fit, read_csv, write_tir};
+use tire_bench::{Channel, Fit, Residuals, Verdict, condition, fit, read_all, write_tir};
 
 use super::go_on;
 use crate::config::Bench;
+use crate::page;
 
 /// The file that the task leaves.
 const FILE: &str = "bench.tir";
@@ -13,31 +17,43 @@ const FILE: &str = "bench.tir";
 /// Does `task = "bench"`.
 ///
 /// # Errors
-/// When a table cannot be read or fitted, or the program asked to give up.
+/// When a file cannot be read or fitted, or the program asked to give up.
 pub(super) fn bench(config: &Bench, host: &mut dyn Host) -> Result<Value, String> {
-    let columns: Vec<_> = config
-        .columns
-        .iter()
-        .map(|(name, it)| (name.as_str(), it.column.as_str(), it.unit.as_str()))
-        .collect();
-    let mut samples = Vec::new();
-    for (run, (name, text)) in config.files.iter().enumerate() {
-        go_on(host, 0.0, &format!("reading {name}"))?;
-        let read = read_csv(text, name, run, &columns, config.axes());
-        samples.extend(read.map_err(|bad| bad.to_string())?);
-    }
+    let said = config.said();
+    let files: Vec<_> = config.files.iter().map(|(name, it)| (name.as_str(), it.bytes())).collect();
+    go_on(host, 0.0, "reading the files")?;
+    let read = read_all(&files, &config.reading(&said)).map_err(|bad| bad.to_string())?;
     go_on(host, 0.1, "fitting the tire")?;
-    let found = fit(&samples, &config.options()).map_err(|bad| bad.to_string())?;
+    let options = config.options();
+    let found = fit(&read.samples, &options).map_err(|bad| bad.to_string())?;
     host.file(FILE, &write_tir(&found));
-    Ok(result(&found, samples.len()))
+    let summary = summary(&found, read.samples.len(), read.notes);
+    let points = condition(&read.samples, &options.tire);
+    host.file("tires.html", &page::bench::bench(&found, &points, &summary));
+    Ok(result(&found, summary))
 }
 
-fn result(found: &Fit, samples: usize) -> Value {
+/// How much the data tell, and what was assumed.
+fn summary(found: &Fit, samples: usize, notes: Vec<String>) -> Vec<String> {
+    let count = |verdict| found.estimates.iter().filter(|it| it.verdict == verdict).count();
+    let first = format!(
+        "{} of {} coefficients are identified, {} weak, by {samples} samples; the tire is in {FILE}.",
+        count(Verdict::Identified),
+        found.estimates.len(),
+        count(Verdict::Weak)
+    );
+    let mut summary = vec![first];
+    summary.extend(notes.into_iter().map(|it| format!("{it}.")));
+    summary
+}
+
+fn result(found: &Fit, summary: Vec<String>) -> Value {
     let (mut coefficients, mut rows) = (Map::new(), Vec::new());
     for it in &found.estimates {
-        let verdict = format!("{:?}", it.verdict);
+        let verdict = it.verdict.word();
+        let key = verdict.replace(' ', "_");
         let entry =
-            json!({ "value": it.value, "std": it.std, "verdict": verdict, "reason": it.reason });
+            json!({ "value": it.value, "std": it.std, "verdict": key, "reason": it.reason });
         coefficients.insert(it.name.to_owned(), entry);
         rows.push(json!([
             it.name,
@@ -62,12 +78,11 @@ fn result(found: &Fit, samples: usize) -> Value {
             json!({ "points": points, "rms": rms, "status": status, "iterations": iterations }),
         );
     }
-    let summary = format!("{samples} samples; the tire is in {FILE}.");
     json!({
         "coefficients": coefficients,
         "residuals": residuals,
         "draws": found.draws,
-        "summary": [summary],
+        "summary": summary,
         "tables": [
             { "head": ["channel", "points", "rms", "unit", "status"], "rows": fits },
             { "head": ["coefficient", "value", "standard deviation", "verdict", "reason"], "rows": rows },

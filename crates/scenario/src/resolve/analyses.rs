@@ -266,7 +266,7 @@ fn complete(scenario: &Scenario, analysis: &Analysis, loaded: &Loaded) -> Result
     errors.collect::<Mistakes>().finish()
 }
 
-/// What the configuration gets of other files: texts, and the values of parameters.
+/// What the configuration gets of other files: contents, and the values of parameters.
 fn texts(
     scenario: &Scenario,
     analysis: &Analysis,
@@ -279,7 +279,7 @@ fn texts(
     }
     let given = !analysis.parameters.is_empty();
     Ok([
-        ("files", "the texts of [analysis.files]", texts, !analysis.files.is_empty()),
+        ("files", "the contents of [analysis.files]", texts, !analysis.files.is_empty()),
         ("parameters", "the values of the parameters", values, given),
     ])
 }
@@ -344,24 +344,24 @@ fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Err
         let path = [&["analysis", &index], tables, &keys].concat();
         scenario.place(&path).filter(|(depth, _)| *depth > 2 + tables.len())
     };
-    // The key may be that of the configuration, of a text file, or of a signal.
+    // The key may be that of the configuration, of a file, or of a signal.
     let tables: [&[&str]; 4] = [&["config"], &[], &["signals"], &["table", "columns"]];
     let place = tables.into_iter().find_map(under);
     let span = place.map_or(analysis.name.span(), |(_, span)| span);
     scenario.source.error(span, format!("`{name}`: {}", error.message.trim()), "")
 }
 
-/// The largest text file of an analysis [B].
-const LARGEST_TEXT: u64 = 256 << 20;
+/// The largest file of an analysis [B].
+const LARGEST_FILE: u64 = 256 << 20;
 
-/// The contents of the text files.
+/// The contents of the files: texts, and what is none as [`plugin::File::value`] has it.
 fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
     let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
         let file = scenario.source.resolve(path);
-        let text = diagnostics::read_text_bounded(&file, LARGEST_TEXT).map_err(|error| {
+        let bytes = diagnostics::read_bounded(&file, LARGEST_FILE).map_err(|error| {
             scenario.error(path, format!("{} cannot be read: {error}", file.display()))
         })?;
-        Ok((name.get_ref().clone(), text.into()))
+        Ok((name.get_ref().clone(), plugin::File::value(bytes)))
     };
     Ok(Mistakes::all(analysis.files.iter().map(read))?.into_iter().collect())
 }

@@ -50,7 +50,7 @@ pub struct Analysis {
     pub signals: BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>,
     /// Signals of a file.
     pub table: Option<AnalysisTable>,
-    /// Text files for the plugin, relative to the scenario file. It gets their contents in its configuration under `files`.
+    /// Files for the plugin, relative to the scenario file. It gets their contents in its configuration under `files`: a text as it is, other contents in base64.
     #[serde(default)]
     #[schemars(example = BTreeMap::from([("prior", "tires.toml")]))]
     pub files: BTreeMap<Spanned<String>, Spanned<String>>,

@@ -1,0 +1,161 @@
+//! Reads MAT files: bytes go in; named real arrays and texts come out, with structs made flat (`data.FX`, `channel(2).name`).
+//!
+//! Versions 5 (`save -v6` and `-v7`) and 4 (`save -v4`) of either byte order are read, as MathWorks describe them in "MAT-File Format".
+//! Version 7.3 is HDF5 and refused with what to do. What is neither numbers nor text, such as function handles, is listed in
+//! [`MatFile::skipped`] with the reason. Hostile files end in an [`Error`]: all sizes are held against the bytes that are there,
+//! unpacked ones against [`LIMIT`].
+//!
+//! ```
+//! let mut file = Vec::new();
+//! // Version 4: type, rows, columns, no imaginary part, length of the name; the name; the numbers.
+//! for number in [0i32, 1, 2, 0, 2] {
+//!     file.extend(number.to_le_bytes());
+//! }
+//! file.extend(b"v\0");
+//! file.extend([1.5f64, 2.5].iter().flat_map(|it| it.to_le_bytes()));
+//! let found = mat_file::read(&file)?;
+//! let speed = found.numbers("v").expect("numbers");
+//! assert_eq!((&speed.shape[..], &speed.values[..]), (&[1, 2][..], &[1.5, 2.5][..]));
+//! # Ok::<(), mat_file::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod bytes;
+mod version4;
+mod version5;
+
+use std::fmt;
+
+/// The most bytes that a file may hold when it is unpacked, and the most bytes of its numbers as doubles [B].
+pub const LIMIT: usize = 1 << 30;
+
+/// What a file holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MatFile {
+    /// Numbers and texts in the order of the file. Fields of structs have the path to them as name.
+    pub variables: Vec<Variable>,
+    /// Names of what was left out, each with the reason.
+    pub skipped: Vec<(String, String)>,
+}
+
+/// A variable, or a field of a struct.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name: `FX`, `data.FX`, `run(2).FX` (elements from 1 on), `names{2}` for a cell that does not hold texts alone.
+    pub name: String,
+    /// What it holds.
+    pub value: Value,
+}
+
+/// What a variable holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// Real numbers of any class; logical ones are 0 and 1. Integers above 2^53 are rounded.
+    Numbers(Array),
+    /// Rows of characters, without spaces at their ends; or the texts of a cell.
+    Texts(Vec<String>),
+}
+
+/// An array of numbers.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Array {
+    /// Length along each dimension, at least two.
+    pub shape: Vec<usize>,
+    /// Column after column.
+    pub values: Vec<f64>,
+}
+
+impl Array {
+    /// Whether it is one row, one column, or one number.
+    #[must_use]
+    pub fn is_vector(&self) -> bool {
+        self.shape.iter().filter(|length| **length != 1).count() <= 1
+    }
+}
+
+impl MatFile {
+    /// What a name stands for.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&Value> {
+        self.variables.iter().find(|it| it.name == name).map(|it| &it.value)
+    }
+
+    /// The numbers of a name.
+    #[must_use]
+    pub fn numbers(&self, name: &str) -> Option<&Array> {
+        match self.get(name)? {
+            Value::Numbers(array) => Some(array),
+            Value::Texts(_) => None,
+        }
+    }
+
+    /// The texts of a name.
+    #[must_use]
+    pub fn texts(&self, name: &str) -> Option<&[String]> {
+        match self.get(name)? {
+            Value::Texts(texts) => Some(texts),
+            Value::Numbers(_) => None,
+        }
+    }
+}
+
+/// Why a file cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Error {
+    /// The byte where it goes wrong, from 0; in packed parts that of the unpacked part.
+    pub at: usize,
+    /// What was expected, what was found, what to do.
+    pub text: String,
+}
+
+impl Error {
+    fn new(at: usize, text: impl Into<String>) -> Self {
+        Self { at, text: text.into() }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "byte {}: {}", self.at, self.text)
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Whether the bytes begin as a MAT file of any version does, or as HDF5.
+#[must_use]
+pub fn is_mat(bytes: &[u8]) -> bool {
+    is_hdf5(bytes)
+        || bytes.starts_with(b"MATLAB ")
+        || version5::order(bytes).is_some()
+        || version4::is(bytes)
+}
+
+fn is_hdf5(bytes: &[u8]) -> bool {
+    const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
+    // MATLAB puts 512 bytes of its own before it.
+    [0, 512].iter().any(|at| bytes.get(*at..).is_some_and(|it| it.starts_with(SIGNATURE)))
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// When it is of version 7.3 or no MAT file, ends early, states sizes that its bytes do not hold, or needs more than [`LIMIT`].
+pub fn read(bytes: &[u8]) -> Result<MatFile, Error> {
+    if is_hdf5(bytes) || bytes.starts_with(b"MATLAB 7.3") {
+        return Err(Error::new(
+            0,
+            "expected a MAT file of version 5, found version 7.3 (HDF5): save it with save('-v7'), or scipy.io.savemat",
+        ));
+    }
+    if let Some(order) = version5::order(bytes) {
+        return version5::read(bytes, order);
+    }
+    if version4::is(bytes) {
+        return version4::read(bytes);
+    }
+    Err(Error::new(
+        0,
+        "expected a MAT file (`MATLAB 5.0 MAT-file` and `IM` or `MI` at byte 126), found something else",
+    ))
+}

@@ -1,0 +1,361 @@
+//! Reads version 5: elements, packed or plain, each a tag of type and size before its data.
+
+use std::io::Read as _;
+
+use flate2::read::ZlibDecoder;
+
+use crate::bytes::{Budget, Kind, Order, count, numbers, rows, word};
+use crate::{Array, Error, MatFile, Value, Variable};
+
+/// Bytes before the first element.
+const HEAD: usize = 128;
+
+/// Structs and cells within each other, at most.
+const DEPTH: usize = 32;
+
+// Types of elements.
+const INT32: u32 = 5;
+const MATRIX: u32 = 14;
+const COMPRESSED: u32 = 15;
+
+// Classes of arrays.
+const CELL: u32 = 1;
+const STRUCT: u32 = 2;
+const OBJECT: u32 = 3;
+const CHAR: u32 = 4;
+const SPARSE: u32 = 5;
+const FUNCTION: u32 = 16;
+const OPAQUE: u32 = 17;
+
+/// The flag of numbers with an imaginary part.
+const COMPLEX: u32 = 0x0800;
+
+/// The order of bytes that the head states; `None` when it is none.
+pub(crate) fn order(bytes: &[u8]) -> Option<Order> {
+    match (bytes.get(124..126)?, bytes.get(126..HEAD)?) {
+        ([0, 1], b"IM") => Some(Order::Little),
+        ([1, 0], b"MI") => Some(Order::Big),
+        _ => None,
+    }
+}
+
+/// Elements that are still to be read.
+#[derive(Clone, Copy)]
+struct Elements<'a> {
+    bytes: &'a [u8],
+    /// Where the next one begins.
+    at: usize,
+    order: Order,
+}
+
+/// One element.
+#[derive(Clone, Copy)]
+struct Element<'a> {
+    kind: u32,
+    data: &'a [u8],
+    /// Where its data begin.
+    at: usize,
+}
+
+impl<'a> Elements<'a> {
+    fn is_empty(&self) -> bool {
+        self.at >= self.bytes.len()
+    }
+
+    fn next(&mut self) -> Result<Element<'a>, Error> {
+        let early =
+            |at| Error::new(at, "expected an element, found the end: was the file copied whole?");
+        let at = self.at;
+        let first = word(self.bytes, at, self.order).ok_or_else(|| early(at))?;
+        // Up to four bytes of data stand in the tag, whose upper half is then their number.
+        let short = first >> 16;
+        let (kind, size, begin) = if short != 0 {
+            (first & 0xffff, short as usize, at + 4)
+        } else {
+            let size = word(self.bytes, at + 4, self.order).ok_or_else(|| early(at))?;
+            (first, size as usize, at + 8)
+        };
+        if short > 4 {
+            return Err(Error::new(
+                at,
+                format!("expected at most 4 bytes in a short element, found {short}"),
+            ));
+        }
+        let end = begin.checked_add(size).filter(|end| *end <= self.bytes.len());
+        let data = end.and_then(|end| self.bytes.get(begin..end)).ok_or_else(|| {
+            let left = self.bytes.len().saturating_sub(begin);
+            Error::new(
+                at,
+                format!(
+                    "expected {size} bytes of an element, found {left}: was the file copied whole?"
+                ),
+            )
+        })?;
+        let padded = if kind == COMPRESSED { size } else { size.next_multiple_of(8) };
+        self.at = if short != 0 { at + 8 } else { begin + padded };
+        Ok(Element { kind, data, at: begin })
+    }
+}
+
+pub(crate) fn read(bytes: &[u8], order: Order) -> Result<MatFile, Error> {
+    let mut reader = Reader { found: MatFile::default(), budget: Budget::new(), order };
+    let mut elements = Elements { bytes, at: HEAD, order };
+    while !elements.is_empty() {
+        let element = elements.next()?;
+        match element.kind {
+            COMPRESSED => {
+                let unpacked = reader.unpacked(element)?;
+                let mut inner = Elements { bytes: &unpacked, at: 0, order };
+                let inner = inner.next()?;
+                reader.top(inner)?;
+            }
+            _ => reader.top(element)?,
+        }
+    }
+    Ok(reader.found)
+}
+
+struct Reader {
+    found: MatFile,
+    budget: Budget,
+    order: Order,
+}
+
+impl Reader {
+    fn unpacked(&mut self, element: Element) -> Result<Vec<u8>, Error> {
+        let (mut unpacked, most) = (Vec::new(), self.budget.left() as u64 + 1);
+        let mut decoder = ZlibDecoder::new(element.data).take(most);
+        decoder.read_to_end(&mut unpacked).map_err(|error| {
+            Error::new(element.at, format!("a packed variable cannot be unpacked: {error}"))
+        })?;
+        self.budget.take(unpacked.len(), element.at)?;
+        Ok(unpacked)
+    }
+
+    /// A variable of the file.
+    fn top(&mut self, element: Element) -> Result<(), Error> {
+        if element.kind != MATRIX {
+            // Data of newer programs, which readers may leave out.
+            self.found
+                .skipped
+                .push((String::new(), format!("an element of type {}", element.kind)));
+            return Ok(());
+        }
+        self.array(element, None, 0)
+    }
+
+    /// An array with what it holds. It has its own name, or that of its place in a struct or cell.
+    fn array(
+        &mut self,
+        element: Element,
+        place: Option<String>,
+        depth: usize,
+    ) -> Result<(), Error> {
+        if depth > DEPTH {
+            return Err(Error::new(
+                element.at,
+                format!("expected at most {DEPTH} structs within each other, found more"),
+            ));
+        }
+        let mut parts = Elements { bytes: element.data, at: 0, order: self.order };
+        if parts.is_empty() {
+            // MATLAB's way to write [] within a cell or struct.
+            let empty = Array { shape: vec![0, 0], values: Vec::new() };
+            return self.keep(place.unwrap_or_default(), Value::Numbers(empty), element.at);
+        }
+        let flags = word(parts.next()?.data, 0, self.order)
+            .ok_or_else(|| Error::new(element.at, "expected the flags of an array, found none"))?;
+        let (class, complex) = (flags & 0xff, flags & COMPLEX != 0);
+        let shape = if class == OPAQUE { Vec::new() } else { self.shape(parts.next()?)? };
+        let own = parts.next()?.data;
+        let name = place.unwrap_or_else(|| own.iter().map(|it| char::from(*it)).collect());
+        let elements = count(&shape).ok_or_else(|| {
+            Error::new(element.at, format!("`{name}` states more elements than can be counted"))
+        })?;
+        let unread = match class {
+            CELL => return self.cell(parts, name, elements, depth),
+            STRUCT => return self.fields(parts, name, elements, depth),
+            CHAR => {
+                let value = Value::Texts(self.text(parts.next()?, &shape, elements)?);
+                return self.keep(name, value, element.at);
+            }
+            6..=15 if !complex => {
+                let values = self.numbers(parts.next()?, &name, elements)?;
+                return self.keep(name, Value::Numbers(Array { shape, values }), element.at);
+            }
+            6..=15 => "complex numbers",
+            SPARSE => "a sparse matrix: write it with full()",
+            FUNCTION => "a function",
+            OBJECT | OPAQUE => {
+                "an object, such as a string, table or timetable: write plain arrays, cells of characters, structs"
+            }
+            _ => "an array of an unknown class",
+        };
+        // The data of objects stand in a variable without a name.
+        if !name.is_empty() {
+            self.found.skipped.push((name, unread.to_owned()));
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, name: String, value: Value, at: usize) -> Result<(), Error> {
+        self.budget.take(name.len() + 64, at)?;
+        self.found.variables.push(Variable { name, value });
+        Ok(())
+    }
+
+    fn shape(&self, element: Element) -> Result<Vec<usize>, Error> {
+        let lengths: Vec<_> = element
+            .data
+            .chunks_exact(4)
+            .filter_map(|it| word(it, 0, self.order).and_then(|it| i32::try_from(it).ok()))
+            .map(|it| it as usize)
+            .collect();
+        let whole = element.kind == INT32 && lengths.len() * 4 == element.data.len();
+        if !whole || !(2..=32).contains(&lengths.len()) {
+            return Err(Error::new(
+                element.at,
+                "expected the 2 to 32 dimensions of an array, found something else",
+            ));
+        }
+        Ok(lengths)
+    }
+
+    fn numbers(
+        &mut self,
+        element: Element,
+        name: &str,
+        elements: usize,
+    ) -> Result<Vec<f64>, Error> {
+        let kind = match element.kind {
+            1 => Kind::I8,
+            2 => Kind::U8,
+            3 => Kind::I16,
+            4 => Kind::U16,
+            INT32 => Kind::I32,
+            6 => Kind::U32,
+            7 => Kind::F32,
+            9 => Kind::F64,
+            12 => Kind::I64,
+            13 => Kind::U64,
+            other => {
+                return Err(Error::new(
+                    element.at,
+                    format!("`{name}`: expected numbers, found type {other}"),
+                ));
+            }
+        };
+        let there = element.data.len() / kind.size();
+        if there != elements {
+            return Err(Error::new(
+                element.at,
+                format!("`{name}`: expected {elements} numbers, found {there}"),
+            ));
+        }
+        self.budget.take(elements.saturating_mul(8), element.at)?;
+        Ok(numbers(element.data, kind, self.order).collect())
+    }
+
+    fn text(
+        &mut self,
+        element: Element,
+        shape: &[usize],
+        elements: usize,
+    ) -> Result<Vec<String>, Error> {
+        let codes = |kind| numbers(element.data, kind, self.order).map(|it| it as u32);
+        let characters: Vec<char> = match element.kind {
+            1 | 2 => codes(Kind::U8).filter_map(char::from_u32).collect(),
+            4 | 17 => {
+                let units = codes(Kind::U16).map(|it| it as u16);
+                char::decode_utf16(units).map(|it| it.unwrap_or('\u{fffd}')).collect()
+            }
+            16 => String::from_utf8_lossy(element.data).chars().collect(),
+            18 => codes(Kind::U32).map(|it| char::from_u32(it).unwrap_or('\u{fffd}')).collect(),
+            other => {
+                return Err(Error::new(
+                    element.at,
+                    format!("expected characters, found type {other}"),
+                ));
+            }
+        };
+        self.budget.take(characters.len().saturating_mul(4), element.at)?;
+        if characters.len() > elements {
+            return Err(Error::new(
+                element.at,
+                format!("expected {elements} characters, found {}", characters.len()),
+            ));
+        }
+        Ok(rows(&characters, shape))
+    }
+
+    /// A cell of texts is one value; other cells are made flat.
+    fn cell(
+        &mut self,
+        mut parts: Elements,
+        name: String,
+        elements: usize,
+        depth: usize,
+    ) -> Result<(), Error> {
+        let begin = self.found.variables.len();
+        let skipped = self.found.skipped.len();
+        for k in 1..=elements {
+            let part = parts.next()?;
+            self.array(part, Some(format!("{name}{{{k}}}")), depth + 1)?;
+        }
+        let text = |it: &Variable| match &it.value {
+            Value::Texts(texts) if texts.len() == 1 => texts.first().cloned(),
+            Value::Numbers(array) if array.values.is_empty() => Some(String::new()),
+            _ => None,
+        };
+        let own = &self.found.variables[begin..];
+        let texts: Option<Vec<_>> = own.iter().map(text).collect();
+        let only = self.found.skipped.len() == skipped && own.len() == elements;
+        let some = own.iter().any(|it| matches!(it.value, Value::Texts(_)));
+        if let Some(texts) = texts.filter(|_| only && some) {
+            self.found.variables.truncate(begin);
+            return self.keep(name, Value::Texts(texts), parts.at);
+        }
+        Ok(())
+    }
+
+    /// The fields of a struct, or of each element of an array of structs.
+    fn fields(
+        &mut self,
+        mut parts: Elements,
+        name: String,
+        elements: usize,
+        depth: usize,
+    ) -> Result<(), Error> {
+        let length = parts.next()?;
+        let long = word(length.data, 0, self.order).unwrap_or(0) as usize;
+        let names = parts.next()?;
+        if long == 0 || names.data.len() % long != 0 {
+            return Err(Error::new(
+                names.at,
+                format!(
+                    "`{name}`: expected names of fields of {long} bytes, found {} bytes",
+                    names.data.len()
+                ),
+            ));
+        }
+        let field = |it: &[u8]| -> String {
+            it.iter().take_while(|byte| **byte != 0).map(|byte| char::from(*byte)).collect()
+        };
+        let names: Vec<_> = names.data.chunks_exact(long).map(field).collect();
+        // Without fields there is nothing to read, whatever the number of elements.
+        for k in 1..=if names.is_empty() { 0 } else { elements } {
+            let of = if elements == 1 { name.clone() } else { format!("{name}({k})") };
+            for field in &names {
+                let part = parts.next()?;
+                if part.kind != MATRIX {
+                    return Err(Error::new(
+                        part.at,
+                        format!("`{of}.{field}`: expected an array, found type {}", part.kind),
+                    ));
+                }
+                self.array(part, Some(format!("{of}.{field}")), depth + 1)?;
+            }
+        }
+        Ok(())
+    }
+}

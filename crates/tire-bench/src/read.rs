@@ -1,0 +1,254 @@
+//! Reads files of a bench, CSV, MAT or TYDEX, to samples in ISO-W axes and SI units.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use tire::Axes;
+
+use crate::axes::Wrench;
+use crate::channels::Reading;
+use crate::inputs::{Inputs, axes, temperature_at};
+use crate::sample::{Bad, Sample, check};
+use crate::table::Table;
+use crate::{csv, mat, sweeps, text, tydex};
+
+/// What a file holds, and what was assumed of it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Read {
+    /// The samples.
+    pub samples: Vec<Sample>,
+    /// What was assumed, for people: one sentence each.
+    pub notes: Vec<String>,
+}
+
+/// Time between rows without a time [s]: each is steady, so neither rates nor a lag of the carcass connect them.
+const STEADY: f64 = 3600.0;
+
+/// Reads files, each with its name. Tables are runs in their order; the files of TYDEX, which hold one sweep each, are sweeps of run 0.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_all(files: &[(&str, &[u8])], reading: &Reading) -> Result<Read, Bad> {
+    let (mut all, mut run, mut sweep) = (Read::default(), 0, 0);
+    let mut told: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for (name, bytes) in files {
+        for (mut found, one_sweep) in parts(bytes, name, reading)? {
+            for it in &mut found.samples {
+                (it.run, it.block) = if one_sweep { (0, sweep) } else { (run, it.block) };
+            }
+            // Sweeps of tables have numbers of their own below.
+            sweep = match one_sweep {
+                true => sweep + 1,
+                false if run == 0 => {
+                    found.samples.last().map_or(sweep, |it| sweep.max(it.block + 1))
+                }
+                false => sweep,
+            };
+            run += usize::from(!one_sweep);
+            all.samples.extend(found.samples);
+            for note in found.notes {
+                told.entry(note).or_default().push(*name);
+            }
+        }
+    }
+    all.notes = told.into_iter().map(|(note, names)| format!("{}: {note}", list(&names))).collect();
+    Ok(all)
+}
+
+/// Names of files, the first ones when there are many.
+fn list(names: &[&str]) -> String {
+    const MOST: usize = 3;
+    match names.len() {
+        0..=MOST => names.join(", "),
+        count => format!("{} and {} more", names[..MOST].join(", "), count - MOST),
+    }
+}
+
+/// Reads one file as one run.
+///
+/// # Errors
+/// When its format is unknown or broken; a channel is missing, has no unit or one of another kind, or no numbers; or its signs are those
+/// of no tire: with the place and what to do.
+pub fn read(bytes: &[u8], file: &str, run: usize, reading: &Reading) -> Result<Read, Bad> {
+    let mut all = Read::default();
+    for (found, _) in parts(bytes, file, reading)? {
+        let begin = all.samples.last().map_or(0, |it: &Sample| it.block + 1);
+        let numbered = found.samples.into_iter();
+        all.samples.extend(numbered.map(|it| Sample { run, block: begin + it.block, ..it }));
+        all.notes.extend(found.notes);
+    }
+    Ok(all)
+}
+
+/// Reads a file of this path as one run, see [`read`]. `columns`: channel, column, unit.
+///
+/// # Errors
+/// When it cannot be read, and as [`read`].
+pub fn read_csv_file(
+    path: &Path,
+    run: usize,
+    columns: &[(&str, &str, &str)],
+    axes: Axes,
+) -> Result<Vec<Sample>, Bad> {
+    let file = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|error| Bad {
+        file: file.clone(),
+        line: None,
+        text: format!("cannot be read: {error}"),
+    })?;
+    let columns: Vec<_> = columns.iter().map(|it| (it.0, it.1, Some(it.2))).collect();
+    let reading = Reading { axes, columns: &columns, ..Reading::default() };
+    Ok(read(&bytes, &file, run, &reading)?.samples)
+}
+
+/// The tables of a file, each with whether its format has one sweep in a file.
+fn parts(bytes: &[u8], file: &str, reading: &Reading) -> Result<Vec<(Read, bool)>, Bad> {
+    let bad = |text: String| Bad { file: file.to_owned(), line: None, text };
+    let bytes = text::unpacked(bytes).map_err(bad)?;
+    let named: Vec<_> = reading.columns.iter().map(|it| it.1).collect();
+    let tables = if mat_file::is_mat(&bytes) {
+        mat::read(&bytes, file, &named)?
+    } else {
+        let text = text::decoded(&bytes);
+        if text.contains('\0') {
+            return Err(bad(
+                "expected a table as text, a MAT file or TYDEX, found other bytes".to_owned()
+            ));
+        }
+        match tydex::is(&text) {
+            true => vec![tydex::read(&text, file)?],
+            false => vec![csv::read(&text, file, &named)?],
+        }
+    };
+    tables.iter().map(|table| Ok((samples(table, reading)?, table.one_sweep))).collect()
+}
+
+fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
+    let mut notes = table.notes.clone();
+    let (axes, letter) = axes(table, reading)?;
+    let inputs = Inputs { table, reading, letter };
+    let force = |channel| inputs.wanted(channel);
+    let (F_y, F_z, M_z) = (force("fy_n")?, force("fz_n")?, force("mz_nm")?);
+    let condition = |channel| inputs.wanted(channel);
+    let (gamma, pressure) = (condition("camber_rad")?, condition("pressure_pa")?);
+    let v_x = condition("speed_mps")?;
+    let [kappa, alpha] = inputs.slips(&mut notes)?;
+    let F_x = inputs.along(&kappa, &mut notes)?;
+    let temperature = inputs.temperature(&mut notes)?;
+    let time = inputs.found("time_s")?;
+    if time.is_none() {
+        notes.push("no time: each row counts as a steady state of its own".to_owned());
+    }
+    let block = inputs.found("block")?;
+    let centre = inputs.centre(axes, &gamma, &mut notes)?;
+    let mut samples = Vec::new();
+    for row in 0..table.rows() {
+        let wrench = Wrench {
+            F: [F_x.at(row), F_y.at(row), F_z.at(row)],
+            M_y: centre.as_ref().map_or(0.0, |it| it.1.at(row)),
+            M_z: M_z.at(row),
+        };
+        let gamma = gamma.at(row);
+        let radius = centre.as_ref().map_or(0.0, |it| it.0.at(row));
+        let wrench = wrench.at_contact(axes, gamma, radius);
+        let number = block.as_ref().map_or(0.0, |it| it.at(row));
+        let sample = Sample {
+            run: 0,
+            block: number.max(0.0) as usize,
+            time: time.as_ref().map_or(STEADY * row as f64, |it| it.at(row)),
+            kappa: kappa.at(row),
+            alpha: alpha.at(row),
+            gamma,
+            F_z: wrench.F[2],
+            pressure: pressure.at(row),
+            v_x: v_x.at(row),
+            temperature: temperature_at(&temperature, row),
+            F_x: wrench.F[0],
+            F_y: wrench.F[1],
+            M_z: wrench.M_z,
+        };
+        if is_whole(&sample) && !number.is_nan() {
+            samples.push(sample.turned_from(reading.axes));
+        }
+    }
+    finish(table, samples, block.is_some(), notes)
+}
+
+/// Judges the samples of a table and finds their sweeps.
+fn finish(
+    table: &Table,
+    mut samples: Vec<Sample>,
+    numbered: bool,
+    mut notes: Vec<String>,
+) -> Result<Read, Bad> {
+    let (rows, dropped) = (table.rows(), table.rows() - samples.len());
+    if 2 * dropped > rows {
+        let text = format!(
+            "expected numbers in all channels, found such in {} of {rows} rows only",
+            samples.len()
+        );
+        return Err(table.bad(None, text));
+    }
+    if dropped > 0 {
+        notes.push(format!(
+            "{dropped} of {rows} rows were left out, which have no number in some channel"
+        ));
+    }
+    check(&samples, &table.file)?;
+    slip_ratio_is_sound(table, &samples)?;
+    if !numbered && !table.one_sweep {
+        let (sweeps, left) = sweeps::find(&mut samples);
+        if sweeps == 0 {
+            return Err(table.bad(
+                None,
+                "expected sweeps of slip angle or slip ratio by more than 0.05 at steady conditions, found none: check the units of both, or give a column block that numbers the sweeps",
+            ));
+        }
+        notes.push(format!("{sweeps} sweeps were found by their conditions; {left} samples between them were left out"));
+    }
+    Ok(Read { samples, notes })
+}
+
+fn is_whole(it: &Sample) -> bool {
+    let all = [
+        it.time,
+        it.kappa,
+        it.alpha,
+        it.gamma,
+        it.F_z,
+        it.pressure,
+        it.v_x,
+        it.temperature,
+        it.F_x,
+        it.F_y,
+        it.M_z,
+    ];
+    all.iter().all(|value| value.is_finite())
+}
+
+/// Refuses slip ratios that are percent, or that are no 0 where the tire rolls freely.
+fn slip_ratio_is_sound(table: &Table, samples: &[Sample]) -> Result<(), Bad> {
+    let [low, high] =
+        samples.iter().fold([0.0f64; 2], |[low, high], it| [low.min(it.kappa), high.max(it.kappa)]);
+    if low < -1.5 || high > 5.0 {
+        let text = format!(
+            "expected slip ratios from -1, a locked wheel, found {low:.3} to {high:.3}: check the unit, it may be %"
+        );
+        return Err(table.bad(None, text));
+    }
+    let most = samples.iter().map(|it| it.F_x.abs()).fold(0.0, f64::max);
+    let free: Vec<_> = samples
+        .iter()
+        .filter(|it| it.alpha.abs() < 0.02 && it.F_x.abs() < 0.05 * most)
+        .map(|it| it.kappa)
+        .collect();
+    let zero = free.iter().sum::<f64>() / free.len().max(1) as f64;
+    if high - low > 0.1 && free.len() >= 5 && zero.abs() > 0.05 {
+        let text = format!(
+            "expected F_x about 0 at a slip ratio of 0, found that at {zero:.3}: this is a slip ratio by the loaded radius (SR of TTC); choose the one by the effective radius (SL), or ω R_e / V - 1"
+        );
+        return Err(table.bad(None, text));
+    }
+    Ok(())
+}

@@ -1,0 +1,120 @@
+//! Fits the file of the scenario tires_from_bench.toml, and finds its tire again, whichever format it comes in.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+#[path = "support/bench_file.rs"]
+mod support;
+#[path = "../../mat-file/tests/support/writer.rs"]
+mod writer;
+
+use support::{WARM, bench_file, truth};
+use tire::{Axes, Coefficients};
+use tire_bench::{Fit, Options, Read, Reading, Verdict, fit, read, read_all};
+use writer::{Made, column, file};
+
+const FILE: &str = include_str!("../../../scenarios/bench/sports_tire.csv");
+
+fn sae() -> Reading<'static> {
+    Reading { axes: Axes::Sae, radius: truth().UNLOADED_RADIUS, ..Reading::default() }
+}
+
+/// What the scenario fits: radius, nominal load and pressure are known, nothing else of the tire.
+fn fitted(found: &Read) -> Fit {
+    let Coefficients { UNLOADED_RADIUS, FNOMIN, NOMPRES, .. } = truth();
+    let tire = Coefficients {
+        UNLOADED_RADIUS,
+        FNOMIN,
+        NOMPRES,
+        INFLPRES: NOMPRES,
+        ..Coefficients::default()
+    };
+    fit(&found.samples, &Options { tire, extended: false, draws: 0, seed: 0 }).expect("a fit")
+}
+
+#[test]
+fn the_file_is_what_its_program_makes() {
+    assert_eq!(FILE, bench_file(), "run the example bench_file");
+    assert!(FILE.len() < 300_000, "{} bytes", FILE.len());
+}
+
+#[test]
+fn the_tire_of_the_file_is_found() {
+    let found = read(FILE.as_bytes(), "sports_tire", 0, &sae()).expect("samples");
+    assert_eq!(
+        found.notes,
+        ["24 sweeps were found by their conditions; 0 samples between them were left out"]
+    );
+    let fit = fitted(&found);
+    let truth = truth();
+    for (name, expected, off) in [
+        ("PDX1", truth.PDX1, 0.03),
+        ("PDY1", truth.PDY1, 0.03),
+        ("TDY1", WARM, 0.01),
+        ("TDX1", WARM, 0.01),
+    ] {
+        let it = fit.estimates.iter().find(|it| it.name == name).expect("an estimate");
+        assert!((it.value - expected).abs() < off, "{it:?}, expected {expected}");
+        assert_eq!(it.verdict, Verdict::Identified, "{it:?}");
+    }
+}
+
+/// Without a temperature its terms stay at 0, and nothing claims to know them.
+#[test]
+fn a_file_without_temperatures_says_nothing_of_them() {
+    let text: String =
+        FILE.lines().filter_map(|it| Some(it.rsplit_once(',')?.0.to_owned() + "\n")).collect();
+    let found = read(text.as_bytes(), "a", 0, &sae()).expect("samples");
+    assert!(
+        found.notes.iter().any(|it| it.starts_with("no temperature of the tread")),
+        "{:?}",
+        found.notes
+    );
+    let fit = fitted(&found);
+    for it in fit.estimates.iter().filter(|it| ["TDX1", "TKX1", "TDY1", "TKY2"].contains(&it.name))
+    {
+        assert_eq!((it.value, it.verdict), (0.0, Verdict::FromPrior), "{it:?}");
+    }
+}
+
+/// The same numbers as vectors of a MAT file, and as one file of TYDEX for each sweep.
+#[test]
+fn other_formats_give_the_same_samples() {
+    let expected = read(FILE.as_bytes(), "a", 0, &sae()).expect("samples").samples;
+    let lines: Vec<_> = FILE.lines().skip(1).map(|it| it.split(',').collect::<Vec<_>>()).collect();
+    let (names, rows) = lines.split_first().expect("names");
+    let names: Vec<_> =
+        names.iter().map(|it| it.trim_end_matches(']').split_once(" [").expect("a unit")).collect();
+    let text = |it: &str| Made::Text(it.to_owned());
+    let numbers =
+        |k: usize| rows.iter().map(|row| row[k].parse().expect("a number")).collect::<Vec<f64>>();
+    let mut variables: Vec<_> =
+        names.iter().enumerate().map(|(k, it)| (it.0, column(&numbers(k)))).collect();
+    let units = Made::Struct(vec![
+        ("name", Made::Cell(names.iter().map(|it| text(it.0)).collect())),
+        ("units", Made::Cell(names.iter().map(|it| text(it.1)).collect())),
+    ]);
+    variables.push(("channel", units));
+    let mat = read(&file(&variables, true), "a", 0, &sae()).expect("samples");
+    assert_eq!(mat.samples, expected);
+    let short = [
+        "RUNTIME", "TRAJVELW", "SLIPANGL", "LONGSLIP", "INCLANGL", "INFLPRES", "FXW", "FYW", "FZW",
+        "MZW", "TSTC",
+    ];
+    let sweeps = expected.chunk_by(|a, b| a.block == b.block);
+    let mut begin = 0;
+    let texts: Vec<String> = sweeps
+        .map(|sweep| {
+            let mut text = "**HEADER\n**MEASURCHANNELS\n".to_owned();
+            for (name, unit) in short.iter().zip(&names) {
+                text += &format!("{name:<10}{:<30}{:<10}1\n", "", unit.1);
+            }
+            text += "**MEASURDATA\n";
+            for row in &rows[begin..begin + sweep.len()] {
+                text += &(row.join(" ") + "\n");
+            }
+            begin += sweep.len();
+            text + "**END\n"
+        })
+        .collect();
+    let files: Vec<_> = texts.iter().map(|it| ("a", it.as_bytes())).collect();
+    assert_eq!(read_all(&files, &sae()).expect("samples").samples, expected);
+}

@@ -1,0 +1,168 @@
+//! Writes the page of a tire from a test bench: verdicts, and curves of single sweeps with what was measured.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use std::fmt::Write;
+
+use html_page::{Axis, Plot, escape};
+use numerics::text::with_std;
+use tire_bench::{Channel, Fit, Point, Verdict};
+
+/// The most sweeps that are shown of one force.
+const SWEEPS: usize = 12;
+
+/// The size of a figure [px].
+const SIZE: [f64; 2] = [420.0, 280.0];
+
+/// Slips of less do not tell a curve.
+const SWEPT: f64 = 0.05;
+
+/// The page; `points` are all means over a revolution, in their order.
+pub fn bench(fit: &Fit, points: &[Point], summary: &[String]) -> String {
+    let mut html = String::new();
+    let mut sentences = summary.iter();
+    let first = sentences.next().map_or("", String::as_str);
+    let _ = writeln!(html, "<p>{}</p>", escape(first));
+    let list: String = sentences.map(|it| format!("<li>{}</li>\n", escape(it))).collect();
+    if !list.is_empty() {
+        let _ = writeln!(html, "<ul>\n{list}</ul>");
+    }
+    html.push_str(
+        "<p class=\"faint\">Dots are means over one revolution of the wheel. Lines are the fit at the conditions of each dot, its \
+         temperature included, so the two ways of a sweep may differ. 95 % of such means lie within the band.</p>\n",
+    );
+    for channel in [Channel::Longitudinal, Channel::Lateral, Channel::Aligning] {
+        force(&mut html, fit, channel, points);
+    }
+    coefficients(&mut html, fit);
+    html_page::page("Tire from a test bench", "", &html)
+}
+
+/// Name and unit of a force.
+fn named(channel: Channel) -> [&'static str; 2] {
+    match channel {
+        Channel::Longitudinal => ["F_x", "N"],
+        Channel::Lateral => ["F_y", "N"],
+        Channel::Aligning => ["M_z", "N m"],
+    }
+}
+
+fn force(html: &mut String, fit: &Fit, channel: Channel, points: &[Point]) {
+    let along = channel == Channel::Longitudinal;
+    let slip = |it: &Point| if along { it.sample.kappa } else { it.sample.alpha };
+    let own =
+        |a: &Point, b: &Point| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block);
+    let range = |sweep: &[Point]| {
+        let ends = sweep
+            .iter()
+            .map(slip)
+            .fold([f64::MAX, f64::MIN], |[low, high], x| [low.min(x), high.max(x)]);
+        ends[1] - ends[0]
+    };
+    let sweeps: Vec<_> = points.chunk_by(own).filter(|sweep| range(sweep) > SWEPT).collect();
+    let Some(residuals) = fit.residuals.iter().find(|it| it.channel == channel) else { return };
+    let [name, unit] = named(channel);
+    let shown = sweeps.len().min(SWEEPS);
+    let _ = writeln!(
+        html,
+        "<h2>{name}</h2>\n<p>Root mean square of the residuals: {:.3} {unit}, of {} means. {shown} of {} sweeps are shown.</p>",
+        residuals.rms,
+        residuals.points,
+        sweeps.len()
+    );
+    let mut figures = String::new();
+    for k in 0..shown {
+        // Spread over the whole test, from its first sweep to its last.
+        let place = if shown > 1 { k * (sweeps.len() - 1) / (shown - 1) } else { 0 };
+        let Some(bands) = fit.bands(channel, sweeps[place]) else { continue };
+        let (title, plot) = figure(channel, sweeps[place], &bands, &slip);
+        if figures.is_empty() {
+            let _ = writeln!(html, "<p class=\"legend\">{}</p>", plot.keys());
+        }
+        figures.push_str(&plot.figure_of_many(&title));
+    }
+    let _ = writeln!(html, "<div class=\"grid\">\n{figures}</div>");
+}
+
+fn figure(
+    channel: Channel,
+    sweep: &[Point],
+    bands: &[[f64; 2]],
+    slip: &dyn Fn(&Point) -> f64,
+) -> (String, Plot) {
+    let [name, unit] = named(channel);
+    let along = channel == Channel::Longitudinal;
+    // Angles are displayed in degrees.
+    let shown = |it: &Point| if along { slip(it) } else { slip(it).to_degrees() };
+    let measured: Vec<_> = sweep.iter().map(|it| (shown(it), channel.measured(it))).collect();
+    let fitted: Vec<_> = sweep.iter().zip(bands).map(|(it, band)| (shown(it), band[0])).collect();
+    let band: Vec<_> = sweep
+        .iter()
+        .zip(bands)
+        .map(|(it, [value, half])| (shown(it), [value - half, value + half]))
+        .collect();
+    let heights = measured.iter().map(|it| it.1).chain(band.iter().flat_map(|it| it.1));
+    let x = Axis::about(
+        if along { "slip ratio" } else { "slip angle [deg]" },
+        measured.iter().map(|it| it.0),
+    );
+    let mut plot = Plot::new(SIZE, x, Axis::about(&format!("{name} [{unit}]"), heights));
+    for (k, branch) in branches(&band).into_iter().enumerate() {
+        plot.band(&branch, "c1", if k == 0 { "95 % of means" } else { "" });
+    }
+    plot.dots(&measured, 1.6, "data", "measured");
+    plot.line(&fitted, "c1", "fit");
+    // Not -0.0.
+    let mean = |of: fn(&Point) -> f64| {
+        (sweep.iter().map(of).sum::<f64>() / sweep.len() as f64 * 1e4).round() / 1e4 + 0.0
+    };
+    let mut title = format!(
+        "{:.0} N, camber {:.1} deg, {:.1} kPa",
+        mean(|it| it.sample.F_z),
+        mean(|it| it.sample.gamma).to_degrees(),
+        mean(|it| it.sample.pressure) / 1e3
+    );
+    if along {
+        let _ = write!(title, ", slip angle {:.1} deg", mean(|it| it.sample.alpha).to_degrees());
+    }
+    (title, plot)
+}
+
+/// A place on a curve, and the lower and the upper end of its band there.
+type Banded = (f64, [f64; 2]);
+
+/// The ways of a sweep between its least and its largest slip, each from left to right: on the way back the tire is warmer.
+fn branches(band: &[Banded]) -> Vec<Vec<Banded>> {
+    let extreme = |sign: f64| {
+        let order = |a: &usize, b: &usize| (sign * band[*a].0).total_cmp(&(sign * band[*b].0));
+        (0..band.len()).max_by(order).unwrap_or(0)
+    };
+    let mut ends = [0, extreme(1.0), extreme(-1.0), band.len().saturating_sub(1)];
+    ends.sort_unstable();
+    let branch = |ends: &[usize]| {
+        let mut branch = band[ends[0]..=ends[1]].to_vec();
+        branch.sort_by(|a, b| a.0.total_cmp(&b.0));
+        branch
+    };
+    ends.windows(2).filter(|it| it[1] > it[0]).map(branch).collect()
+}
+
+fn coefficients(html: &mut String, fit: &Fit) {
+    html.push_str("<h2>Coefficients</h2>\n<table class=\"stack\">\n<tr><th>Coefficient</th><th>Value</th><th>Verdict</th><th>Why</th></tr>\n");
+    for it in &fit.estimates {
+        let class = match it.verdict {
+            Verdict::Identified => "identified",
+            Verdict::Weak => "weak",
+            Verdict::FromPrior => "not_identifiable",
+        };
+        let value = with_std(it.value, it.std);
+        let _ = writeln!(
+            html,
+            "<tr><th>{}</th><td>{}</td><td class=\"{class}\">{}</td><td>{}</td></tr>",
+            it.name,
+            escape(&value),
+            it.verdict.word(),
+            escape(&it.reason)
+        );
+    }
+    html.push_str("</table>\n");
+}
