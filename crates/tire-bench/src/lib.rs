@@ -15,6 +15,7 @@ mod model;
 mod prior;
 mod sample;
 mod solve;
+mod spread;
 
 pub use condition::{Point, condition};
 pub use csv::{CSV_NAMES, read_csv, read_csv_file};
