@@ -14,7 +14,7 @@ use crate::model::{COUNT, Channel, plain};
 use crate::prior::{Free, What, free};
 use crate::sample::{Bad, Sample};
 use crate::solve::Problem;
-use crate::spread::Spread;
+use crate::spread::{Spread, clustered};
 
 /// Ratio of the widths of posterior and prior below which the data identify a coefficient, as for curves of axles.
 const NARROWED: f64 = 0.3;
@@ -340,31 +340,4 @@ fn alike(points: &[Point], residuals: &[f64]) -> f64 {
     let positive =
         sums[1..].iter().map(|sum| mean(sum) / mean(&sums[0])).take_while(|it| *it > 0.0);
     1.0 + 2.0 * positive.sum::<f64>()
-}
-
-/// The covariance that stays right when all points of a block miss together (the sandwich of White, by clusters).
-pub(crate) fn clustered(
-    inverse: &DMatrix<f64>,
-    points: &[Point],
-    rows: &[(f64, DVector<f64>)],
-    weight: f64,
-) -> DMatrix<f64> {
-    let count = inverse.nrows();
-    // The prior is one more source of information, which is right as it is.
-    let mut middle = DMatrix::identity(count, count);
-    let mut begin = 0;
-    let mut blocks = 0.0f64;
-    for block in
-        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block))
-    {
-        let mut score = DVector::zeros(count);
-        for (residual, by) in &rows[begin..begin + block.len()] {
-            score += by * (residual * weight);
-        }
-        begin += block.len();
-        blocks += 1.0;
-        middle += &score * score.transpose();
-    }
-    // Few blocks understate it: the usual correction for small samples.
-    inverse * middle * inverse * (blocks / (blocks - 1.0).max(1.0))
 }

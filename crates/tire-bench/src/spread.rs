@@ -7,7 +7,6 @@ use numerics::statistics::{NORMAL_95, quantile};
 use rayon::prelude::*;
 
 use crate::condition::Point;
-use crate::fit::clustered;
 use crate::solve::Normal;
 
 /// More levels than this are no levels: the condition varies freely.
@@ -122,6 +121,33 @@ impl Spread {
         };
         left.iter().map(need).collect()
     }
+}
+
+/// The covariance that stays right when all points of a block miss together (the sandwich of White, by clusters).
+pub(crate) fn clustered(
+    inverse: &DMatrix<f64>,
+    points: &[Point],
+    rows: &[(f64, DVector<f64>)],
+    weight: f64,
+) -> DMatrix<f64> {
+    let count = inverse.nrows();
+    // The prior is one more source of information, which is right as it is.
+    let mut middle = DMatrix::identity(count, count);
+    let mut begin = 0;
+    let mut blocks = 0.0f64;
+    for block in
+        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block))
+    {
+        let mut score = DVector::zeros(count);
+        for (residual, by) in &rows[begin..begin + block.len()] {
+            score += by * (residual * weight);
+        }
+        begin += block.len();
+        blocks += 1.0;
+        middle += &score * score.transpose();
+    }
+    // Few blocks understate it: the usual correction for small samples.
+    inverse * middle * inverse * (blocks / (blocks - 1.0).max(1.0))
 }
 
 /// Means of groups of values that lie apart by more than a twentieth of the range.
