@@ -24,12 +24,17 @@ pub struct Point {
     pub carcass: f64,
     /// Mean load of the block [N].
     pub level: f64,
+    /// Mean slip angle of a block that sweeps the slip ratio by more than 0.05 [rad].
+    pub angle: Option<f64>,
+    /// Time since the first sample of the run [s].
+    pub elapsed: f64,
 }
 
 /// Means of samples in their order; `tire` gives the radius of the wheel.
 pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
     let mut points: Vec<Point> = Vec::new();
     let (mut carcass, mut last) = (f64::NAN, f64::NAN);
+    let mut start = (usize::MAX, 0.0);
     for block in samples.chunk_by(|a, b| (a.run, a.block) == (b.run, b.block)) {
         let (Some(first), Some(end)) = (block.first(), block.last()) else { continue };
         let step = (end.time - first.time) / (block.len() as f64 - 1.0).max(1.0);
@@ -38,7 +43,12 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
         if first.time < last || !carcass.is_finite() {
             carcass = first.temperature;
         }
+        if start.0 != first.run {
+            start = (first.run, first.time);
+        }
         let level = block.iter().map(|it| it.F_z).sum::<f64>() / block.len() as f64;
+        let angle = driven(block)
+            .then(|| block.iter().map(|it| it.alpha).sum::<f64>() / block.len() as f64);
         let begin = points.len();
         for samples in block.chunks_exact(window) {
             let sample = mean(samples);
@@ -47,11 +57,24 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
                     (sample.temperature - carcass) * (1.0 - ((last - sample.time) / CARCASS).exp());
             }
             last = sample.time;
-            points.push(Point { sample, rate: [0.0; 2], carcass, level });
+            points.push(Point {
+                sample,
+                rate: [0.0; 2],
+                carcass,
+                level,
+                angle,
+                elapsed: sample.time - start.1,
+            });
         }
         rates(&mut points[begin..]);
     }
     points
+}
+
+fn driven(block: &[Sample]) -> bool {
+    let range =
+        block.iter().fold([f64::MAX, f64::MIN], |[a, b], it| [a.min(it.kappa), b.max(it.kappa)]);
+    range[1] - range[0] > 0.05
 }
 
 fn mean(samples: &[Sample]) -> Sample {

@@ -14,6 +14,7 @@ use crate::model::{COUNT, Channel, plain};
 use crate::prior::{Free, What, free};
 use crate::sample::{Bad, Sample};
 use crate::solve::Problem;
+use crate::spread::{Spread, clustered};
 
 /// Ratio of the widths of posterior and prior below which the data identify a coefficient, as for curves of axles.
 const NARROWED: f64 = 0.3;
@@ -105,8 +106,7 @@ struct Fitted {
     free: Vec<Free>,
     z: DVector<f64>,
     covariance: DMatrix<f64>,
-    /// Variance of a residual: constant [N²], and over the square of the load [-].
-    spread: [f64; 2],
+    spread: Spread,
 }
 
 /// Fits samples, which may be of several runs.
@@ -114,10 +114,14 @@ struct Fitted {
 /// # Errors
 /// When they have neither sweeps of slip ratio nor of slip angle, or the start is no tire.
 pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
+    fit_points(&condition(samples, &options.tire), options)
+}
+
+/// As [`fit`], of points.
+pub(crate) fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad> {
     let bad = |text: &str| Bad { file: "bench".to_owned(), line: None, text: text.to_owned() };
-    let points = condition(samples, &options.tire);
-    let driven = swept(&points, |it| it.sample.kappa);
-    let turned = swept(&points, |it| it.sample.alpha);
+    let driven = swept(points, |it| it.sample.kappa);
+    let turned = swept(points, |it| it.sample.alpha);
     if driven.is_empty() && turned.is_empty() {
         return Err(bad(
             "expected sweeps of slip angle or slip ratio by more than 0.05, found none: check the units of both",
@@ -133,7 +137,7 @@ pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
         channels: Vec::new(),
     };
     for channel in [Channel::Longitudinal, Channel::Lateral, Channel::Aligning] {
-        let data = if channel == Channel::Longitudinal { &driven } else { &points };
+        let data = if channel == Channel::Longitudinal { &driven[..] } else { points };
         let done = data.is_empty() || found.channel(channel, data, options.extended).is_some();
         if !done {
             return Err(bad(
@@ -207,7 +211,7 @@ impl Fit {
             status: solved.status,
             iterations: solved.iterations,
         });
-        let spread = spread(points, &rows);
+        let spread = Spread::of(points, &rows, &solved.normal, problem.weight);
         self.channels.push(Fitted { channel, free, z: solved.z, covariance, spread });
         Some(())
     }
@@ -270,9 +274,8 @@ impl Fit {
         };
         let rows = problem.rows(&fitted.z, points)?;
         let band = |(point, (residual, by)): (&Point, (f64, DVector<f64>))| {
-            let variance = (fitted.covariance.clone() * &by).dot(&by)
-                + fitted.spread[0]
-                + fitted.spread[1] * point.level.powi(2);
+            let model = (&fitted.covariance * &by).dot(&by);
+            let variance = fitted.spread.variance(point, model);
             [residual + channel.measured(point), NORMAL_95 * variance.sqrt()]
         };
         Some(points.iter().zip(rows).map(band).collect())
@@ -337,44 +340,4 @@ fn alike(points: &[Point], residuals: &[f64]) -> f64 {
     let positive =
         sums[1..].iter().map(|sum| mean(sum) / mean(&sums[0])).take_while(|it| *it > 0.0);
     1.0 + 2.0 * positive.sum::<f64>()
-}
-
-/// The covariance that stays right when all points of a block miss together (the sandwich of White, by clusters).
-fn clustered(
-    inverse: &DMatrix<f64>,
-    points: &[Point],
-    rows: &[(f64, DVector<f64>)],
-    weight: f64,
-) -> DMatrix<f64> {
-    let count = inverse.nrows();
-    // The prior is one more source of information, which is right as it is.
-    let mut middle = DMatrix::identity(count, count);
-    let mut begin = 0;
-    let mut blocks = 0.0f64;
-    for block in
-        points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block))
-    {
-        let mut score = DVector::zeros(count);
-        for (residual, by) in &rows[begin..begin + block.len()] {
-            score += by * (residual * weight);
-        }
-        begin += block.len();
-        blocks += 1.0;
-        middle += &score * score.transpose();
-    }
-    // Few blocks understate it: the usual correction for small samples.
-    inverse * middle * inverse * (blocks / (blocks - 1.0).max(1.0))
-}
-
-/// The variance of residuals over the square of the load, by least squares; both parts at least 0.
-fn spread(points: &[Point], rows: &[(f64, DVector<f64>)]) -> [f64; 2] {
-    let n = rows.len() as f64;
-    let mean = |f: &dyn Fn(usize) -> f64| (0..rows.len()).map(f).sum::<f64>() / n;
-    let x = |i: usize| points[i].level.powi(2);
-    let y = |i: usize| rows[i].0.powi(2);
-    let (mx, my) = (mean(&x), mean(&y));
-    let slope = mean(&|i| (x(i) - mx) * (y(i) - my))
-        / mean(&|i| (x(i) - mx).powi(2)).max(f64::MIN_POSITIVE);
-    let slope = slope.clamp(0.0, my / mx);
-    [my - slope * mx, slope]
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::condition::{Point, condition};
-use crate::fit::{Fit, Options, fit};
+use crate::fit::{Fit, Options, fit_points};
 use crate::model::Channel;
 use crate::sample::{Bad, Sample};
 
@@ -42,31 +42,23 @@ pub struct HeldOut {
 /// Fits without what is left out, and predicts it.
 ///
 /// # Errors
-/// As [`fit`].
+/// As [`crate::fit`].
 pub fn held_out(
     samples: &[Sample],
     options: &Options,
     left: Left,
 ) -> Result<(Fit, Vec<HeldOut>), Bad> {
-    let (mut kept, mut blocks) = (Vec::new(), BTreeSet::new());
-    for block in samples.chunk_by(|a, b| (a.run, a.block) == (b.run, b.block)) {
-        match left {
-            Left::Nothing => {
-                kept.extend_from_slice(block);
-                blocks.insert((block[0].run, block[0].block));
-            }
-            _ if is_left(block, left) => {
-                blocks.insert((block[0].run, block[0].block));
-            }
-            _ => kept.extend_from_slice(block),
-        }
-    }
-    let found = fit(&kept, options)?;
-    // Temperatures of the carcass need the whole run.
-    let points: Vec<_> = condition(samples, &options.tire)
-        .into_iter()
-        .filter(|it| blocks.contains(&(it.sample.run, it.sample.block)))
+    let blocks: BTreeSet<_> = samples
+        .chunk_by(|a, b| (a.run, a.block) == (b.run, b.block))
+        .filter(|block| is_left(block, left))
+        .map(|block| (block[0].run, block[0].block))
         .collect();
+    // The temperature of the carcass and the age of the tire need the whole run.
+    let (points, kept): (Vec<Point>, Vec<Point>) = condition(samples, &options.tire)
+        .into_iter()
+        .partition(|it| blocks.contains(&(it.sample.run, it.sample.block)));
+    let (kept, points) = if left == Left::Nothing { (kept.clone(), kept) } else { (kept, points) };
+    let found = fit_points(&kept, options)?;
     let mut results = Vec::new();
     let runs: BTreeSet<_> = points.iter().map(|it| it.sample.run).collect();
     for run in runs {

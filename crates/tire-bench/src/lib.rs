@@ -20,6 +20,7 @@ mod prior;
 mod read;
 mod sample;
 mod solve;
+mod spread;
 mod sweeps;
 mod table;
 mod text;

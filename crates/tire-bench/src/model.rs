@@ -38,6 +38,8 @@ pub(crate) enum Effect {
     Lag,
     /// Relative growth of the slip angle with the slip ratio.
     Weight,
+    /// ln of the factor to the slip ratio in F_y, over a feature.
+    SlipRatio(Feature),
 }
 
 /// What a term depends on.
@@ -46,9 +48,11 @@ pub(crate) enum Feature {
     Tread,
     Carcass,
     LoadSquare,
+    Pressure,
     Camber,
     CamberLoad,
     Run,
+    Time,
 }
 
 /// A term beyond the Magic Formula 6.1.
@@ -76,8 +80,8 @@ macro_rules! terms {
     };
 }
 
-use Effect::{Friction, Lag, Stiffness, Weight};
-use Feature::{Camber, CamberLoad, Carcass, LoadSquare, Run, Tread};
+use Effect::{Friction, Lag, SlipRatio, Stiffness, Weight};
+use Feature::{Camber, CamberLoad, Carcass, LoadSquare, Pressure, Run, Time, Tread};
 
 terms! {
     "TDX1" Longitudinal Friction(Tread), 0.1, false, "ln D_x over 10 K of the tread";
@@ -91,6 +95,8 @@ terms! {
     "EKX2" Longitudinal Stiffness(Camber), 2.0, true, "ln K_x over |camber|";
     "EDX3" Longitudinal Friction(CamberLoad), 1.0, true, "ln D_x over dfz |camber|";
     "EKX3" Longitudinal Stiffness(CamberLoad), 2.0, true, "ln K_x over dfz |camber|";
+    "EDX4" Longitudinal Friction(Time), 0.05, true, "ln D_x over 1000 s of a run";
+    "EKX4" Longitudinal Stiffness(Time), 0.1, true, "ln K_x over 1000 s of a run";
     "EWX1" Longitudinal Weight, 1.0, true, "growth of the slip angle in F_x with slip ratio";
     "TDY1" Lateral Friction(Tread), 0.1, false, "ln D_y over 10 K of the tread";
     "TKY1" Lateral Stiffness(Tread), 0.2, false, "ln K_y over 10 K of the tread";
@@ -105,7 +111,11 @@ terms! {
     "EKY2" Lateral Stiffness(Camber), 2.0, true, "ln K_y over |camber|";
     "EDY3" Lateral Friction(CamberLoad), 1.0, true, "ln D_y over dfz |camber|";
     "EKY3" Lateral Stiffness(CamberLoad), 2.0, true, "ln K_y over dfz |camber|";
+    "EDY4" Lateral Friction(Time), 0.05, true, "ln D_y over 1000 s of a run";
+    "EKY4" Lateral Stiffness(Time), 0.1, true, "ln K_y over 1000 s of a run";
     "EWY1" Lateral Weight, 1.0, true, "growth of the slip angle in F_y with slip ratio";
+    "EAY1" Lateral SlipRatio(Camber), 3.0, true, "ln of the slip ratio in F_y over |camber|";
+    "EAY2" Lateral SlipRatio(Pressure), 0.5, true, "ln of the slip ratio in F_y over dpi";
 }
 
 /// How many terms there are.
@@ -124,6 +134,7 @@ impl<T: Number> Model<T> {
         let s = &point.sample;
         let nominal = self.tire.coefficients().FNOMIN.re();
         let dfz = s.F_z / nominal - 1.0;
+        let dpi = s.pressure / self.tire.coefficients().NOMPRES.re() - 1.0;
         // The moment takes the lateral force along.
         let across =
             |it: Channel| it == channel || (channel == Channel::Aligning && it == Channel::Lateral);
@@ -133,14 +144,17 @@ impl<T: Number> Model<T> {
         for (term, c) in TERMS.iter().zip(self.terms) {
             let side = usize::from(term.channel == Channel::Lateral);
             match term.effect {
-                Effect::Friction(feature) => friction[side] += c * feature.at(point, dfz),
-                Effect::Stiffness(feature) => stiffness[side] += c * feature.at(point, dfz),
+                Effect::Friction(feature) => friction[side] += c * feature.at(point, dfz, dpi),
+                Effect::Stiffness(feature) => stiffness[side] += c * feature.at(point, dfz, dpi),
                 Effect::Lag if across(term.channel) => {
                     kappa -= c * if side == 0 { point.rate[0] } else { 0.0 };
                     alpha -= c * if side == 1 { point.rate[1] } else { 0.0 };
                 }
                 Effect::Weight if across(term.channel) => alpha *= c * s.kappa + 1.0,
-                Effect::Lag | Effect::Weight => {}
+                Effect::SlipRatio(feature) if across(term.channel) => {
+                    kappa *= (c * feature.at(point, dfz, dpi)).exp();
+                }
+                Effect::Lag | Effect::Weight | Effect::SlipRatio(_) => {}
             }
         }
         let factors =
@@ -164,14 +178,16 @@ impl<T: Number> Model<T> {
 }
 
 impl Feature {
-    fn at(self, point: &Point, dfz: f64) -> f64 {
+    fn at(self, point: &Point, dfz: f64, dpi: f64) -> f64 {
         let gamma = point.sample.gamma.abs();
         match self {
             Self::Tread => (point.sample.temperature - REFERENCE) / 10.0,
             Self::Carcass => (point.carcass - REFERENCE) / 10.0,
             Self::LoadSquare => dfz * dfz,
+            Self::Pressure => dpi,
             Self::Camber => gamma,
             Self::CamberLoad => dfz * gamma,
+            Self::Time => point.elapsed / 1000.0,
             Self::Run => {
                 if point.sample.run > 0 {
                     1.0

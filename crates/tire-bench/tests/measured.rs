@@ -16,19 +16,34 @@ fn main() {
     if !there {
         println!("ignored: there is no ttc_cornering.csv.gz in {}", folder.display());
     }
-    // The goal of 1.5, 2.0 and 2.0 % of peak; F_y at a slip angle that no combined run had misses it, see docs/methods/bench.md.
-    let load = (Left::Load(1650.0), [0.015, 0.020, 0.020]);
-    let angle = (Left::SlipAngle(0.0425), [f64::NAN, 0.020, 0.037]);
-    let trial = |(left, bounds): (Left, [f64; 3]), folder: PathBuf| {
-        Trial::test(format!("{left:?}"), move || predicts(&folder, left, bounds))
+    // The goal is 1.5, 2.0 and 2.0 % of peak with 93 to 97 % in the bands; where it is missed, what is measured stands here, see docs/methods/bench.md.
+    let goal = [0.93, 0.97];
+    let trial = |(left, errors, inside): (Left, [f64; 3], [[f64; 2]; 3])| {
+        let folder = folder.clone();
+        Trial::test(format!("{left:?}"), move || predicts(&folder, left, errors, inside))
             .with_ignored_flag(!there)
     };
-    let trials = vec![trial(load, folder.clone()), trial(angle, folder)];
+    let trials = [
+        (Left::Nothing, [0.015, 0.020, 0.020], [goal; 3]),
+        (Left::Load(1650.0), [0.015, 0.020, 0.020], [[0.93, 1.0], [0.88, 0.97], [0.93, 0.99]]),
+        (Left::Pressure(83_200.0), [0.017, 0.023, 0.024], [[0.93, 1.0], [0.93, 0.995], goal]),
+        (
+            Left::SlipAngle(0.0425),
+            [f64::NAN, 0.020, 0.038],
+            [[f64::NAN; 2], [0.93, 0.995], [0.85, 0.97]],
+        ),
+    ];
+    let trials = trials.into_iter().map(trial).collect();
     libtest_mimic::run(&arguments, trials).exit();
 }
 
-/// `bounds`: of the root mean square error of F_y of run 0, and F_x and F_y of run 1, as shares of their peaks.
-fn predicts(folder: &Path, left: Left, bounds: [f64; 3]) -> Result<(), Failed> {
+/// Bounds for F_y of run 0, and F_x and F_y of run 1: `errors` of the root mean square as a share of the peak, `inside` of the share in the bands.
+fn predicts(
+    folder: &Path,
+    left: Left,
+    errors: [f64; 3],
+    inside: [[f64; 2]; 3],
+) -> Result<(), Failed> {
     let mut samples = Vec::new();
     for (run, name) in ["ttc_cornering.csv.gz", "ttc_drivebrake.csv.gz"].iter().enumerate() {
         samples.extend(read_csv_file(&folder.join(name), run, &[], Axes::Iso)?);
@@ -48,14 +63,18 @@ fn predicts(folder: &Path, left: Left, bounds: [f64; 3]) -> Result<(), Failed> {
     println!("{left:?}: {:.1} s, {found:#?}", begin.elapsed().as_secs_f64());
     let mut compared = 0;
     for it in &found {
-        let bound = match (it.run, it.channel) {
-            (0, Channel::Lateral) => bounds[0],
-            (1, Channel::Longitudinal) => bounds[1],
-            (1, Channel::Lateral) => bounds[2],
+        let place = match (it.run, it.channel) {
+            (0, Channel::Lateral) => 0,
+            (1, Channel::Longitudinal) => 1,
+            (1, Channel::Lateral) => 2,
             _ => continue,
         };
+        let (bound, [low, high]) = (errors[place], inside[place]);
         if it.means > bound || it.means.is_nan() {
             return Err(format!("{it:?}: expected at most {bound} of the peak").into());
+        }
+        if !(low..=high).contains(&it.coverage) {
+            return Err(format!("{it:?}: expected {low} to {high} in the bands").into());
         }
         compared += 1;
     }
