@@ -1,4 +1,8 @@
 //! Takes independent numbers through a function together: none of them waits for the end of another.
+#![allow(
+    clippy::needless_range_loop,
+    reason = "closures are not always inlined into the code for wide vectors"
+)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -8,7 +12,6 @@ use crate::Vector;
 #[derive(Clone, Copy, Debug)]
 pub struct Group<V, const N: usize>(pub [V; N]);
 
-// Loops of known length instead of closures, which are not always inlined into the code for wide vectors.
 impl<V: Vector, const N: usize> Group<V, N> {
     #[inline(always)]
     fn constant_in_all(self, value: f64) -> Self {

@@ -287,7 +287,7 @@ pub fn exp<V: Vector>(x: V) -> V {
 /// ln x of normal x > 0, to 2 units in the last place; NaN for infinity and NaN.
 #[inline(always)]
 pub fn ln<V: Vector>(x: V) -> V {
-    logarithm(x, x.constant(0.0)) + (x - x)
+    logarithm(x, x.constant(0.0)) + x * 0.0
 }
 
 /// ln(1 + x) of finite x ≥ 0, to 2 units in the last place.

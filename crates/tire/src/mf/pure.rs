@@ -117,8 +117,8 @@ impl<T: Real> MfTire<T> {
             rises[i] = p.F_z * self.reciprocals.F_z0 / full;
         }
         rises = T::atans(rises);
-        for i in 0..N {
-            rises[i] = c.PKY4 * rises[i];
+        for rise in &mut rises {
+            *rise = c.PKY4 * *rise;
         }
         T::sines(rises)
     }

@@ -63,7 +63,7 @@ impl Vectors {
             Self::Four(simd, tire) => simd.vectorize(Question { simd: *simd, tire, slips }),
             Self::One(simd, axles) => {
                 let [front, rear] = &**axles;
-                let [fl, fr, rl, rr] = slips.each_ref().map(|slip| std::array::from_ref(slip));
+                let [fl, fr, rl, rr] = slips.each_ref().map(std::array::from_ref);
                 let ask = |tire, slips| Question { simd: *simd, tire, slips }.call();
                 let all = [ask(front, fl), ask(front, fr), ask(rear, rl), ask(rear, rr)];
                 all.map(|[forces]: [Forces; 1]| forces)
