@@ -48,7 +48,8 @@ impl<T: Real> MfTire<T> {
         let (F_z, dfz, dpi) = (p.F_z_trail, p.dfz, p.dpi);
         let gamma = p.gamma_star;
         let scale = c.LMUY * p.mu;
-        let softened = c.LKY / scale;
+        // Without friction there is no force at the trail, however steep its curve.
+        let softened = T::pick(scale.equals(0.0), scale, c.LKY / scale);
         let S_Ht = c.QHZ1 + c.QHZ2 * dfz + (c.QHZ3 + c.QHZ4 * dfz) * gamma;
         let S_Hf = lateral.S_H + lateral.S_V * lateral.per_K;
         let x = longitudinal.K * lateral.per_K * p.kappa;

@@ -315,7 +315,7 @@ fn no_state_and_no_input_gives_nan() {
         });
         let mut input = driving(far * random(-3e4, 3e4), far * random(-0.6, 0.6));
         input.road = Road {
-            mu: [0, 1].map(|_| random(0.0, 1.5)),
+            mu: [0, 1].map(|_| random(-0.2, 1.5).max(0.0)),
             grade: random(-0.4, 0.4),
             bank: random(-0.6, 0.6),
         };
