@@ -1,5 +1,6 @@
 //! Suggests the name that was probably meant when a name is unknown.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -32,7 +33,8 @@ pub fn unknown<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a s
 /// The remedy for an unknown name: the most similar known name, or else the list of known names. None when none is known.
 #[must_use]
 pub fn hint<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    let known: Vec<_> = known.into_iter().collect();
+    let mut seen = HashSet::new();
+    let known: Vec<_> = known.into_iter().filter(|name| seen.insert(*name)).collect();
     let listed = || (!known.is_empty()).then(|| format!("known: {}", shortened(&known)));
     closest_question(name, known.iter().copied()).or_else(listed)
 }
@@ -154,6 +156,12 @@ fn distance(a: &[char], b: &[char], costs: &Costs) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_that_is_known_twice_is_listed_once() {
+        let help = hint("time", ["plant", "driver", "plant"]);
+        assert_eq!(help.as_deref(), Some("known: plant, driver"));
+    }
 
     #[test]
     fn a_likely_name_is_found_and_an_unlikely_one_is_not() {
