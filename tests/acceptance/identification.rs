@@ -19,6 +19,7 @@ tests! {
 /// Runs a scenario of a lab from the workspace, where the plugin is.
 fn run(lab: &Lab, text: &str) -> Ended {
     let file = lab.write("case.toml", text);
+    lab.write("cars/demo/car.toml", include_str!("../../scenarios/cars/demo/car.toml"));
     let mut command = trackside(Path::new(ROOT));
     let output = command.arg("run").arg(file).arg("--out").arg(lab.path("out")).output();
     Ended::of(output.expect("it starts"))
@@ -179,8 +180,8 @@ fn a_wrong_setting_is_pointed_at_before_anything_runs() {
         ("task = \"tires\"", "task = \"tires\"\nlateral = { bounds = { B = [9.0, 2.0] } }", "B = [", "expected two rising numbers"),
         ("task = \"tires\"", "task = \"tires\"\nlateral = {\n  bounds = {\n    C = [1.0, 2.0],\n    B = [9.0, 2.0],\n  },\n}", "B = [", "expected two rising numbers, found 9 and 2"),
         ("[analysis.signals]", "[analysis.config.lateral]\nboundz = { B = [2.0, 9.0] }\n\n[analysis.signals]", "boundz", "did you mean `bounds`?"),
-        ("body = { m = 780.0, I_zz = 1000.0, l_f = 1.4, l_r = 1.6, h = 0.35 }", "", "[analysis.config.car]", "`body.I_zz`: yaw moment of inertia [kg·m²], for"),
-        ("h = 0.35 }", "h = 0.35, x = 1.0 }", "body = {", "unknown key `x`"),
+        ("crate = \"identify\"\nparameters = \"cars/demo/car.toml\"", "crate = \"identify\"", "[analysis.config.car]", "`body.I_zz`: yaw moment of inertia [kg·m²], for"),
+        ("exact = true", "exact = true\nbody = { x = 1.0 }", "body = {", "unknown key `x`"),
         ("order = 2", "ordr = 2", "ordr", "did you mean `order`?"),
         ("task = \"tires\"", "task = \"tires\"\nmethods = []", "methods", "expected one method or more"),
         ("[analysis.signals]", "[analysis.files]\nprior = \"no.json\"\n\n[analysis.signals]", "no.json", "no.json cannot be read"),

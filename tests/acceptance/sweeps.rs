@@ -291,6 +291,7 @@ fn the_draws_of_an_identification_are_swept_over() {
     let driving = include_str!("../../scenarios/tires_from_driving.toml");
     let driving = &driving[..driving.find("[[check]]").expect("it has checks")];
     lab.write("driving.toml", driving.replace("stop = 40.0", "stop = 10.0"));
+    lab.write("cars/demo/car.toml", include_str!("../../scenarios/cars/demo/car.toml"));
     let identify = || {
         start(&["run", &path("driving.toml"), "--out", &path("identified")]);
         lab.read("identified/tires_draws.csv")
