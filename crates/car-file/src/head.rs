@@ -85,7 +85,7 @@ fn plain(name: &str) -> String {
 }
 
 fn unknown(name: &str, wanted: &[Wanted]) -> String {
-    let near = |it: &'static str| distance(&plain(it), &plain(name));
+    let near = |it: &'static str| strsim::levenshtein(&plain(it), &plain(name));
     let all = wanted.iter().flat_map(|it| it.names.iter().map(move |known| (near(known), it)));
     let closest = all.min_by_key(|(misses, _)| *misses);
     let (misses, closest) = closest.map_or((usize::MAX, ""), |(misses, it)| (misses, it.name()));
@@ -94,20 +94,4 @@ fn unknown(name: &str, wanted: &[Wanted]) -> String {
     }
     let names: Vec<_> = wanted.iter().map(|it| format!("`{}`", it.name())).collect();
     format!("unknown column `{name}`, expected some of {}", names.join(", "))
-}
-
-/// Letters to insert, remove or replace until two words are equal (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, letter) in a.chars().enumerate() {
-        let mut before = row[0];
-        row[0] = i + 1;
-        for (j, other) in b.iter().enumerate() {
-            let replaced = before + usize::from(letter != *other);
-            before = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(before + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use tire::Coefficients;
 
-use crate::sample::Sample;
+use crate::sample::{SWEPT, Sample, range};
 
 /// Time constant of the carcass temperature behind that of the tread [s]: the sweeps of a bench take about 10 s, the carcass minutes.
 const CARCASS: f64 = 100.0;
@@ -24,7 +24,7 @@ pub struct Point {
     pub carcass: f64,
     /// Mean load of the block [N].
     pub level: f64,
-    /// Mean slip angle of a block that sweeps the slip ratio by more than 0.05 [rad].
+    /// Mean slip angle of a block that sweeps the slip ratio [rad].
     pub angle: Option<f64>,
     /// Time since the first sample of the run [s].
     pub elapsed: f64,
@@ -47,8 +47,9 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
             start = (first.run, first.time);
         }
         let level = block.iter().map(|it| it.F_z).sum::<f64>() / block.len() as f64;
-        let angle = driven(block)
-            .then(|| block.iter().map(|it| it.alpha).sum::<f64>() / block.len() as f64);
+        let driven = range(block.iter().map(|it| it.kappa)) > SWEPT;
+        let angle =
+            driven.then(|| block.iter().map(|it| it.alpha).sum::<f64>() / block.len() as f64);
         let begin = points.len();
         for samples in block.chunks_exact(window) {
             let sample = mean(samples);
@@ -69,12 +70,6 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
         rates(&mut points[begin..]);
     }
     points
-}
-
-fn driven(block: &[Sample]) -> bool {
-    let range =
-        block.iter().fold([f64::MAX, f64::MIN], |[a, b], it| [a.min(it.kappa), b.max(it.kappa)]);
-    range[1] - range[0] > 0.05
 }
 
 fn mean(samples: &[Sample]) -> Sample {

@@ -7,14 +7,20 @@ use crate::fit::{Fit, Verdict};
 use crate::model::TERMS;
 
 impl Verdict {
-    /// The verdict in the word that all identifications have for it.
+    /// The verdict as results have it in all identifications.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn key(self) -> &'static str {
         match self {
             Self::Identified => "identified",
             Self::Weak => "weak",
-            Self::FromPrior => "not identifiable",
+            Self::FromPrior => "not_identifiable",
         }
+    }
+
+    /// The verdict for people.
+    #[must_use]
+    pub fn word(self) -> String {
+        self.key().replace('_', " ")
     }
 }
 

@@ -12,7 +12,7 @@ use tire::{Coefficients, Version};
 use crate::condition::{Point, condition};
 use crate::model::{COUNT, Channel, plain};
 use crate::prior::{Free, What, free};
-use crate::sample::{Bad, Sample};
+use crate::sample::{Bad, SWEPT, Sample, range};
 use crate::solve::Problem;
 use crate::spread::{Spread, clustered};
 
@@ -117,8 +117,11 @@ pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
     fit_points(&condition(samples, &options.tire), options)
 }
 
-/// As [`fit`], of points.
-pub(crate) fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad> {
+/// As [`fit`], of points that [`condition`] made.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad> {
     let bad = |text: &str| Bad { file: "bench".to_owned(), line: None, text: text.to_owned() };
     let driven = swept(points, |it| it.sample.kappa);
     let turned = swept(points, |it| it.sample.alpha);
@@ -149,15 +152,11 @@ pub(crate) fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad
     Ok(found)
 }
 
-/// The points of the blocks that sweep a slip by more than 0.05.
+/// The points of the blocks that sweep a slip.
 fn swept(points: &[Point], slip: fn(&Point) -> f64) -> Vec<Point> {
     let blocks =
         points.chunk_by(|a, b| (a.sample.run, a.sample.block) == (b.sample.run, b.sample.block));
-    let wide = |block: &&[Point]| {
-        let range =
-            block.iter().map(slip).fold([f64::MAX, f64::MIN], |[a, b], x| [a.min(x), b.max(x)]);
-        range[1] - range[0] > 0.05
-    };
+    let wide = |block: &&[Point]| range(block.iter().map(slip)) > SWEPT;
     blocks.filter(wide).flatten().copied().collect()
 }
 

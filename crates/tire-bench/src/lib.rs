@@ -29,7 +29,7 @@ mod tydex;
 pub use channels::{CHANNELS, FileUnits, Reading};
 pub use condition::{Point, condition};
 pub use file::write_tir;
-pub use fit::{Estimate, Fit, Options, Residuals, Verdict, fit};
+pub use fit::{Estimate, Fit, Options, Residuals, Verdict, fit, fit_points};
 pub use held_out::{HeldOut, Left, held_out};
 pub use model::{Channel, TERMS, Term};
 pub use read::{Read, read, read_all, read_csv_file};

@@ -128,11 +128,10 @@ fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
     let mut notes = table.notes.clone();
     let (axes, letter) = axes(table, reading)?;
     let inputs = Inputs { table, reading, letter };
-    let force = |channel| inputs.wanted(channel);
-    let (F_y, F_z, M_z) = (force("fy_n")?, force("fz_n")?, force("mz_nm")?);
-    let condition = |channel| inputs.wanted(channel);
-    let (gamma, pressure) = (condition("camber_rad")?, condition("pressure_pa")?);
-    let v_x = condition("speed_mps")?;
+    let wanted = |channel| inputs.wanted(channel);
+    let (F_y, F_z, M_z) = (wanted("fy_n")?, wanted("fz_n")?, wanted("mz_nm")?);
+    let (gamma, pressure) = (wanted("camber_rad")?, wanted("pressure_pa")?);
+    let v_x = wanted("speed_mps")?;
     let [kappa, alpha] = inputs.slips(&mut notes)?;
     let F_x = inputs.along(&kappa, &mut notes)?;
     let temperature = inputs.temperature(&mut notes)?;

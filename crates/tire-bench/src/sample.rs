@@ -36,6 +36,16 @@ pub struct Sample {
     pub M_z: f64,
 }
 
+/// A slip that moves less within a block is a condition of it, slip ratio [-] and slip angle [rad] alike.
+pub(crate) const SWEPT: f64 = 0.05;
+
+/// The largest less the smallest of values.
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let [low, high] =
+        values.fold([f64::MAX, f64::MIN], |[low, high], it| [low.min(it), high.max(it)]);
+    high - low
+}
+
 /// What makes data unusable: where, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bad {

@@ -1,7 +1,7 @@
 //! Finds the sweeps of a run that does not number them: where conditions stay and a slip moves.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::sample::Sample;
+use crate::sample::{SWEPT, Sample, range};
 
 /// Conditions are means over this time [s], so that noise and run-out of the tire are no change.
 const SMOOTH: f64 = 0.3;
@@ -14,9 +14,6 @@ const FEWEST: [usize; 2] = [10, 3];
 
 /// Steps of time that are longer are between steady states [s].
 const STEADY: f64 = 60.0;
-
-/// A slip that moves less within a sweep is a condition (slip ratio and angle alike).
-const SWEPT: f64 = 0.05;
 
 /// Steps of time that are longer than this [s], and than so many usual ones, part sweeps: loggers lose some samples within a sweep.
 const PAUSE: [f64; 2] = [1.0, 20.0];
@@ -51,7 +48,9 @@ pub(crate) fn find(samples: &mut Vec<Sample>) -> (usize, usize) {
     }
     let fewest = FEWEST[usize::from(step > STEADY)];
     let least = ((SHORTEST / step).round() as usize).max(fewest);
-    let slip = |part: &[Sample]| range(part, |it| it.kappa).max(range(part, |it| it.alpha));
+    let slip = |part: &[Sample]| {
+        range(part.iter().map(|it| it.kappa)).max(range(part.iter().map(|it| it.alpha)))
+    };
     let long = |(begin, end): &(usize, usize)| {
         end - begin >= least && slip(&samples[*begin..*end]) > SWEPT
     };
@@ -73,7 +72,7 @@ fn by_slip(samples: &[Sample], level: (usize, usize), step: f64) -> Vec<(usize, 
     let mut parts: Vec<(usize, usize)> = Vec::new();
     let mut joins = false;
     for (begin, end) in split(samples, level, step, &[ANGLE]) {
-        let driven = range(&samples[begin..end], |it| it.kappa) > SWEPT;
+        let driven = range(samples[begin..end].iter().map(|it| it.kappa)) > SWEPT;
         match parts.last_mut() {
             // A sweep of slip angle falls apart into all its angles.
             Some(last) if joins && !driven => last.1 = end,
@@ -90,14 +89,6 @@ fn usual_step(samples: &[Sample]) -> f64 {
     let mut steps: Vec<_> = steps.filter(|it| *it > 0.0).collect();
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(1.0)
-}
-
-fn range(samples: &[Sample], of: fn(&Sample) -> f64) -> f64 {
-    let [low, high] = samples
-        .iter()
-        .map(of)
-        .fold([f64::MAX, f64::MIN], |[low, high], it| [low.min(it), high.max(it)]);
-    high - low
 }
 
 /// Parts between pauses, and where the clock goes back.
@@ -204,8 +195,15 @@ mod tests {
         // Conditions are those of one sweep each, whatever their number.
         for block in &blocks {
             // At most 8 % of 2000 N from the mean, and the sway of 30 N.
-            assert!(range(block, |it| it.F_z) <= 190.0 + 1e-9, "{:?}", range(block, |it| it.F_z));
-            assert!(range(block, |it| it.kappa) < 0.05 || range(block, |it| it.alpha) < 0.04);
+            assert!(
+                range(block.iter().map(|it| it.F_z)) <= 190.0 + 1e-9,
+                "{:?}",
+                range(block.iter().map(|it| it.F_z))
+            );
+            assert!(
+                range(block.iter().map(|it| it.kappa)) < 0.05
+                    || range(block.iter().map(|it| it.alpha)) < 0.04
+            );
         }
         assert!((4..=6).contains(&sweeps) && left < 400, "{sweeps} sweeps, {left} left out");
     }

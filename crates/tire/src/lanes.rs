@@ -259,7 +259,7 @@ impl<S: Simd> Real for Lanes<S> {
 
     #[inline(always)]
     fn tan(self) -> Self {
-        let (sin, cos) = elementary::sin_cos(self);
+        let (sin, cos) = Real::sin_cos(self);
         sin / cos
     }
 

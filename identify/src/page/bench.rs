@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use html_page::{Axis, Plot, escape};
 use numerics::text::with_std;
-use tire_bench::{Channel, Fit, Point, Verdict};
+use tire_bench::{Channel, Fit, Point};
 
 /// The most sweeps that are shown of one force.
 const SWEEPS: usize = 12;
@@ -149,11 +149,7 @@ fn branches(band: &[Banded]) -> Vec<Vec<Banded>> {
 fn coefficients(html: &mut String, fit: &Fit) {
     html.push_str("<h2>Coefficients</h2>\n<table class=\"stack\">\n<tr><th>Coefficient</th><th>Value</th><th>Verdict</th><th>Why</th></tr>\n");
     for it in &fit.estimates {
-        let class = match it.verdict {
-            Verdict::Identified => "identified",
-            Verdict::Weak => "weak",
-            Verdict::FromPrior => "not_identifiable",
-        };
+        let class = it.verdict.key();
         let value = with_std(it.value, it.std);
         let _ = writeln!(
             html,

@@ -5,7 +5,7 @@ mod tests;
 
 use plugin::Host;
 use serde_json::{Map, Value, json};
-use tire_bench::{Channel, Fit, Residuals, Verdict, condition, fit, read_all, write_tir};
+use tire_bench::{Channel, Fit, Residuals, Verdict, condition, fit_points, read_all, write_tir};
 
 use super::go_on;
 use crate::config::Bench;
@@ -25,10 +25,10 @@ pub(super) fn bench(config: &Bench, host: &mut dyn Host) -> Result<Value, String
     let read = read_all(&files, &config.reading(&said)).map_err(|bad| bad.to_string())?;
     go_on(host, 0.1, "fitting the tire")?;
     let options = config.options();
-    let found = fit(&read.samples, &options).map_err(|bad| bad.to_string())?;
+    let points = condition(&read.samples, &options.tire);
+    let found = fit_points(&points, &options).map_err(|bad| bad.to_string())?;
     host.file(FILE, &write_tir(&found));
     let summary = summary(&found, read.samples.len(), read.notes);
-    let points = condition(&read.samples, &options.tire);
     host.file("tires.html", &page::bench::bench(&found, &points, &summary));
     Ok(result(&found, summary))
 }
@@ -51,7 +51,7 @@ fn result(found: &Fit, summary: Vec<String>) -> Value {
     let (mut coefficients, mut rows) = (Map::new(), Vec::new());
     for it in &found.estimates {
         let verdict = it.verdict.word();
-        let key = verdict.replace(' ', "_");
+        let key = it.verdict.key();
         let entry =
             json!({ "value": it.value, "std": it.std, "verdict": key, "reason": it.reason });
         coefficients.insert(it.name.to_owned(), entry);

@@ -13,20 +13,23 @@ pub(super) fn cos_atan<T: Real>(x: T) -> T {
     (x * x + 1.0).sqrt().recip()
 }
 
-/// Curves of the weights of the longitudinal and the lateral force, and the slips that they are asked at.
+/// Curves of the weights of the longitudinal and the lateral force, the slips that they are asked at, and where they are 1.
 struct Weighting<T> {
     x: Shape<T>,
     y: Shape<T>,
     alpha: T,
     kappa: T,
+    /// S_Hxα [rad].
+    alpha_0: T,
+    /// S_Hyκ [-].
+    kappa_0: T,
 }
 
 impl<T: Real> MfTire<T> {
     /// Weights of the longitudinal force, G_xα (4.E50 to 4.E57), and of the lateral force, G_yκ (4.E58 to 4.E65).
     #[inline(always)]
     pub(super) fn weights(&self, p: &Point<T>) -> [T; 2] {
-        let Weighting { x, y, alpha, kappa } = self.weighting(p);
-        let [alpha_0, kappa_0] = self.weight_shifts(p);
+        let Weighting { x, y, alpha, kappa, alpha_0, kappa_0 } = self.weighting(p);
         if alpha_0.is_always(0.0) && kappa_0.is_always(0.0) {
             return Shape::cosines([x, y], [alpha, kappa]);
         }
@@ -37,8 +40,7 @@ impl<T: Real> MfTire<T> {
     /// The weights, and the cosine of another curve at its slip, which is calculated beside them.
     #[inline(always)]
     pub(super) fn weights_beside(&self, p: &Point<T>, other: Shape<T>, slip: T) -> ([T; 2], T) {
-        let Weighting { x, y, alpha, kappa } = self.weighting(p);
-        let [alpha_0, kappa_0] = self.weight_shifts(p);
+        let Weighting { x, y, alpha, kappa, alpha_0, kappa_0 } = self.weighting(p);
         if alpha_0.is_always(0.0) && kappa_0.is_always(0.0) {
             let [G_x, G_y, cos] = Shape::cosines([x, y, other], [alpha, kappa, slip]);
             return ([G_x, G_y], cos);
@@ -48,14 +50,6 @@ impl<T: Real> MfTire<T> {
         ([G_x / G_x0, G_y / G_y0], cos)
     }
 
-    /// Shifts of the weights: S_Hxα [rad] and S_Hyκ [-].
-    #[inline(always)]
-    fn weight_shifts(&self, p: &Point<T>) -> [T; 2] {
-        let c = &self.coefficients;
-        [c.RHX1, c.RHY1 + c.RHY2 * p.dfz]
-    }
-
-    /// Curves of the weights.
     #[inline(always)]
     fn weighting(&self, p: &Point<T>) -> Weighting<T> {
         let c = &self.coefficients;
@@ -65,8 +59,8 @@ impl<T: Real> MfTire<T> {
         let slope = cos_atan(c.RBY2 * (p.alpha - c.RBY3));
         let B_y = (c.RBY1 + c.RBY4 * square) * slope * c.LYKA;
         let y = Shape { B: B_y, C: c.RCY1, E: self.at_most_1(c.REY1 + c.REY2 * p.dfz) };
-        let [alpha_0, kappa_0] = self.weight_shifts(p);
-        Weighting { x, y, alpha: p.alpha + alpha_0, kappa: p.kappa + kappa_0 }
+        let (alpha_0, kappa_0) = (c.RHX1, c.RHY1 + c.RHY2 * p.dfz);
+        Weighting { x, y, alpha: p.alpha + alpha_0, kappa: p.kappa + kappa_0, alpha_0, kappa_0 }
     }
 
     /// Lateral force that longitudinal slip makes, S_Vyκ [N] (4.E66, 4.E67).

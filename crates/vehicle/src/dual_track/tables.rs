@@ -104,7 +104,8 @@ impl<S> DualTrack<S> {
     /// The tables that are left, each quantity at its own place.
     pub fn excesses(&self, state: &State, input: &Input) -> [Option<Excess>; QUANTITIES] {
         let p = &self.parameters;
-        let [front, rear] = [FRONT, REAR].map(|axle| self.travel_beyond(state, axle));
+        let travel = self.travel(state);
+        let [front, rear] = [FRONT, REAR].map(|axle| self.travel_beyond(&travel, axle));
         let heights = self.ride_heights(state);
         let aero = p.aero.map.as_ref().map_or([None; 2], |map| map.ends());
         let height = |axle: usize| {
@@ -133,10 +134,9 @@ impl<S> DualTrack<S> {
         ]
     }
 
-    fn travel_beyond(&self, state: &State, axle: usize) -> Option<Excess> {
+    fn travel_beyond(&self, travel: &PerWheel<f64>, axle: usize) -> Option<Excess> {
         let steer = &self.parameters.steering;
         let excess = Excess { table: KINEMATICS[axle], quantity: TRAVEL[axle], ..LENGTH };
-        let travel = self.travel(state);
         let wheels = (0..4).filter(|wheel| axle_of(*wheel) == axle).map(|wheel| travel[wheel]);
         let curves = || [&steer.toe[axle], &steer.camber[axle]];
         let mut all =
