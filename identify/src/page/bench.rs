@@ -109,8 +109,9 @@ fn figure(
     for (k, branch) in branches(&band).into_iter().enumerate() {
         plot.band(&branch, "c1", if k == 0 { "95 % of means" } else { "" });
     }
-    plot.dots(&measured, 1.6, "data", "measured");
     plot.line(&fitted, "c1", "fit");
+    // Over the line, which hides them where the fit is close.
+    plot.dots(&measured, 1.6, "data", "measured");
     // Not -0.0.
     let mean = |of: fn(&Point) -> f64| {
         (sweep.iter().map(of).sum::<f64>() / sweep.len() as f64 * 1e4).round() / 1e4 + 0.0
