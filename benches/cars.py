@@ -17,12 +17,13 @@ import statistics
 import subprocess
 import sys
 import time
-import venv
 from pathlib import Path
+
+from environment import environment
 
 PACKAGE = "commonroad-vehicle-models==3.0.2"
 # The line of `substep` for each car, and CommonRoad's car beside it.
-PAIRS = [("single track on MF 6.1", "STD"), ("dual track on MF 6.2", "MB")]
+PAIRS = [("single track on MF 6.1, every option", "STD"), ("dual track on MF 6.2, with roll and pitch", "MB")]
 STEPS = 2000
 
 
@@ -75,13 +76,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--substep", default="target/release/examples/substep")
-    parser.add_argument("--venv", type=Path)
+    parser.add_argument("--venv")
     arguments = parser.parse_args()
     if arguments.venv:
-        python = arguments.venv / "bin/python"
-        if not python.exists():
-            venv.create(arguments.venv, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", PACKAGE], check=True)
+        python = environment(arguments.venv, [PACKAGE])
         again = [python, __file__, "--rounds", str(arguments.rounds), "--substep", arguments.substep]
         sys.exit(subprocess.run(again).returncode)
     if not Path(arguments.substep).exists():

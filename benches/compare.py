@@ -19,10 +19,11 @@ import subprocess
 import sys
 import tempfile
 import time
-import venv
 import xml.etree.ElementTree as ET
 import zipfile
 from pathlib import Path
+
+from environment import environment
 
 STEP = 0.1
 # Ecos needs a library that another package brings.
@@ -167,20 +168,6 @@ def trackside(arguments, folder):
     return (whole - start) / arguments.steps * 1e9, whole / arguments.steps * 1e9
 
 
-def environment(folder):
-    """The Python of an environment with the packages of the others."""
-    if folder is None:
-        return sys.executable
-    python = Path(folder) / "bin" / "python"
-    if not python.exists():
-        venv.create(folder, with_pip=True)
-    for package in PACKAGES:
-        command = [python, "-m", "pip", "install", "--quiet", package]
-        if subprocess.run(command).returncode:
-            print(f"{package} cannot be installed", file=sys.stderr)
-    return str(python)
-
-
 def table(times):
     """Prints medians, and how many times as long as bare C they are."""
     bare = statistics.median(times["bare C"])
@@ -208,7 +195,7 @@ def main():
         found = PEERS[arguments.peer](arguments.fmu, names, arguments.nodes, arguments.steps)
         print(json.dumps({"ns": found}), flush=True)
         return
-    python = environment(arguments.venv)
+    python = environment(arguments.venv, PACKAGES)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         library, guid, resources, references = unpacked(arguments.fmu, folder / "fmu")

@@ -24,8 +24,9 @@ import subprocess
 import sys
 import tempfile
 import time
-import venv
 from pathlib import Path
+
+from environment import environment
 
 ROOT = Path(__file__).resolve().parent.parent
 STEP, STEPS = 0.01, 1000
@@ -210,7 +211,7 @@ def peer(python, arguments, fmus):
 def compare(arguments, folder):
     """Both by turns."""
     case, fmus = written(arguments, folder, arguments.variants)
-    python = environment(arguments.venv)
+    python = environment(arguments.venv, ["fmpy"])
     counts = {"trackside sweep": arguments.variants, "fmpy": arguments.peer_variants}
     found = {name: [] for name in counts}
     for number in range(arguments.rounds):
@@ -268,17 +269,6 @@ def leak(arguments, folder):
     for name, (moment, found) in (("a tenth", early), ("the end", seen[-1])):
         sizes = ", ".join(f"{kb / 1024:.1f} MB" for kb in sorted(found.values(), reverse=True))
         print(f"{name}, after {moment:.1f} s: {sizes}")
-
-
-def environment(folder):
-    """The Python of an environment with fmpy."""
-    if folder is None:
-        return sys.executable
-    python = Path(folder) / "bin" / "python"
-    if not python.exists():
-        venv.create(folder, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", "fmpy"], check=True)
-    return str(python)
 
 
 def main():
