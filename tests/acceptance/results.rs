@@ -116,7 +116,7 @@ fn long_run(lab: &Lab) -> std::process::Child {
     let arguments = ["run", "long.toml", "--out", "out", "--rerun", "off", "--realtime", "0.1"];
     let mut child = trackside(&lab.path("")).args(arguments).spawn().expect("it starts");
     let begin = Instant::now();
-    while !lab.has("out/report.json.partial") {
+    while !(lab.has("out/report.json.partial") && lab.has("out/run.mcap")) {
         assert!(child.try_wait().expect("a process").is_none(), "it ended");
         assert!(begin.elapsed() < Duration::from_secs(300), "nothing was recorded");
         std::thread::sleep(Duration::from_millis(10));

@@ -88,8 +88,9 @@ fn a_task_that_fails_is_submitted_three_times() {
 fn a_task_that_would_fail_everywhere_ends_all() {
     let lab = planned(6);
     let program = env!("CARGO_BIN_EXE_trackside");
+    // The others wait, so that the first one has said why before its end is seen.
     let text = format!(
-        "exec 2>&1\n'{program}' sweep run . --chunk 9\ncode=$?\n: > $1/ended/0.$code\nexit $code\n"
+        "[ $TRACKSIDE_TASK = 0 ] || exec sleep 60\nexec 2>&1\n'{program}' sweep run . --chunk 9\ncode=$?\n: > $1/ended/0.$code\nexit $code\n"
     );
     replace_script(&lab, &text);
     lab.trackside(&SUBMIT).expect(2).says(&[
