@@ -5,13 +5,15 @@
 pub struct Drive {
     /// Where it comes from, for people.
     pub name: String,
+    /// The number of its log, from 1; 0 where nobody counts.
+    pub log: usize,
     /// Time between two rows [s].
     pub step: f64,
     /// Time of the log [s].
     pub time: Vec<f64>,
     /// Forward velocity of the centre of gravity [m/s].
     pub v_x: Vec<f64>,
-    /// Its velocity to the left [m/s].
+    /// Its velocity to the left [m/s]; NaN where nobody measured it.
     pub v_y: Vec<f64>,
     /// Yaw rate [rad/s].
     pub r: Vec<f64>,
@@ -23,6 +25,8 @@ pub struct Drive {
     pub delta: Vec<f64>,
     /// Which rows count: fast enough, without a gap, not at an edge.
     pub counts: Vec<bool>,
+    /// Number of the lap, where it is known.
+    pub lap: Option<Vec<f64>>,
     /// What an estimator sees that does not know v_y.
     pub sensors: Option<Sensors>,
 }

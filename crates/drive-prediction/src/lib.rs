@@ -11,6 +11,7 @@ pub mod curve;
 pub mod drive;
 pub mod lag;
 pub mod predictor;
+pub mod recorded;
 pub mod rollout;
 pub mod score;
 pub mod single_track;

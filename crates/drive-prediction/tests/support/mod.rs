@@ -66,6 +66,7 @@ pub fn dart(name: &str) -> Option<Drive> {
         v_x,
         counts,
         sensors: Some(sensors),
+        ..Drive::default()
     })
 }
 
@@ -100,5 +101,6 @@ pub fn lm() -> Option<Drive> {
         v_x,
         counts,
         sensors: Some(sensors),
+        ..Drive::default()
     })
 }
