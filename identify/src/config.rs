@@ -7,6 +7,7 @@ mod closed_loop;
 mod curve;
 mod doctor;
 mod known;
+mod prediction;
 mod rules;
 mod shared;
 mod study;
@@ -21,6 +22,7 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
 pub use doctor::Doctor;
 use plugin::ConfigError;
+pub use prediction::Prediction;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -45,6 +47,8 @@ pub enum Config {
     Bench(Box<Bench>),
     /// Looks for errors in a log.
     Doctor(Doctor),
+    /// Identifies a car that predicts drives, and judges it on parts that were not fitted.
+    Prediction(Box<Prediction>),
     /// Finds the excitation that identifies each parameter.
     ExcitationStudy(Excitation),
     /// Finds the parameters that matter at each slip.
@@ -65,6 +69,7 @@ enum Task {
     Curve,
     Bench,
     Doctor,
+    Prediction,
     ExcitationStudy,
     SensitivityStudy,
 }
@@ -87,6 +92,7 @@ impl Config {
             Task::Curve => Self::Curve(settings(&rest)?),
             Task::Bench => Self::Bench(settings(&rest)?),
             Task::Doctor => Self::Doctor(settings(&rest)?),
+            Task::Prediction => Self::Prediction(settings(&rest)?),
             Task::ExcitationStudy => Self::ExcitationStudy(settings(&rest)?),
             Task::SensitivityStudy => Self::SensitivityStudy(settings(&rest)?),
         };
@@ -101,6 +107,7 @@ impl Config {
             Self::Curve(curve) => curve.check(),
             Self::Bench(bench) => bench.check(),
             Self::Doctor(doctor) => doctor.check(),
+            Self::Prediction(prediction) => prediction.check(),
             Self::ExcitationStudy(excitation) => study::check(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),
         }

@@ -7,7 +7,7 @@ pub mod doctor;
 mod drives;
 mod head;
 mod misfit;
-
+pub mod prediction;
 mod replay;
 mod studies;
 

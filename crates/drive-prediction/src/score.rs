@@ -123,3 +123,51 @@ pub fn rms(errors: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = errors.fold((0.0, 0_usize), |(sum, n), e| (sum + e * e, n + 1));
     (sum / count.max(1) as f64).sqrt()
 }
+
+/// The root mean square of two parts, of so many values each.
+fn both(a: f64, b: f64, [n, k]: [usize; 2]) -> f64 {
+    ((a * a * n as f64 + b * b * k as f64) / (n + k).max(1) as f64).sqrt()
+}
+
+/// The mean of two parts.
+fn mean(a: f64, b: f64, [n, k]: [usize; 2]) -> f64 {
+    (a * n as f64 + b * k as f64) / (n + k).max(1) as f64
+}
+
+impl LateralScore {
+    /// The score over both parts.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let counts = [self.rows, other.rows];
+        let share = |a: Option<f64>, b: Option<f64>| Some(mean(a?, b?, counts));
+        Self {
+            rmse: both(self.rmse, other.rmse, counts),
+            bias: mean(self.bias, other.bias, counts),
+            coverage: share(self.coverage, other.coverage),
+            coverage_half: share(self.coverage_half, other.coverage_half),
+            rows: self.rows + other.rows,
+        }
+    }
+}
+
+impl RolloutScore {
+    /// The score over both parts, of one horizon.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let counts = [self.count, other.count];
+        let shares = |a: Option<[f64; 2]>, b: Option<[f64; 2]>| {
+            let (a, b) = (a?, b?);
+            Some([0, 1].map(|i| mean(a[i], b[i], counts)))
+        };
+        Self {
+            horizon: self.horizon,
+            v_y: both(self.v_y, other.v_y, counts),
+            r: both(self.r, other.r, counts),
+            position: both(self.position, other.position, counts),
+            spun: mean(self.spun, other.spun, counts),
+            coverage: shares(self.coverage, other.coverage),
+            coverage_half: shares(self.coverage_half, other.coverage_half),
+            count: self.count + other.count,
+        }
+    }
+}

@@ -76,6 +76,14 @@ pub struct LoggedCar {
     exact: bool,
 }
 
+/// The car of a prediction: constant loads, so its height is not needed.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SteeredCar {
+    /// Mass, inertia and lengths: plain numbers, or tables of `value` and `std`.
+    body: Option<Masses>,
+}
+
 /// A missing datum: its key, and its use.
 type Missing = (&'static str, &'static str);
 
@@ -254,6 +262,21 @@ impl DrivenCar {
         demand((0.0..=0.5).contains(&F_x_gain), "F_x_gain_std", expected, F_x_gain)?;
         let car = Vehicle { body, aero: air(aero)?, brake_front_share, ..Vehicle::default() };
         Ok((car, CarUncertainty { F_x_gain, ..usual }))
+    }
+}
+
+impl SteeredCar {
+    /// Mass, inertia and lengths.
+    ///
+    /// # Errors
+    /// With all that are missing, or the first that makes no sense.
+    pub fn read(&self) -> Result<Body, ConfigError> {
+        let given = self.body.unwrap_or_default();
+        // At rest nothing moves the load: any height does.
+        let masses = Masses { h: given.h.or(Some(Known { value: 0.0, std: None })), ..given };
+        let mut asked = Asked::default();
+        let body = asked.body(Some(masses), false)?;
+        body.map(|(body, _)| body).ok_or_else(|| asked.needed())
     }
 }
 

@@ -1,0 +1,160 @@
+//! Identifies a car that predicts drives, and judges it, beside simple models, on parts that were not fitted.
+
+use drive_prediction::baseline::baselines;
+use drive_prediction::recorded::{Channel, Recorded, drives};
+use drive_prediction::score::{LateralScore, RolloutScore, lateral, open_loop};
+use drive_prediction::{Drive, Predictor};
+use plugin::{Host, Request, Row, Table, Words};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::go_on;
+use crate::config::Prediction;
+use crate::page;
+
+/// Signals that nothing works without.
+const NEEDED: [&str; 3] = ["v_x", "r", "delta"];
+
+/// A model on some drives: one score for each of them and each horizon.
+#[derive(Clone, Debug, Serialize)]
+pub struct Judged {
+    /// For people.
+    #[serde(skip)]
+    pub name: String,
+    /// Lateral acceleration from measured states; of a model without forces none.
+    pub a_y: Option<LateralScore>,
+    /// Open-loop predictions, one for each horizon that a stretch is long enough for.
+    #[serde(flatten, serialize_with = "by_horizon")]
+    pub open_loop: Vec<RolloutScore>,
+}
+
+/// Does `task = "prediction"`.
+///
+/// # Errors
+/// When the signals cannot be used, nothing is left to fit or to judge, or the program asked to give up.
+pub(super) fn prediction(
+    config: &Prediction,
+    request: &Request,
+    host: &mut dyn Host,
+) -> Result<Value, String> {
+    go_on(host, 0.0, "reading the drives")?;
+    let all = drives(&recorded(request), &config.sampling()).map_err(|error| error.to_string())?;
+    let [fitted, held] = config.split(&all);
+    if fitted.is_empty() {
+        return Err("expected rows to fit, found none: `hold_out` has all of them".to_owned());
+    }
+    if held.is_empty() && !config.hold_out.is_empty() {
+        return Err(
+            "expected rows in `hold_out`, found none: look at its times, laps and logs".to_owned()
+        );
+    }
+    let body = config.body().map_err(|error| error.to_string())?;
+    go_on(host, 0.1, "fitting the simple models")?;
+    let models = baselines(&fitted, &body, 0.0);
+    go_on(host, 0.8, "letting the models go")?;
+    let judged_on = if held.is_empty() { &fitted } else { &held };
+    let judged: Vec<Judged> =
+        models.iter().map(|model| judge(model.as_ref(), judged_on, &config.horizons)).collect();
+    let summary = summary(&judged, !held.is_empty());
+    host.file("prediction.html", &page::prediction::page(&judged, &summary));
+    let scores: Map<String, Value> =
+        judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
+    let words = Words { sound: !held.is_empty(), tables: vec![table(&judged)], summary };
+    Ok(json!(Outcome { words, held_out: !held.is_empty(), scores }))
+}
+
+/// The result of the task.
+#[derive(Serialize)]
+struct Outcome {
+    #[serde(flatten)]
+    words: Words,
+    /// Whether the scores are of parts that were not fitted.
+    held_out: bool,
+    scores: Map<String, Value>,
+}
+
+/// Whether the signals are here that nothing works without.
+///
+/// # Errors
+/// With all that are missing.
+pub(super) fn check(config: &Prediction, request: &Request) -> Result<(), String> {
+    let needed = NEEDED.into_iter().chain(config.hide_v_y.then_some("v_y"));
+    let missing: Vec<_> = needed.filter(|name| request.signal(name).is_none()).collect();
+    match missing.is_empty() {
+        true => Ok(()),
+        false => Err(format!("expected the signals {}, which are missing", missing.join(", "))),
+    }
+}
+
+/// The channels of the request.
+fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
+    let channel = |name: &str| {
+        let signal = request.signal(name)?;
+        Some(Channel { time: signal.time, value: signal.values })
+    };
+    let needed = |name: &str| channel(name).unwrap_or_default();
+    let [v_x, r, delta] = NEEDED.map(needed);
+    let [v_y, a_y, lap, log] = ["v_y", "a_y", "lap", "log"].map(channel);
+    Recorded { v_x, v_y, r, a_y, delta, lap, log }
+}
+
+/// The scores over several drives, weighted by their rows and predictions.
+fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
+    let a_y = drives.iter().filter_map(|drive| lateral(model, drive)).reduce(LateralScore::and);
+    let ahead = |horizon: &f64| {
+        let scores = drives.iter().filter_map(|drive| open_loop(model, drive, *horizon));
+        scores.reduce(RolloutScore::and)
+    };
+    let open_loop = horizons.iter().filter_map(ahead).collect();
+    Judged { name: model.name().to_owned(), a_y, open_loop }
+}
+
+/// The key of a horizon: `after_0_6_s`.
+fn key(horizon: f64) -> String {
+    format!("after_{}_s", horizon.to_string().replace('.', "_"))
+}
+
+fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(scores.iter().map(|score| (key(score.horizon), score)))
+}
+
+fn summary(judged: &[Judged], held_out: bool) -> Vec<String> {
+    let mut summary = Vec::new();
+    if !held_out {
+        let doubt = "The scores are of the data that were fitted: they say little of other drives. Name a part that is kept by `hold_out`.";
+        summary.push(doubt.to_owned());
+    }
+    for score in judged.iter().flat_map(|it| it.open_loop.iter().map(move |score| (it, score))) {
+        let (model, score) = score;
+        if score.spun > 0.0 {
+            summary.push(format!(
+                "{}: {:.1} % of the predictions over {} s end in a spin that did not happen.",
+                model.name,
+                100.0 * score.spun,
+                score.horizon
+            ));
+        }
+    }
+    summary
+}
+
+/// A row for each model.
+fn table(judged: &[Judged]) -> Table {
+    let mut head = vec!["model".to_owned(), "a_y [m/s2]".to_owned()];
+    let horizons = judged.iter().map(|it| &it.open_loop).max_by_key(|it| it.len());
+    for score in horizons.into_iter().flatten() {
+        let horizon = score.horizon;
+        head.extend(
+            ["v_y [m/s]", "r [rad/s]", "position [m]"].map(|it| format!("{it}, {horizon} s")),
+        );
+    }
+    let row = |it: &Judged| {
+        let a_y = it.a_y.map_or("–".to_owned(), |score| format!("{:.3}", score.rmse));
+        let mut row = vec![it.name.clone(), a_y];
+        for score in &it.open_loop {
+            row.extend([score.v_y, score.r, score.position].map(|it| format!("{it:.4}")));
+        }
+        Row(row)
+    };
+    Table { head, rows: judged.iter().map(row).collect() }
+}
