@@ -70,11 +70,8 @@ struct Banded {
 
 impl Banded {
     fn new(car: SingleTrack, drives: &[Drive]) -> Self {
-        let squares = drives.iter().filter_map(|drive| crate::score::lateral(&car, drive));
-        let (sum, rows) = squares.fold((0.0, 0), |(sum, rows), score| {
-            (sum + score.rmse * score.rmse * score.rows as f64, rows + score.rows)
-        });
-        Self { car, spread: (sum / rows.max(1) as f64).sqrt() }
+        let score = crate::score::lateral(&car, drives);
+        Self { car, spread: score.map_or(0.0, |score| score.rmse) }
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::slice;
+
 use drive_prediction::baseline::baselines;
 use drive_prediction::score::{LateralScore, RolloutScore, lateral, open_loop};
 use drive_prediction::{Drive, Predictor};
@@ -11,8 +13,8 @@ fn named<'a>(models: &'a [Box<dyn Predictor>], name: &str) -> &'a dyn Predictor 
 }
 
 fn scores(model: &dyn Predictor, drive: &Drive) -> (LateralScore, RolloutScore) {
-    let a_y = lateral(model, drive).expect("rows count");
-    (a_y, open_loop(model, drive, 3.0).expect("stretches are long enough"))
+    let a_y = lateral(model, slice::from_ref(drive)).expect("rows count");
+    (a_y, open_loop(model, slice::from_ref(drive), 3.0).expect("stretches are long enough"))
 }
 
 /// Two digits, as the sheet has them.
@@ -28,11 +30,13 @@ fn a_small_car_that_drives_fast() {
         names.into_iter().chain(["free_moderate"]).map(support::dart).collect();
     let (Some(fitted), Some(judged)) = (fitted, support::dart("free_fast")) else { return };
     let models = baselines(&fitted, &support::dart_body(), support::DART_LAG);
-    let persistence = open_loop(named(&models, "persistence"), &judged, 3.0).expect("it is long");
+    let persistence = open_loop(named(&models, "persistence"), slice::from_ref(&judged), 3.0)
+        .expect("it is long");
     near(persistence.v_y, 0.143, "v_y of persistence");
     near(persistence.r, 3.50, "r of persistence");
     near(persistence.position, 4.74, "position of persistence");
-    let kinematic = open_loop(named(&models, "kinematic"), &judged, 0.6).expect("it is long");
+    let kinematic =
+        open_loop(named(&models, "kinematic"), slice::from_ref(&judged), 0.6).expect("it is long");
     near(kinematic.r, 1.29, "r of kinematic");
     let (a_y, ahead) = scores(named(&models, "linear"), &judged);
     near(a_y.rmse, 1.88, "a_y of linear");
@@ -50,7 +54,8 @@ fn a_race_car_of_1964() {
     let fitted = [drive.between(first, first + 220.0)];
     let judged = drive.between(first + 220.0, f64::INFINITY);
     let models = baselines(&fitted, &support::lm_body(), 0.0);
-    let persistence = open_loop(named(&models, "persistence"), &judged, 3.0).expect("it is long");
+    let persistence = open_loop(named(&models, "persistence"), slice::from_ref(&judged), 3.0)
+        .expect("it is long");
     assert_eq!(persistence.count, 213);
     near(persistence.position, 12.4, "position of persistence");
     let (a_y, ahead) = scores(named(&models, "linear"), &judged);

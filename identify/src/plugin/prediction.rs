@@ -1,7 +1,9 @@
 //! Identifies a car that predicts drives, and judges it, beside simple models, on parts that were not fitted.
 
 use drive_prediction::baseline::baselines;
+use drive_prediction::predictor::State;
 use drive_prediction::recorded::{Channel, Recorded, drives};
+use drive_prediction::rollout::rollouts;
 use drive_prediction::score::{LateralScore, RolloutScore, lateral, open_loop};
 use drive_prediction::{Drive, Predictor};
 use plugin::{Host, Request, Row, Table, Words};
@@ -56,7 +58,13 @@ pub(super) fn prediction(
     let judged: Vec<Judged> =
         models.iter().map(|model| judge(model.as_ref(), judged_on, &config.horizons)).collect();
     let summary = summary(&judged, !held.is_empty());
-    host.file("prediction.html", &page::prediction::page(&judged, &summary));
+    let longest = config.horizons.iter().copied().fold(0.0, f64::max);
+    let drawn = judged_on.iter().take(DRAWN_DRIVES);
+    let traces: Vec<Trace> =
+        drawn.filter_map(|drive| trace(models[0].as_ref(), drive, longest)).collect();
+    let html =
+        page::prediction::page(&judged, &traces, &summary, &parts(judged_on, !held.is_empty()));
+    host.file("prediction.html", &html);
     let scores: Map<String, Value> =
         judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
     let words = Words { sound: !held.is_empty(), tables: vec![table(&judged)], summary };
@@ -98,15 +106,55 @@ fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
     Recorded { v_x, v_y, r, a_y, delta, lap, log }
 }
 
-/// The scores over several drives, weighted by their rows and predictions.
 fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
-    let a_y = drives.iter().filter_map(|drive| lateral(model, drive)).reduce(LateralScore::and);
-    let ahead = |horizon: &f64| {
-        let scores = drives.iter().filter_map(|drive| open_loop(model, drive, *horizon));
-        scores.reduce(RolloutScore::and)
+    let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
+    let (name, open_loop) = (model.name().to_owned(), ahead.collect());
+    Judged { name, a_y: lateral(model, drives), open_loop }
+}
+
+/// A state [m/s, rad/s], and its standard deviations where the model says any.
+type Moment = (f64, State, Option<State>);
+
+/// Measured states of a stretch and what was predicted of them.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Where it is.
+    pub name: String,
+    /// Times [s] and states.
+    pub measured: Vec<(f64, State)>,
+    /// One prediction after the other.
+    pub predicted: Vec<Vec<Moment>>,
+}
+
+/// How much of a drive is drawn [s], and of how many drives.
+const DRAWN: f64 = 60.0;
+const DRAWN_DRIVES: usize = 3;
+
+/// Predictions one after the other over `horizon` [s], of the first rows of each drive that count.
+fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
+    let first = drive.counts.iter().position(|counts| *counts)?;
+    let until = drive.time[first] + DRAWN;
+    let rows: Vec<usize> =
+        (first..drive.rows()).take_while(|row| drive.time[*row] <= until).collect();
+    let shown = |row: usize| {
+        let state = [drive.v_y[row], drive.r[row]];
+        (drive.time[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
     };
-    let open_loop = horizons.iter().filter_map(ahead).collect();
-    Judged { name: model.name().to_owned(), a_y, open_loop }
+    let mut free = first;
+    let mut predicted = Vec::new();
+    for rollout in rollouts(model, drive, horizon) {
+        let end = rollout.start + rollout.predicted.len() - 1;
+        if rollout.start < free || drive.time[end] > until {
+            continue;
+        }
+        free = end;
+        let spread = |k: usize| rollout.spread.as_ref().map(|it| it[k]);
+        let moment =
+            |(k, state): (usize, &State)| (drive.time[rollout.start + k], *state, spread(k));
+        predicted.push(rollout.predicted.iter().enumerate().map(moment).collect());
+    }
+    let measured = rows.into_iter().map(shown).collect();
+    Some(Trace { name: drive.name.clone(), measured, predicted })
 }
 
 /// The key of a horizon: `after_0_6_s`.
@@ -116,6 +164,23 @@ fn key(horizon: f64) -> String {
 
 fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S::Ok, S::Error> {
     to.collect_map(scores.iter().map(|score| (key(score.horizon), score)))
+}
+
+/// What the scores are of.
+fn parts(drives: &[Drive], held_out: bool) -> String {
+    let part = |drive: &Drive| {
+        let times = || drive.counted(&drive.time);
+        let rows = times().count();
+        let ends =
+            [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)];
+        format!("{}, {:.1} to {:.1} s, {rows} rows", drive.name, ends[0], ends[1])
+    };
+    let list: Vec<_> = drives.iter().map(part).collect();
+    let which = if held_out { "not fitted" } else { "fitted" };
+    format!(
+        "Of parts that were {which}: {}. Faint numbers are 95 % intervals, from blocks of time.",
+        list.join("; ")
+    )
 }
 
 fn summary(judged: &[Judged], held_out: bool) -> Vec<String> {
