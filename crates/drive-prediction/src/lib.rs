@@ -7,6 +7,7 @@
 )]
 
 pub mod baseline;
+pub mod car;
 pub mod curve;
 pub mod drive;
 pub mod lag;

@@ -26,6 +26,11 @@ pub trait Predictor: Sync {
         None
     }
 
+    /// The model along one drive, if it learns from the past of it. Then that is asked in its place.
+    fn along<'a>(&'a self, _drive: &Drive) -> Option<Box<dyn Predictor + 'a>> {
+        None
+    }
+
     /// Standard deviation of [`Predictor::a_y`] [m/s²], where the model says any.
     fn a_y_spread(&self, _drive: &Drive, _row: usize) -> Option<f64> {
         None

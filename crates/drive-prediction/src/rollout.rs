@@ -40,6 +40,8 @@ pub fn starts(drive: &Drive, horizon: f64) -> (Vec<usize>, usize) {
 #[must_use]
 pub fn rollouts(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Vec<Rollout> {
     let (starts, ahead) = starts(drive, horizon);
+    let along = model.along(drive);
+    let model = along.as_deref().unwrap_or(model);
     let steering = model.steering(drive);
     let roll = |start: &usize| {
         let start = *start;

@@ -56,6 +56,8 @@ pub fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<LateralScore> 
     let mut inside = [0_usize; 2];
     let mut banded = 0_usize;
     for drive in drives {
+        let along = model.along(drive);
+        let model = along.as_deref().unwrap_or(model);
         let steering = model.steering(drive);
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
             let error = model.a_y(drive, &steering, row)? - drive.a_y[row];

@@ -1,8 +1,9 @@
 //! Reads the logs of real cars as the sheet of baselines does, if they are at hand.
 #![allow(dead_code, reason = "each test and example uses a part of it")]
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use drive_prediction::car::{Car, Steering, Variation};
 use drive_prediction::zero_phase::{derivative, low_pass};
 use drive_prediction::{Drive, Sensors};
 use vehicle::Body;
@@ -14,8 +15,8 @@ pub fn folder() -> PathBuf {
 }
 
 /// The columns of a CSV file by their titles; none where there is no such file.
-pub fn columns(file: &str) -> Option<impl Fn(&str) -> Vec<f64> + use<>> {
-    let path = folder().join(file);
+pub fn columns(folder: &Path, file: &str) -> Option<impl Fn(&str) -> Vec<f64> + use<>> {
+    let path = folder.join(file);
     let Ok(text) = std::fs::read_to_string(&path) else {
         println!("skipped: {} is not there", path.display());
         return None;
@@ -44,7 +45,12 @@ pub const DART_LAG: f64 = 0.06;
 
 /// A log of DART, by its name without `dart_`.
 pub fn dart(name: &str) -> Option<Drive> {
-    let column = columns(&format!("dart_{name}.csv"))?;
+    dart_in(&folder(), name)
+}
+
+/// The same from a folder.
+pub fn dart_in(folder: &Path, name: &str) -> Option<Drive> {
+    let column = columns(folder, &format!("dart_{name}.csv"))?;
     let v_x = column("v_x");
     let gap = column("gap");
     let counts = v_x.iter().zip(&gap).map(|(v_x, gap)| *v_x > 0.6 && *gap == 0.0).collect();
@@ -77,7 +83,12 @@ pub fn lm_body() -> Body {
 
 /// The log of the 250 LM.
 pub fn lm() -> Option<Drive> {
-    let column = columns("revs_250lm.csv")?;
+    lm_in(&folder())
+}
+
+/// The same from a folder.
+pub fn lm_in(folder: &Path) -> Option<Drive> {
+    let column = columns(folder, "revs_250lm.csv")?;
     let smooth = |title: &str| low_pass(&column(title), 5.0, 0.01);
     let v_x = smooth("vx_mps");
     let rows = v_x.len();
@@ -103,4 +114,26 @@ pub fn lm() -> Option<Drive> {
         sensors: Some(sensors),
         ..Drive::default()
     })
+}
+
+/// The 1:10 car on rubber floors of several days: four driven wheels, a servo.
+pub fn dart_car() -> Car {
+    Car {
+        body: dart_body(),
+        front_drive: 0.5,
+        front_brake: 0.5,
+        steering: Steering::Commanded,
+        variation: Variation::Days,
+    }
+}
+
+/// The 250 LM in the laps of one run: rear-wheel drive.
+pub fn lm_car() -> Car {
+    Car {
+        body: lm_body(),
+        front_drive: 0.0,
+        front_brake: 0.5,
+        steering: Steering::Measured,
+        variation: Variation::Laps,
+    }
 }
