@@ -113,8 +113,8 @@ impl Estimate {
 
     fn known(&self, fitted: &Fitted, from: usize) -> Known {
         let mut x = fitted.common;
-        for i in 0..VARYING {
-            x[i] += fitted.spread[i] * self.mean[i];
+        for (x, (spread, mean)) in x.iter_mut().zip(fitted.spread.iter().zip(self.mean.iter())) {
+            *x += spread * mean;
         }
         x[LAG] = x[LAG].max(LEAST_LAG);
         let covariance = self.covariance.unwrap_or_else(Covariance::identity);
