@@ -11,6 +11,8 @@ use crate::car::section::starts;
 use crate::drive::Drive;
 use crate::predictor::{Predictor, State};
 
+/// For people.
+pub(super) const NAME: &str = "trackside";
 /// Predictions that tell how it goes start this often [s] and last this long [s].
 const EVERY: f64 = 0.5;
 const HORIZON: f64 = 0.6;
@@ -118,7 +120,7 @@ fn a_y(fitted: &Fitted, driven: &Driven, past: &Past) -> Vec<f64> {
 
 impl Predictor for Course<'_> {
     fn name(&self) -> &str {
-        super::NAME
+        NAME
     }
 
     fn steering(&self, drive: &Drive) -> Vec<f64> {

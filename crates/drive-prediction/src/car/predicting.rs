@@ -1,0 +1,71 @@
+//! A fitted car with its bands, before it goes along a drive.
+
+use crate::car::bands::Bands;
+use crate::car::calibration::calibrate;
+use crate::car::course::{Course, NAME};
+use crate::car::fit::{Fitted, Unfit, fit_sections};
+use crate::car::motion::{Driven, Inputs, Steered, forces};
+use crate::car::parameters::{Car, LAG, OFFSET, Parameters};
+use crate::car::section::sections;
+use crate::drive::Drive;
+use crate::predictor::{Predictor, State};
+
+/// A car that was fitted, and how far its predictions are off.
+#[derive(Clone, Debug)]
+pub struct Predicting {
+    /// Its parameters.
+    pub fitted: Fitted,
+    /// Its bands, if there were logs to leave out.
+    pub bands: Option<Bands>,
+}
+
+impl Predicting {
+    /// Fits a car to drives, and again to all but one of them to learn how far predictions are off.
+    ///
+    /// # Errors
+    /// If no part of the drives can be predicted.
+    pub fn new(drives: &[Drive], car: &Car) -> Result<Self, Unfit> {
+        let mut sections = sections(drives);
+        let fitted = fit_sections(&mut sections, car, None)?;
+        let bands = calibrate(&fitted, &sections)?;
+        Ok(Self { fitted, bands })
+    }
+}
+
+/// Rate of the forward speed in a row [m/s²].
+fn slope(drive: &Drive, row: usize) -> f64 {
+    let last = drive.rows() - 1;
+    let (before, behind) = (row.saturating_sub(1), (row + 1).min(last));
+    (drive.v_x[behind] - drive.v_x[before]) / (drive.step * (behind - before).max(1) as f64)
+}
+
+/// Without a past: as at the first row of any log.
+impl Predictor for Predicting {
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn steering(&self, drive: &Drive) -> Vec<f64> {
+        let Some(last) = drive.rows().checked_sub(1) else { return Vec::new() };
+        let steered = Steered::new(drive, self.fitted.common[LAG], 0, last);
+        let offset = self.fitted.common[OFFSET];
+        (0..=last).map(|row| steered.angle(row) + offset).collect()
+    }
+
+    fn roll(&self, drive: &Drive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+        Driven::new(drive).roll::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
+    }
+
+    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
+        let Fitted { car, common, .. } = &self.fitted;
+        let p = Parameters::new(common);
+        let rate = slope(drive, row);
+        let u = Inputs { v_x: drive.v_x[row], rate, delta: steering[row] };
+        let [front, rear] = forces(car, &p, &u, [drive.v_y[row], drive.r[row]]);
+        Some((front + rear) / car.body.m)
+    }
+
+    fn along<'a>(&'a self, drive: &Drive) -> Option<Box<dyn Predictor + 'a>> {
+        Some(Box::new(Course::new(&self.fitted, self.bands.as_ref(), drive)))
+    }
+}
