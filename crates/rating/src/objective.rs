@@ -175,7 +175,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 /// EP: 1 without a shift, 0 at the largest one, linear between.
 fn phase_score(late: isize, samples: usize) -> f64 {
     let largest = LARGEST_SHIFT * samples as f64;
-    ((largest - late.unsigned_abs() as f64) / largest).max(0.0)
+    linear(late.unsigned_abs() as f64, largest)
 }
 
 /// EM: from the distances that are left when time is warped, against the size of the reference.
@@ -217,5 +217,5 @@ fn share(error: f64, size: f64) -> f64 {
 
 /// 1 without an error, 0 at the largest one, linear between.
 fn linear(error: f64, largest: f64) -> f64 {
-    ((largest - error) / largest).max(0.0)
+    ((largest - error) / largest).clamp(0.0, 1.0)
 }

@@ -67,7 +67,8 @@ fn a_mirrored_axis_mirrors_the_band() {
     let mirrored = Band::around(&x, &minus(&y), of_x, of_y).expect("a band");
     let backwards = {
         let (mut x, mut y) = (minus(&x), y.clone());
-        (x.reverse(), y.reverse());
+        x.reverse();
+        y.reverse();
         Band::around(&x, &y, of_x, of_y).expect("a band")
     };
     for (at, height) in [(0.3, 1.7), (1.9, 4.0), (-0.4, -1.0), (2.6, 7.0)] {
