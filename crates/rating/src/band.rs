@@ -100,7 +100,10 @@ impl Band {
     /// tolerances so many times larger the point is on the edge. NaN for a point that is not a number.
     #[must_use]
     pub fn deviation(&self, x: f64, y: f64) -> f64 {
-        if x.is_nan() || y.is_nan() { f64::NAN } else { self.tree.least(&self.curve, x, y) }
+        match x.is_nan() || y.is_nan() {
+            true => f64::NAN,
+            false => self.tree.least(&self.curve, [x, y], f64::INFINITY, 0.0),
+        }
     }
 
     /// Judges the points (x, y). One that is not a number is outside, by more than any other.
@@ -116,9 +119,15 @@ impl Band {
         let mut first_outside = None;
         let mut worst = (0, f64::NEG_INFINITY);
         for (index, (x, y)) in x.iter().zip(y).enumerate() {
-            let deviation = match self.deviation(*x, *y) {
-                deviation if deviation.is_nan() => f64::INFINITY,
-                deviation => deviation,
+            let deviation = match x.is_nan() || y.is_nan() {
+                true => f64::INFINITY,
+                false => {
+                    // Both curves are often at the same place at the same time. One inside is not looked at any longer than it
+                    // could be the worst, as at a stand, where noise puts all points into all boxes.
+                    let line = index.min(self.curve.len().saturating_sub(2));
+                    let same_time = least_on(&self.curve, line, [*x, *y]);
+                    self.tree.least(&self.curve, [*x, *y], same_time, worst.1.min(1.0))
+                }
             };
             if deviation <= 1.0 {
                 inside += 1;
@@ -165,11 +174,17 @@ fn over(distance: f64, tolerance: f64) -> f64 {
     if distance == 0.0 { 0.0 } else { distance / tolerance }
 }
 
+/// The least deviation of a point on the line behind a point of the curve, or of the only point.
+fn least_on(curve: &[Corner], line: usize, at: [f64; 2]) -> f64 {
+    let to = curve.get(line + 1).unwrap_or(&curve[line]);
+    least_between(curve[line], *to, at)
+}
+
 /// The least of max(|X - x| / dx, |Y - y| / dy) on the part between two points of the curve.
 ///
 /// Both ratios fall to a zero and rise behind it. So the least of the larger one is at an end, at a zero of one of them, or where
 /// they are equal.
-fn least_between(from: Corner, to: Corner, x: f64, y: f64) -> f64 {
+fn least_between(from: Corner, to: Corner, [x, y]: [f64; 2]) -> f64 {
     let at = |u: f64| {
         let along = |from: f64, to: f64| (1.0 - u) * from + u * to;
         let across = over((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));

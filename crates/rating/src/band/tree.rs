@@ -1,6 +1,6 @@
 //! Finds the nearest part of a curve by boxes around parts in a row, so that most parts are never looked at.
 
-use super::{Corner, least_between, over};
+use super::{Corner, least_on, over};
 
 /// Lines of the curve in a box at the bottom.
 const LINES: usize = 8;
@@ -37,7 +37,7 @@ impl Bounds {
     }
 
     /// No point inside has a smaller deviation.
-    fn least(&self, x: f64, y: f64) -> f64 {
+    fn least(&self, [x, y]: [f64; 2]) -> f64 {
         let outside = |[low, high]: [f64; 2], at: f64| (low - at).max(at - high).max(0.0);
         over(outside(self.x, x), self.dx).max(over(outside(self.y, y), self.dy))
     }
@@ -66,41 +66,47 @@ impl Tree {
         Self { levels }
     }
 
-    /// The least deviation of a point from the curve that it was made of.
-    pub(super) fn least(&self, curve: &[Corner], x: f64, y: f64) -> f64 {
-        let mut best = f64::INFINITY;
-        self.search(curve, self.levels.len() - 1, 0, (x, y), &mut best);
-        best
+    /// The least deviation of a point from the curve that it was made of, if it is less than `best`, which some point of it has. One
+    /// that is `enough` need not be the least.
+    pub(super) fn least(&self, curve: &[Corner], at: [f64; 2], best: f64, enough: f64) -> f64 {
+        let mut search = Search { tree: self, curve, at, best, enough };
+        search.below(self.levels.len() - 1, 0);
+        search.best
     }
+}
 
-    fn search(
-        &self,
-        curve: &[Corner],
-        level: usize,
-        at: usize,
-        (x, y): (f64, f64),
-        best: &mut f64,
-    ) {
-        if self.levels[level][at].least(x, y) >= *best {
+struct Search<'a> {
+    tree: &'a Tree,
+    curve: &'a [Corner],
+    at: [f64; 2],
+    best: f64,
+    enough: f64,
+}
+
+impl Search<'_> {
+    fn below(&mut self, level: usize, place: usize) {
+        if self.best <= self.enough || self.bound(level, place) >= self.best {
             return;
         }
-        let Some(below) = level.checked_sub(1) else {
-            let points = &curve[at * LINES..curve.len().min((at + 1) * LINES + 1)];
-            if let [only] = points {
-                *best = best.min(least_between(*only, *only, x, y));
-            }
-            for pair in points.windows(2) {
-                *best = best.min(least_between(pair[0], pair[1], x, y));
-            }
-            return;
-        };
-        let (one, other) = (2 * at, 2 * at + 1);
-        let Some(bounds) = self.levels[below].get(other) else {
-            return self.search(curve, below, one, (x, y), best);
-        };
-        let nearer_first = self.levels[below][one].least(x, y) <= bounds.least(x, y);
-        for next in if nearer_first { [one, other] } else { [other, one] } {
-            self.search(curve, below, next, (x, y), best);
+        let Some(next) = level.checked_sub(1) else { return self.lines(place) };
+        let (one, other) = (2 * place, 2 * place + 1);
+        if other == self.tree.levels[next].len() {
+            return self.below(next, one);
+        }
+        let in_order = self.bound(next, one) <= self.bound(next, other);
+        for nearer_first in if in_order { [one, other] } else { [other, one] } {
+            self.below(next, nearer_first);
+        }
+    }
+
+    fn bound(&self, level: usize, place: usize) -> f64 {
+        self.tree.levels[level][place].least(self.at)
+    }
+
+    fn lines(&mut self, place: usize) {
+        let lines = self.curve.len().saturating_sub(1).max(1);
+        for line in place * LINES..lines.min((place + 1) * LINES) {
+            self.best = self.best.min(least_on(self.curve, line, self.at));
         }
     }
 }

@@ -168,6 +168,26 @@ fn the_first_and_the_worst_point_outside_are_told() {
     close(inside.share, 8.0 / 11.0);
 }
 
+/// What is left out to be fast changes nothing.
+#[test]
+fn a_judgement_is_that_of_each_point() {
+    let wave = |k: u32, phase: f64| 3.0 * (0.37 * f64::from(k) + phase).sin();
+    for shift in [0.0, 0.02, 0.3] {
+        let [x, y] = [0.0, 1.3].map(|phase| (0..500).map(|k| wave(k, phase)).collect::<Vec<_>>());
+        let [other_x, other_y] = [shift, 1.3 + 2.0 * shift]
+            .map(|phase| (0..600).map(|k| wave(7 * k, phase)).collect::<Vec<_>>());
+        let band = Band::around(&x, &y, constant(0.1), constant(0.2)).expect("a band");
+        let each: Vec<_> =
+            other_x.iter().zip(&other_y).map(|(x, y)| band.deviation(*x, *y)).collect();
+        let judged = band.judge(&other_x, &other_y).expect("judged");
+        let largest = each.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        assert_eq!((judged.deviation, each[judged.worst]), (largest, largest));
+        assert_eq!(judged.first_outside, each.iter().position(|it| *it > 1.0));
+        let inside = each.iter().filter(|it| **it <= 1.0).count();
+        close(judged.share, inside as f64 / 600.0);
+    }
+}
+
 #[test]
 fn edges_go_through_the_corners_and_both_corners_of_a_turn() {
     let band =
