@@ -116,7 +116,7 @@ fn tolerances_of_a_corridor_have_units_and_grow_with_the_reference() {
     let row = |time: f64| [time, 1.0, time / 9.806_65, 60.0];
     let dx = "0.1 m/s2 + 0.06 * abs(b.x)";
     let dy = "5 deg + 0.03 * abs(plant.tyre.f[1,2])";
-    let text = format!("corridor(a.x, a.y, b.x, plant.tyre.f[1,2], {dx}, {dy}) <= 1");
+    let text = format!("corridor(a.x, a.y,\n  b.x, plant.tyre.f[1,2], {dx}, {dy}) <= 1");
     let outcome = judged(&text, &units, row, 50);
     let expected = (60.0 - 1_f64.to_degrees()) / 6.8;
     assert!((outcome.value.expect("a value") - expected).abs() < 1e-9, "{outcome:?} {expected}");
@@ -127,6 +127,23 @@ fn tolerances_of_a_corridor_have_units_and_grow_with_the_reference() {
     let wrong = "corridor(a.x, a.y, b.x, plant.tyre.f[1,2], 5 deg, 5 deg) <= 1";
     let error = parse_in(wrong, &units).expect_err(wrong);
     assert!(error.message.contains("they cannot be x of one curve"), "{error:?}");
+}
+
+/// At 8 m/s2 the log is at 84 deg and the simulation at 80 deg, whose tolerance is 5 deg + 3 %.
+#[test]
+fn a_log_is_judged_by_the_band_of_a_simulation_at_other_times() {
+    let units = [("a.x", "m/s2"), ("a.y", "deg"), ("b.x", "g0"), ("plant.tyre.f[1,2]", "rad")];
+    let row = |time: f64| {
+        let simulated = (2.0 * time).min(4.0);
+        [2.0 * time, 21.0 * time, 2.0 * simulated / 9.806_65, (20.0 * simulated).to_radians()]
+    };
+    let text = "corridor(a.x, a.y, b.x, plant.tyre.f[1,2], 0.1 m/s2 + 0.06 * abs(b.x), 5 deg + 0.03 * abs(plant.tyre.f[1,2])) <= 1";
+    let outcome = judged(text, &units, row, 41);
+    assert!(
+        outcome.passed && (outcome.value.expect("a value") - 4.0 / 7.4).abs() < 1e-9,
+        "{outcome:?}"
+    );
+    assert_eq!(outcome.at, Some(4.0));
 }
 
 #[test]

@@ -151,6 +151,20 @@ fn scores_are_those_of_another_program() {
     }
 }
 
+/// A vibration passes the mean of nine slopes at one rate and not at another. The scores are those of the other program.
+#[test]
+fn ratings_depend_on_the_rate_of_samples() {
+    for (samples, dt, expected) in
+        [(201, 0.01, 0.810175809594031), (2001, 1e-3, 0.7917562437416916)]
+    {
+        let reference = sampled(PAIRS[1].reference, samples, dt);
+        let candidate =
+            sampled(|t| (PAIRS[1].candidate)(t) + 0.05 * (150.0 * t).sin(), samples, dt);
+        let found = rating(&reference, &candidate, dt).expect("a rating").overall;
+        assert!((found - expected).abs() < 1e-9, "{found} instead of {expected}");
+    }
+}
+
 #[test]
 fn a_signal_agrees_with_itself() {
     let signal = sampled(|t| (3.0 * t).sin() + 0.2, 200, 0.02);
