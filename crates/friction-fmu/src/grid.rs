@@ -1,0 +1,181 @@
+//! Knows friction and stiffness of an axle as probabilities on a grid.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use serde::{Deserialize, Serialize};
+
+use crate::curve::Curve;
+
+/// Distance of two points of the grid in ln D and in ln K. One for both: then z = K α / D takes few values.
+pub const SPACING: f64 = 0.06;
+/// Points below and above the nominal D: 0.165 to 1.93 of it.
+const BELOW: usize = 30;
+const ABOVE: usize = 11;
+/// Points on either side of the nominal K: 0.52 to 1.93 of it.
+const SIDE: usize = 11;
+/// Points of D and of K.
+const PEAKS: usize = BELOW + 1 + ABOVE;
+const SLOPES: usize = 2 * SIDE + 1;
+/// Values of ln K − ln D on the grid.
+const SHAPES: usize = PEAKS + SLOPES - 1;
+
+/// Largest square of an error in its variances, and smallest probability: products stay normal numbers, whatever comes in.
+const MOST: f64 = 1e6;
+const LEAST: f64 = 1e-60;
+
+/// How an axle changes while nobody looks.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Drift {
+    /// Growth of the variances of ln D and ln K by random walk [1/s].
+    pub walk: [f64; 2],
+    /// Expected changes of the surface in a second [1/s].
+    pub changes: f64,
+    /// Standard deviation of ln D after a change of the surface.
+    pub spread: f64,
+}
+
+/// Probabilities of D and K of an axle, by rows of one D.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Grid {
+    probabilities: Vec<f64>,
+}
+
+/// Means and variances of D and K [-, 1/rad], relative to the nominal ones.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Moments {
+    /// Means of D and K over the nominal ones.
+    pub mean: [f64; 2],
+    /// Their standard deviations.
+    pub std: [f64; 2],
+}
+
+/// Weights of a normal distribution at points of the grid; `first` is the place of the first one.
+fn normal<const N: usize>(first: f64, std: f64) -> [f64; N] {
+    let std = std.max(0.3 * SPACING);
+    let weight = |k: usize| (-0.5 * ((first + k as f64) * SPACING / std).powi(2)).exp();
+    let weights: [f64; N] = std::array::from_fn(weight);
+    let sum: f64 = weights.iter().sum();
+    weights.map(|weight| weight / sum)
+}
+
+/// D and K over the nominal ones at the points.
+fn points<const N: usize>(first: f64) -> [f64; N] {
+    std::array::from_fn(|k| ((first + k as f64) * SPACING).exp())
+}
+
+impl Default for Grid {
+    fn default() -> Self {
+        Grid::new([0.0; 2])
+    }
+}
+
+impl Grid {
+    /// Normal distributions of ln D and ln K around the nominal ones.
+    pub fn new([std_D, std_K]: [f64; 2]) -> Self {
+        let peaks = normal::<PEAKS>(-(BELOW as f64), std_D);
+        let slopes = normal::<SLOPES>(-(SIDE as f64), std_K);
+        let row = |p: f64| slopes.map(|q| p * q);
+        Grid { probabilities: peaks.into_iter().flat_map(row).collect() }
+    }
+
+    fn rows(&self) -> impl DoubleEndedIterator<Item = &[f64]> {
+        self.probabilities.chunks_exact(SLOPES)
+    }
+
+    /// Bayes' theorem for a force over load (without S_v) at a slip angle [rad]. `variance` is that of the force, `weight` the
+    /// share of an independent sample that this one is.
+    ///
+    /// The noise is Student's t with seven degrees of freedom: a sample that fits nowhere moves little.
+    pub fn learn(&mut self, curve: &Curve, alpha: f64, force: f64, variance: f64, weight: f64) {
+        let nominal = curve.nominal;
+        let slip = alpha + nominal.S_h;
+        let (K, D) = (nominal.stiffness(), nominal.D);
+        let mut shapes = [0.0; SHAPES];
+        let lowest = -((SIDE + ABOVE) as f64) * SPACING;
+        curve.shapes(K * slip / D * lowest.exp(), &mut shapes);
+        let peaks = points::<PEAKS>(-(BELOW as f64));
+        let factor = weight / (8.0 * variance);
+        let mut sums = [0.0; SLOPES];
+        for (i, row) in self.probabilities.chunks_exact_mut(SLOPES).enumerate() {
+            let peak = (D * peaks[i]).copysign(slip);
+            let shapes = &shapes[PEAKS - 1 - i..][..SLOPES];
+            for ((p, shape), sum) in row.iter_mut().zip(shapes).zip(&mut sums) {
+                let error = force - peak * shape;
+                let inverse = 1.0 / (1.0 + (factor * error * error).min(MOST));
+                let square = inverse * inverse;
+                *p = (*p * square * square).max(LEAST);
+                *sum += *p;
+            }
+        }
+        let scale = 1.0 / sums.iter().sum::<f64>();
+        self.probabilities.iter_mut().for_each(|p| *p *= scale);
+    }
+
+    /// Lets `time` [s] pass: D and K walk, and the surface may change, which leaves K alone.
+    pub fn drift(&mut self, drift: &Drift, time: f64) {
+        // More than half of a point's probability cannot leave it at once; a longer time is walked in parts.
+        let moved = drift.walk.map(|variance| variance * time / (2.0 * SPACING * SPACING));
+        let parts = (4.0 * moved[0].max(moved[1])).ceil().clamp(1.0, 50.0);
+        let shares = moved.map(|share| (share / parts).min(0.25));
+        for _ in 0..parts as usize {
+            self.diffuse(shares);
+        }
+        let changed = 1.0 - (-drift.changes * time).exp();
+        let slopes = self.slopes();
+        let surfaces = normal::<PEAKS>(-(BELOW as f64), drift.spread);
+        for (row, surface) in self.probabilities.chunks_exact_mut(SLOPES).zip(surfaces) {
+            for (p, slope) in row.iter_mut().zip(slopes) {
+                *p += changed * (surface * slope - *p);
+            }
+        }
+    }
+
+    /// Moves shares of each probability to both neighbours in D and in K; none leaves the grid.
+    fn diffuse(&mut self, [share_D, share_K]: [f64; 2]) {
+        let mut before = [0.0; SLOPES];
+        let last = self.probabilities.len() - SLOPES;
+        before.copy_from_slice(&self.probabilities[..SLOPES]);
+        for start in (0..=last).step_by(SLOPES) {
+            for j in 0..SLOPES {
+                let at = start + j;
+                let here = self.probabilities[at];
+                let above = if start < last { self.probabilities[at + SLOPES] } else { here };
+                self.probabilities[at] = here + share_D * (before[j] + above - 2.0 * here);
+                before[j] = here;
+            }
+        }
+        for row in self.probabilities.chunks_exact_mut(SLOPES) {
+            let mut before = row[0];
+            for j in 0..SLOPES {
+                let here = row[j];
+                let above = if j + 1 < SLOPES { row[j + 1] } else { here };
+                row[j] = here + share_K * (before + above - 2.0 * here);
+                before = here;
+            }
+        }
+    }
+
+    /// Probabilities of K alone.
+    fn slopes(&self) -> [f64; SLOPES] {
+        let mut slopes = [0.0; SLOPES];
+        for row in self.rows() {
+            slopes.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
+        }
+        slopes
+    }
+
+    /// Means and standard deviations. The grid itself is as unsure as a point is wide.
+    pub fn moments(&self) -> Moments {
+        let moments = |weights: &[f64], points: &[f64]| {
+            let mean: f64 = weights.iter().zip(points).map(|(p, x)| p * x).sum();
+            let square: f64 = weights.iter().zip(points).map(|(p, x)| p * (x - mean).powi(2)).sum();
+            (mean, (square + (mean * SPACING).powi(2) / 12.0).sqrt())
+        };
+        let mut peaks = [0.0; PEAKS];
+        for (sum, row) in peaks.iter_mut().zip(self.rows()) {
+            *sum = row.iter().sum();
+        }
+        let (mean_D, std_D) = moments(&peaks, &points::<PEAKS>(-(BELOW as f64)));
+        let (mean_K, std_K) = moments(&self.slopes(), &points::<SLOPES>(-(SIDE as f64)));
+        Moments { mean: [mean_D, mean_K], std: [std_D, std_K] }
+    }
+}

@@ -1,0 +1,223 @@
+//! Estimates friction and stiffness of both axles step by step, and tells when the surface has changed.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use serde::{Deserialize, Serialize};
+use vehicle::Body;
+
+use crate::curve::Curve;
+use crate::grid::{Drift, Grid, Moments};
+use crate::sample::{Filter, Noise, Sample, Seen};
+use crate::sideslip::{Excess, Sideslip};
+
+/// Change of a force over load by ln D, in its standard deviations, from which on a slip says something about friction.
+const INFORMATIVE: f64 = 2.0;
+/// Longest pause between two samples that the filter bridges, in its time constants.
+const BRIDGED: f64 = 5.0;
+
+/// What does not change during a run.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct Settings {
+    /// The car.
+    pub body: Body,
+    /// Standard deviations.
+    pub noise: Noise,
+    /// Correlation time of the model error [s].
+    pub noise_time: f64,
+    /// Time constant of the low-pass [s].
+    pub filter_time: f64,
+    /// Slowest speed at which slip angles mean something [m/s].
+    pub v_x_min: f64,
+    /// Standard deviations of ln D and ln K in the beginning.
+    pub start_std: [f64; 2],
+    /// How the axles change.
+    pub drift: Drift,
+    /// Growth of the variance of v_y [m²/s³].
+    pub process_v_y: f64,
+    /// Whether v_y is measured.
+    pub measured_v_y: bool,
+    /// Share of friction from which on a change is one.
+    pub change: f64,
+    /// Standard deviations by which the change must be beyond that.
+    pub deviations: f64,
+}
+
+/// What the estimator tells.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Output {
+    /// Means of D and K of both axles over the nominal ones, and standard deviations.
+    pub axles: [Moments; 2],
+    /// Largest lateral acceleration over the nominal one, and its standard deviation.
+    pub factor: [f64; 2],
+    /// v_y [m/s] and its standard deviation.
+    pub v_y: [f64; 2],
+    /// Sideslip angle [rad] and its standard deviation.
+    pub beta: [f64; 2],
+    /// Whether the slip of each axle says something about friction now.
+    pub informative: [bool; 2],
+    /// For how long one of them did [s].
+    pub informative_time: f64,
+    /// Whether the sample was used.
+    pub used: bool,
+    /// How the surface stands.
+    pub alarm: Alarm,
+}
+
+/// A change of the surface.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Alarm {
+    /// Whether friction is not the nominal one.
+    pub raised: bool,
+    /// When that was told [s]; −1 before the first time.
+    pub time: f64,
+    /// When the estimate left the band for that [s]: the change was not known earlier, and is not older than the slip that tells it.
+    pub since: f64,
+    /// Last time with the estimate inside of the band [s].
+    inside: f64,
+}
+
+impl Default for Alarm {
+    fn default() -> Self {
+        Alarm { raised: false, time: -1.0, since: -1.0, inside: 0.0 }
+    }
+}
+
+impl Alarm {
+    /// Judges the friction factor at a time [s].
+    fn judge(&mut self, [factor, std]: [f64; 2], settings: &Settings, time: f64) {
+        let beyond = (factor - 1.0).abs() - settings.change;
+        if beyond <= 0.0 {
+            self.inside = time;
+        }
+        if !self.raised && beyond > settings.deviations * std {
+            *self = Alarm { raised: true, time, since: self.inside, ..*self };
+        } else if beyond <= 0.0 {
+            self.raised = false;
+        }
+    }
+}
+
+/// The estimator.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Observer {
+    grids: [Grid; 2],
+    filter: Filter,
+    sideslip: Sideslip,
+    /// Time since the last sample [s].
+    pause: f64,
+    output: Output,
+}
+
+impl Observer {
+    /// The estimator at a time [s] before the first sample, and what it tells then.
+    pub fn new(settings: &Settings, curves: &[Curve; 2], time: f64) -> (Self, Output) {
+        let grids = [Grid::new(settings.start_std), Grid::new(settings.start_std)];
+        let mut observer = Observer { grids, ..Observer::default() };
+        observer.show(settings, curves, time);
+        (observer.clone(), observer.output)
+    }
+
+    /// A step of `h` [s] that ends at `time` [s] with a sample; without one time passes.
+    pub fn step(
+        &mut self,
+        settings: &Settings,
+        curves: &[Curve; 2],
+        sample: Option<&Sample>,
+        [time, h]: [f64; 2],
+    ) -> Output {
+        self.output.informative = [false; 2];
+        self.output.used = false;
+        for grid in &mut self.grids {
+            grid.drift(&settings.drift, h);
+        }
+        self.pause += h;
+        match sample {
+            Some(sample) => {
+                let h = std::mem::take(&mut self.pause);
+                self.take(settings, curves, sample, h);
+                self.show_motion(sample);
+            }
+            None => self.sideslip.wait(h),
+        }
+        self.show(settings, curves, time);
+        self.output
+    }
+
+    /// Takes a sample `h` [s] after the one before. A slow car has no slips.
+    fn take(&mut self, settings: &Settings, curves: &[Curve; 2], sample: &Sample, h: f64) {
+        let Settings { body, noise, filter_time, .. } = settings;
+        if sample.v_x < settings.v_x_min {
+            self.filter.reset();
+            self.sideslip.rolling(sample, body.l_r);
+            return;
+        }
+        if h > BRIDGED * filter_time {
+            self.filter.reset();
+        }
+        self.sideslip.predict(sample, noise, settings.process_v_y, h);
+        let measured = settings.measured_v_y && sample.v_y.abs() < sample.v_x;
+        if measured {
+            self.sideslip.measure(sample.v_y, noise.v_y);
+        }
+        let Sideslip { mean, variance } = self.sideslip;
+        let seen = self.filter.take(sample, (mean, variance), body, noise, [*filter_time, h]);
+        let Some(seen) = seen else { return };
+        self.output.used = true;
+        for axle in 0..2 {
+            let excess = self.learn(axle, settings, &curves[axle], &seen[axle], h);
+            if !measured {
+                let by_v_y = -excess.by_v_y / sample.v_x;
+                self.sideslip.correct(&Excess { by_v_y, ..excess });
+            }
+        }
+        if self.output.informative != [false; 2] {
+            self.output.informative_time += h;
+        }
+    }
+
+    /// Compares the force of an axle with its curve `h` [s] after the last time, and gives what it has too much, by slip angle.
+    fn learn(
+        &mut self,
+        axle: usize,
+        settings: &Settings,
+        curve: &Curve,
+        seen: &Seen,
+        h: f64,
+    ) -> Excess {
+        // n samples of a noise with correlation time τ tell as much as n tanh(h / 2τ) independent ones.
+        let weight = (h / (2.0 * settings.noise_time)).tanh();
+        let Moments { mean: [D, K], std } = self.output.axles[axle];
+        let nominal = curve.nominal;
+        let expected = curve.evaluate(seen.alpha, nominal.D * D, nominal.stiffness() * K);
+        let force = seen.force - nominal.S_v;
+        let variance = seen.force_variance + expected.by_alpha.powi(2) * seen.alpha_variance;
+        self.output.informative[axle] = expected.by_D.abs() > INFORMATIVE * variance.sqrt();
+        self.grids[axle].learn(curve, seen.alpha, force, variance, weight);
+        let unsure = (expected.by_D * std[0] / D).powi(2) + (expected.by_K * std[1] / K).powi(2);
+        let trim = (expected.by_alpha * settings.noise.alpha).powi(2);
+        let variance = (seen.force_variance + trim + unsure) / weight;
+        Excess { residual: force - expected.value, by_v_y: expected.by_alpha, variance }
+    }
+
+    fn show_motion(&mut self, sample: &Sample) {
+        let Sideslip { mean, variance } = self.sideslip;
+        let std = variance.sqrt();
+        self.output.v_y = [mean, std];
+        let v = sample.v_x.hypot(mean);
+        // At rest there is no angle.
+        self.output.beta = if v > 1e-3 { [mean.atan2(sample.v_x), std / v] } else { [0.0; 2] };
+    }
+
+    fn show(&mut self, settings: &Settings, curves: &[Curve; 2], time: f64) {
+        for (moments, grid) in self.output.axles.iter_mut().zip(&self.grids) {
+            *moments = grid.moments();
+        }
+        let loads = settings.body.static_loads();
+        let forces = [0, 1].map(|axle| loads[axle] * curves[axle].nominal.D);
+        let shares = forces.map(|force| force / (forces[0] + forces[1]));
+        let [front, rear] = self.output.axles;
+        let factor = shares[0] * front.mean[0] + shares[1] * rear.mean[0];
+        let std = (shares[0] * front.std[0]).hypot(shares[1] * rear.std[0]);
+        self.output.factor = [factor, std];
+        self.output.alarm.judge(self.output.factor, settings, time);
+    }
+}
