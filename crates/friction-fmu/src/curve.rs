@@ -3,8 +3,8 @@
 
 use vehicle::MagicFormula;
 
-use crate::grid::SPACING;
-
+/// Distance of two points of a grid in ln D and in ln K. One for both: then z = K α / D takes few values.
+pub const SPACING: f64 = 0.06;
 /// Entries of the table in one spacing of the grid: linear interpolation is then right to 1e-5 of the peak.
 const FINE: usize = 8;
 /// Least and largest z of the table, as logarithms.
@@ -55,8 +55,7 @@ impl Curve {
         let z = K * (alpha + S_h) / D;
         let unit = MagicFormula { B: 1.0 / C, C, D: 1.0, E, S_h: 0.0, S_v: 0.0 };
         let width = 1e-4 * (1.0 + z.abs());
-        let slope =
-            (unit.coefficient(z + width) - unit.coefficient(z - width)) / (2.0 * width);
+        let slope = (unit.coefficient(z + width) - unit.coefficient(z - width)) / (2.0 * width);
         let value = D * unit.coefficient(z);
         let by_K = D * z * slope;
         Force { value, by_alpha: K * slope, by_D: value - by_K, by_K }

@@ -3,10 +3,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::curve::Curve;
+use crate::curve::{Curve, SPACING};
 
-/// Distance of two points of the grid in ln D and in ln K. One for both: then z = K α / D takes few values.
-pub const SPACING: f64 = 0.06;
 /// Points below and above the nominal D: 0.165 to 1.93 of it.
 const BELOW: usize = 30;
 const ABOVE: usize = 11;
@@ -112,15 +110,15 @@ impl Grid {
 
     /// Lets `time` [s] pass: D and K walk, and the surface may change, which leaves K alone.
     pub fn drift(&mut self, drift: &Drift, time: f64) {
-        // More than half of a point's probability cannot leave it at once; a longer time is walked in parts.
+        // No part of a walk moves more than a quarter of a probability to a neighbour.
         let moved = drift.walk.map(|variance| variance * time / (2.0 * SPACING * SPACING));
         let parts = (4.0 * moved[0].max(moved[1])).ceil().clamp(1.0, 50.0);
         let shares = moved.map(|share| (share / parts).min(0.25));
         for _ in 0..parts as usize {
             self.diffuse(shares);
         }
-        let changed = 1.0 - (-drift.changes * time).exp();
-        let slopes = self.slopes();
+        let changed = -(-drift.changes * time).exp_m1();
+        let slopes = self.slopes([1.0; PEAKS]);
         let surfaces = normal::<PEAKS>(-(BELOW as f64), drift.spread);
         for (row, surface) in self.probabilities.chunks_exact_mut(SLOPES).zip(surfaces) {
             for (p, slope) in row.iter_mut().zip(slopes) {
@@ -154,28 +152,93 @@ impl Grid {
         }
     }
 
-    /// Probabilities of K alone.
-    fn slopes(&self) -> [f64; SLOPES] {
+    /// Probabilities of D alone.
+    fn peaks(&self) -> [f64; PEAKS] {
+        let mut peaks = [0.0; PEAKS];
+        peaks.iter_mut().zip(self.rows()).for_each(|(sum, row)| *sum = row.iter().sum());
+        peaks
+    }
+
+    /// Probabilities of K alone, with a weight of each D.
+    fn slopes(&self, weights: [f64; PEAKS]) -> [f64; SLOPES] {
         let mut slopes = [0.0; SLOPES];
-        for row in self.rows() {
-            slopes.iter_mut().zip(row).for_each(|(sum, p)| *sum += p);
+        for (row, weight) in self.rows().zip(weights) {
+            slopes.iter_mut().zip(row).for_each(|(sum, p)| *sum += weight * p);
         }
         slopes
     }
 
-    /// Means and standard deviations. The grid itself is as unsure as a point is wide.
-    pub fn moments(&self) -> Moments {
-        let moments = |weights: &[f64], points: &[f64]| {
-            let mean: f64 = weights.iter().zip(points).map(|(p, x)| p * x).sum();
-            let square: f64 = weights.iter().zip(points).map(|(p, x)| p * (x - mean).powi(2)).sum();
-            (mean, (square + (mean * SPACING).powi(2) / 12.0).sqrt())
-        };
-        let mut peaks = [0.0; PEAKS];
-        for (sum, row) in peaks.iter_mut().zip(self.rows()) {
-            *sum = row.iter().sum();
-        }
-        let (mean_D, std_D) = moments(&peaks, &points::<PEAKS>(-(BELOW as f64)));
-        let (mean_K, std_K) = moments(&self.slopes(), &points::<SLOPES>(-(SIDE as f64)));
+    /// Means and standard deviations, with a weight of each D. The grid itself is as unsure as a point is wide.
+    fn moments(&self, weights: [f64; PEAKS]) -> Moments {
+        let mut peaks = self.peaks();
+        peaks.iter_mut().zip(weights).for_each(|(p, weight)| *p *= weight);
+        let (mean_D, std_D) = spread(&peaks, BELOW);
+        let (mean_K, std_K) = spread(&self.slopes(weights), SIDE);
         Moments { mean: [mean_D, mean_K], std: [std_D, std_K] }
+    }
+}
+
+/// The exponential of the mean of a logarithm, and its standard deviation, from a distribution over points; `first` is the number of
+/// those below 0. The distribution of a friction is skew: its logarithm is what has a mean.
+fn spread(weights: &[f64], first: usize) -> (f64, f64) {
+    let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+    for (k, p) in weights.iter().enumerate() {
+        let x = (k as f64 - first as f64) * SPACING;
+        sum += p;
+        mean += p * x;
+        square += p * x * x;
+    }
+    let mean = mean / sum;
+    let variance = (square / sum - mean * mean).max(0.0) + SPACING * SPACING / 12.0;
+    (mean.exp(), mean.exp() * variance.sqrt())
+}
+
+/// Both axles on one surface: what one of them knows of friction is news for the other one.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Axles {
+    /// Each axle with its own news only.
+    pub grids: [Grid; 2],
+    /// An axle without news.
+    blind: Grid,
+}
+
+/// Share of pairs of axles that have nothing in common: a puncture, a worn axle.
+const ALONE: f64 = 0.05;
+
+impl Axles {
+    /// Axles that know as much as `std` of ln D and ln K.
+    pub fn new(std: [f64; 2]) -> Self {
+        let grid = Grid::new(std);
+        Axles { grids: [grid.clone(), grid.clone()], blind: grid }
+    }
+
+    /// Lets `time` [s] pass.
+    pub fn drift(&mut self, drift: &Drift, time: f64) {
+        self.grids.iter_mut().chain([&mut self.blind]).for_each(|grid| grid.drift(drift, time));
+    }
+
+    /// Both axles, each with the news of the other one. `difference` is the standard deviation of ln D_f − ln D_r, both over
+    /// the nominal ones.
+    ///
+    /// p(D_f | both) ∝ p_f(D_f) Σ C(D_r | D_f) p_r(D_r) / π(D_r), with π without news.
+    pub fn moments(&self, difference: f64) -> [Moments; 2] {
+        let blind = self.blind.peaks();
+        let near: [f64; PEAKS] = std::array::from_fn(|k| {
+            (-0.5 * (k as f64 * SPACING / difference.max(0.3 * SPACING)).powi(2)).exp()
+        });
+        [0, 1].map(|axle| {
+            let mut news = self.grids[1 - axle].peaks();
+            news.iter_mut().zip(blind).for_each(|(p, blind)| *p /= blind);
+            let mean = news.iter().sum::<f64>() / PEAKS as f64;
+            let weights = std::array::from_fn(|i| {
+                let (mut common, mut norm) = (0.0, 0.0);
+                for (j, p) in news.iter().enumerate() {
+                    common += near[i.abs_diff(j)] * p;
+                    norm += near[i.abs_diff(j)];
+                }
+                (1.0 - ALONE) * common / norm + ALONE * mean
+            });
+            self.grids[axle].moments(weights)
+        })
     }
 }

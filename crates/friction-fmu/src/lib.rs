@@ -3,6 +3,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 mod curve;
+mod filter;
 mod grid;
 mod observer;
 mod sample;
@@ -50,17 +51,18 @@ struct Axle {
 
 impl Default for Friction {
     fn default() -> Self {
-        let noise = Noise { v_y: 0.05, r: 0.01, a_y: 0.2, alpha: 0.003, force: 0.05 };
+        let noise = Noise { v_y: 0.05, r: 0.01, a_y: 0.2, alpha: [0.005, 0.003], force: 0.05 };
         let drift = Drift { walk: [1e-4, 1e-4], changes: 0.02, spread: 0.5 };
         Friction {
             settings: Settings {
                 body: Body::default(),
                 noise,
-                noise_time: 0.25,
+                noise_times: [0.25, 5.0],
                 filter_time: 0.05,
                 v_x_min: 3.0,
                 start_std: [0.15, 0.1],
                 drift,
+                difference: 0.1,
                 process_v_y: 0.1,
                 measured_v_y: false,
                 change: 0.25,
@@ -95,7 +97,8 @@ impl Friction {
         }
         let curve = |axle: usize| {
             let name = ["tire_f", "tire_r"][axle];
-            Curve::new(self.tires[axle]).map_err(|wrong| ModelError::Error(format!("{name}.{wrong}")))
+            Curve::new(self.tires[axle])
+                .map_err(|wrong| ModelError::Error(format!("{name}.{wrong}")))
         };
         let curves = Arc::new([curve(0)?, curve(1)?]);
         self.curves = Some(Arc::clone(&curves));
@@ -104,11 +107,17 @@ impl Friction {
 
     fn show(&mut self, output: Output) {
         self.output = output;
-        for (axle, (moments, tire)) in self.axles.iter_mut().zip(output.axles.iter().zip(&self.tires)) {
+        for (axle, (moments, tire)) in
+            self.axles.iter_mut().zip(output.axles.iter().zip(&self.tires))
+        {
             let ([D, K], [std_D, std_K]) = (moments.mean, moments.std);
             let stiffness = tire.stiffness();
-            *axle =
-                Axle { D: tire.D * D, K: stiffness * K, std_D: tire.D * std_D, std_K: stiffness * std_K };
+            *axle = Axle {
+                D: tire.D * D,
+                K: stiffness * K,
+                std_D: tire.D * std_D,
+                std_K: stiffness * std_K,
+            };
         }
     }
 }

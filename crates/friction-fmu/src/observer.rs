@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 use vehicle::Body;
 
 use crate::curve::Curve;
-use crate::grid::{Drift, Grid, Moments};
-use crate::sample::{Filter, Noise, Sample, Seen};
+use crate::filter::{Filter, Seen};
+use crate::grid::{Axles, Drift, Moments};
+use crate::sample::{Noise, Sample};
 use crate::sideslip::{Excess, Sideslip};
 
 /// Change of a force over load by ln D, in its standard deviations, from which on a slip says something about friction.
@@ -21,8 +22,8 @@ pub struct Settings {
     pub body: Body,
     /// Standard deviations.
     pub noise: Noise,
-    /// Correlation time of the model error [s].
-    pub noise_time: f64,
+    /// Correlation times of the errors of forces and of slip angles [s].
+    pub noise_times: [f64; 2],
     /// Time constant of the low-pass [s].
     pub filter_time: f64,
     /// Slowest speed at which slip angles mean something [m/s].
@@ -31,6 +32,8 @@ pub struct Settings {
     pub start_std: [f64; 2],
     /// How the axles change.
     pub drift: Drift,
+    /// Standard deviation of ln D_f − ln D_r, both over the nominal ones.
+    pub difference: f64,
     /// Growth of the variance of v_y [m²/s³].
     pub process_v_y: f64,
     /// Whether v_y is measured.
@@ -99,7 +102,7 @@ impl Alarm {
 /// The estimator.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Observer {
-    grids: [Grid; 2],
+    axles: Axles,
     filter: Filter,
     sideslip: Sideslip,
     /// Time since the last sample [s].
@@ -110,8 +113,9 @@ pub struct Observer {
 impl Observer {
     /// The estimator at a time [s] before the first sample, and what it tells then.
     pub fn new(settings: &Settings, curves: &[Curve; 2], time: f64) -> (Self, Output) {
-        let grids = [Grid::new(settings.start_std), Grid::new(settings.start_std)];
-        let mut observer = Observer { grids, ..Observer::default() };
+        let mut observer =
+            Observer { axles: Axles::new(settings.start_std), ..Observer::default() };
+        observer.output.alarm.inside = time;
         observer.show(settings, curves, time);
         (observer.clone(), observer.output)
     }
@@ -126,9 +130,7 @@ impl Observer {
     ) -> Output {
         self.output.informative = [false; 2];
         self.output.used = false;
-        for grid in &mut self.grids {
-            grid.drift(&settings.drift, h);
-        }
+        self.axles.drift(&settings.drift, h);
         self.pause += h;
         match sample {
             Some(sample) => {
@@ -154,12 +156,12 @@ impl Observer {
             self.filter.reset();
         }
         self.sideslip.predict(sample, noise, settings.process_v_y, h);
-        let measured = settings.measured_v_y && sample.v_y.abs() < sample.v_x;
-        if measured {
+        // Which no car exceeds, and NaN does not fulfil.
+        if settings.measured_v_y && sample.v_y.abs() < sample.v_x {
             self.sideslip.measure(sample.v_y, noise.v_y);
         }
-        let Sideslip { mean, variance } = self.sideslip;
-        let seen = self.filter.take(sample, (mean, variance), body, noise, [*filter_time, h]);
+        let measured = self.sideslip.measured;
+        let seen = self.filter.take(sample, &self.sideslip, body, noise, [*filter_time, h]);
         let Some(seen) = seen else { return };
         self.output.used = true;
         for axle in 0..2 {
@@ -184,22 +186,26 @@ impl Observer {
         h: f64,
     ) -> Excess {
         // n samples of a noise with correlation time τ tell as much as n tanh(h / 2τ) independent ones.
-        let weight = (h / (2.0 * settings.noise_time)).tanh();
+        let [weight, lasting] = settings.noise_times.map(|time| (h / (2.0 * time)).tanh());
         let Moments { mean: [D, K], std } = self.output.axles[axle];
         let nominal = curve.nominal;
         let expected = curve.evaluate(seen.alpha, nominal.D * D, nominal.stiffness() * K);
         let force = seen.force - nominal.S_v;
-        let variance = seen.force_variance + expected.by_alpha.powi(2) * seen.alpha_variance;
+        // On a surface that is thought too slippery the slope is small, and the slip angle would seem to say much.
+        let steepest = curve.evaluate(seen.alpha, nominal.D * D.max(1.0), nominal.stiffness() * K);
+        let by_alpha = expected.by_alpha.abs().max(steepest.by_alpha.abs()).powi(2);
+        let trim = by_alpha * seen.alpha_variances[0] * weight / lasting;
+        let variance = seen.force_variance + by_alpha * seen.alpha_variances[1];
         self.output.informative[axle] = expected.by_D.abs() > INFORMATIVE * variance.sqrt();
-        self.grids[axle].learn(curve, seen.alpha, force, variance, weight);
+        self.axles.grids[axle].learn(curve, seen.alpha, force, variance + trim, weight);
         let unsure = (expected.by_D * std[0] / D).powi(2) + (expected.by_K * std[1] / K).powi(2);
-        let trim = (expected.by_alpha * settings.noise.alpha).powi(2);
-        let variance = (seen.force_variance + trim + unsure) / weight;
+        let trim = (expected.by_alpha * settings.noise.alpha[axle]).powi(2);
+        let variance = (seen.force_variance + unsure + trim) / weight;
         Excess { residual: force - expected.value, by_v_y: expected.by_alpha, variance }
     }
 
     fn show_motion(&mut self, sample: &Sample) {
-        let Sideslip { mean, variance } = self.sideslip;
+        let Sideslip { mean, variance, .. } = self.sideslip;
         let std = variance.sqrt();
         self.output.v_y = [mean, std];
         let v = sample.v_x.hypot(mean);
@@ -208,15 +214,14 @@ impl Observer {
     }
 
     fn show(&mut self, settings: &Settings, curves: &[Curve; 2], time: f64) {
-        for (moments, grid) in self.output.axles.iter_mut().zip(&self.grids) {
-            *moments = grid.moments();
-        }
+        self.output.axles = self.axles.moments(settings.difference);
         let loads = settings.body.static_loads();
         let forces = [0, 1].map(|axle| loads[axle] * curves[axle].nominal.D);
         let shares = forces.map(|force| force / (forces[0] + forces[1]));
         let [front, rear] = self.output.axles;
         let factor = shares[0] * front.mean[0] + shares[1] * rear.mean[0];
-        let std = (shares[0] * front.std[0]).hypot(shares[1] * rear.std[0]);
+        // What one axle knows is in the other one, too: their errors agree.
+        let std = shares[0] * front.std[0] + shares[1] * rear.std[0];
         self.output.factor = [factor, std];
         self.output.alarm.judge(self.output.factor, settings, time);
     }

@@ -19,6 +19,8 @@ pub struct Sideslip {
     pub mean: f64,
     /// Variance [m²/s²].
     pub variance: f64,
+    /// Whether a sensor said the last value.
+    pub measured: bool,
 }
 
 /// A force over load that an axle has too much, and how the curve's force changes with v_y.
@@ -36,7 +38,7 @@ impl Sideslip {
     /// A car that rolls, with its rear axle `l_r` [m] behind.
     pub fn rolling(&mut self, sample: &Sample, l_r: f64) {
         let std = SLOW * sample.v_x.abs() + 0.02;
-        *self = Sideslip { mean: l_r * sample.r, variance: std * std };
+        *self = Sideslip { mean: l_r * sample.r, variance: std * std, measured: false };
     }
 
     /// The next `h` [s]: v_y' = a_y − v_x r. `growth` is that of the variance [m²/s³], for offsets of the accelerometer and banks.
@@ -44,6 +46,7 @@ impl Sideslip {
         self.mean += h * (sample.a_y - sample.v_x * sample.r);
         let white = noise.a_y.powi(2) + (sample.v_x * noise.r).powi(2);
         self.variance += h * h * white + h * growth;
+        self.measured = false;
         self.limit(sample.v_x);
     }
 
@@ -55,6 +58,7 @@ impl Sideslip {
     /// A measured v_y [m/s].
     pub fn measure(&mut self, v_y: f64, std: f64) {
         self.correct(&Excess { residual: v_y - self.mean, by_v_y: 1.0, variance: std * std });
+        self.measured = true;
     }
 
     /// A measurement, or an axle.

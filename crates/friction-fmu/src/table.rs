@@ -7,7 +7,8 @@ use crate::Friction;
 /// Everything but what is known before: a sample acts at the end of the step.
 pub const VARIABLES: &[Variable<Friction>] = &[
     input("v_x_meas", "m/s", "Measured forward speed").at(|f| &mut f.sample.v_x),
-    input("v_y_meas", "m/s", "Measured speed to the left, with measured.v_y").at(|f| &mut f.sample.v_y),
+    input("v_y_meas", "m/s", "Measured speed to the left, with measured.v_y")
+        .at(|f| &mut f.sample.v_y),
     input("r_meas", "rad/s", "Measured yaw rate").at(|f| &mut f.sample.r),
     input("a_y_meas", "m/s2", "Measured acceleration to the left").at(|f| &mut f.sample.a_y),
     input("delta", "rad", "Road-wheel angle").at(|f| &mut f.sample.delta),
@@ -83,18 +84,30 @@ pub const VARIABLES: &[Variable<Friction>] = &[
         .min(1e-6)
         .max(100.0)
         .at(|f| &mut f.settings.noise.a_y),
-    parameter("model.alpha", "rad", "Standard deviation of the error of a slip angle: trim, play, offsets")
+    parameter(
+        "model.alpha_f",
+        "rad",
+        "Standard deviation of the error of the front slip angle: trim, play, offsets",
+    )
+    .min(0.0)
+    .max(0.5)
+    .at(|f| &mut f.settings.noise.alpha[0]),
+    parameter("model.alpha_r", "rad", "Standard deviation of the error of the rear slip angle")
         .min(0.0)
         .max(0.5)
-        .at(|f| &mut f.settings.noise.alpha),
+        .at(|f| &mut f.settings.noise.alpha[1]),
+    parameter("model.alpha_time", "s", "Correlation time of the errors of slip angles")
+        .min(1e-4)
+        .max(1e6)
+        .at(|f| &mut f.settings.noise_times[1]),
     parameter("model.force", "1", "Standard deviation of the error of an axle force over its load")
         .min(1e-3)
         .max(10.0)
         .at(|f| &mut f.settings.noise.force),
-    parameter("model.time", "s", "Correlation time of these errors")
+    parameter("model.time", "s", "Correlation time of the errors of forces")
         .min(1e-4)
         .max(1e3)
-        .at(|f| &mut f.settings.noise_time),
+        .at(|f| &mut f.settings.noise_times[0]),
     parameter("filter.time", "s", "Time constant of the low-pass of all channels")
         .min(1e-4)
         .max(10.0)
@@ -131,6 +144,14 @@ pub const VARIABLES: &[Variable<Friction>] = &[
         .min(0.0)
         .max(2.0)
         .at(|f| &mut f.settings.drift.spread),
+    parameter(
+        "surface.axles",
+        "1",
+        "Standard deviation of ln D_f - ln D_r, both over the nominal ones",
+    )
+    .min(0.0)
+    .max(10.0)
+    .at(|f| &mut f.settings.difference),
     parameter("alarm.change", "1", "Change of friction that counts, as a share")
         .min(0.01)
         .max(1.0)
@@ -148,12 +169,7 @@ pub fn wrong_parameter(friction: &mut Friction) -> Option<String> {
         let (value, row) = (*at(friction), &it.row);
         let limits = row.min.unwrap_or(f64::MIN)..=row.max.unwrap_or(f64::MAX);
         (!limits.contains(&value)).then(|| {
-            format!(
-                "{}: expected {} to {}, found {value}",
-                row.name,
-                limits.start(),
-                limits.end()
-            )
+            format!("{}: expected {} to {}, found {value}", row.name, limits.start(), limits.end())
         })
     })
 }
