@@ -15,6 +15,11 @@ const INFORMATIVE: f64 = 2.0;
 /// Longest pause between two samples that the filter bridges, in its time constants.
 const BRIDGED: f64 = 5.0;
 
+/// Largest v_y that a sensor of a car can show [m/s].
+const MOST_V_Y: f64 = 200.0;
+/// Largest square of an excess force, in its variances, that says something about v_y: beyond it the curve is wrong, not the slip.
+const FITTING: f64 = 9.0;
+
 /// What does not change during a run.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Settings {
@@ -155,9 +160,9 @@ impl Observer {
         if h > BRIDGED * filter_time {
             self.filter.reset();
         }
-        self.sideslip.predict(sample, noise, settings.process_v_y, h);
-        // Which no car exceeds, and NaN does not fulfil.
-        if settings.measured_v_y && sample.v_y.abs() < sample.v_x {
+        self.sideslip.predict(sample, noise, [settings.process_v_y, body.l_r], h);
+        // A comparison with NaN is false.
+        if settings.measured_v_y && sample.v_y.abs() <= MOST_V_Y {
             self.sideslip.measure(sample.v_y, noise.v_y);
         }
         let measured = self.sideslip.measured;
@@ -166,7 +171,7 @@ impl Observer {
         self.output.used = true;
         for axle in 0..2 {
             let excess = self.learn(axle, settings, &curves[axle], &seen[axle], h);
-            if !measured {
+            if let (false, Some(excess)) = (measured, excess) {
                 let by_v_y = -excess.by_v_y / sample.v_x;
                 self.sideslip.correct(&Excess { by_v_y, ..excess });
             }
@@ -176,7 +181,8 @@ impl Observer {
         }
     }
 
-    /// Compares the force of an axle with its curve `h` [s] after the last time, and gives what it has too much, by slip angle.
+    /// Compares the force of an axle with its curve `h` [s] after the last time, and gives what it has too much, by slip angle,
+    /// if that is the slip's: behind the peak more force would be less slip, and the wrong curve drives v_y away.
     fn learn(
         &mut self,
         axle: usize,
@@ -184,7 +190,7 @@ impl Observer {
         curve: &Curve,
         seen: &Seen,
         h: f64,
-    ) -> Excess {
+    ) -> Option<Excess> {
         // n samples of a noise with correlation time τ tell as much as n tanh(h / 2τ) independent ones.
         let [weight, lasting] = settings.noise_times.map(|time| (h / (2.0 * time)).tanh());
         let Moments { mean: [D, K], std } = self.output.axles[axle];
@@ -200,8 +206,11 @@ impl Observer {
         self.axles.grids[axle].learn(curve, seen.alpha, force, variance + trim, weight);
         let unsure = (expected.by_D * std[0] / D).powi(2) + (expected.by_K * std[1] / K).powi(2);
         let trim = (expected.by_alpha * settings.noise.alpha[axle]).powi(2);
-        let variance = (seen.force_variance + unsure + trim) / weight;
-        Excess { residual: force - expected.value, by_v_y: expected.by_alpha, variance }
+        let (residual, by_v_y) = (force - expected.value, expected.by_alpha);
+        let variance = seen.force_variance + unsure + trim;
+        let lasting = by_v_y.powi(2) * seen.alpha_variances[0];
+        let fits = by_v_y > 0.0 && residual.powi(2) < FITTING * (variance + lasting);
+        fits.then_some(Excess { residual, by_v_y, variance: variance / weight })
     }
 
     fn show_motion(&mut self, sample: &Sample) {

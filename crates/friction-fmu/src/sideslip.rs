@@ -7,7 +7,7 @@ use crate::sample::{Noise, Sample};
 
 /// Largest acceleration of a car of which nothing is known [m/s²].
 const UNKNOWN: f64 = 5.0;
-/// Standard deviation of the slip of a car that nobody knows [rad].
+/// Largest slip of a car that drives, and its standard deviation where nobody knows it [rad].
 const MOST: f64 = 0.5;
 /// Standard deviation of the slip of a slow car [rad].
 const SLOW: f64 = 0.05;
@@ -42,12 +42,18 @@ impl Sideslip {
     }
 
     /// The next `h` [s]: v_y' = a_y − v_x r. `growth` is that of the variance [m²/s³], for offsets of the accelerometer and banks.
-    pub fn predict(&mut self, sample: &Sample, noise: &Noise, growth: f64, h: f64) {
+    /// A car that seems to go sideways begins anew, as one that rolls and of which little is known.
+    pub fn predict(&mut self, sample: &Sample, noise: &Noise, [growth, l_r]: [f64; 2], h: f64) {
         self.mean += h * (sample.a_y - sample.v_x * sample.r);
         let white = noise.a_y.powi(2) + (sample.v_x * noise.r).powi(2);
         self.variance += h * h * white + h * growth;
         self.measured = false;
-        self.limit(sample.v_x);
+        let most = MOST * sample.v_x.abs() + 0.5;
+        self.variance = self.variance.min(most * most);
+        // Sums of accelerations that say so are worth nothing.
+        if self.mean.abs() > most {
+            *self = Sideslip { mean: l_r * sample.r, variance: most * most, measured: false };
+        }
     }
 
     /// `h` [s] without a sample.
@@ -67,12 +73,5 @@ impl Sideslip {
         let gain = self.variance * by_v_y / (by_v_y * by_v_y * self.variance + variance);
         self.mean += gain * residual;
         self.variance *= 1.0 - gain * by_v_y;
-    }
-
-    /// No car slides much faster to the side than forwards for long.
-    fn limit(&mut self, v_x: f64) {
-        let most = MOST * v_x.abs() + 0.5;
-        self.mean = self.mean.clamp(-2.0 * most, 2.0 * most);
-        self.variance = self.variance.min(most * most);
     }
 }

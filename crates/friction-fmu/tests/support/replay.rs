@@ -2,7 +2,7 @@
 
 use fmu_export::{Access, Model};
 use friction_fmu::Friction;
-use vehicle::MagicFormula;
+use vehicle::{Body, MagicFormula};
 
 use super::log::Log;
 
@@ -35,41 +35,50 @@ impl Fmu {
         }
     }
 
-    /// An estimator of a car with nominal curves.
+    /// An estimator of the car of a log with nominal curves.
     pub fn of(log: &Log, curves: &[MagicFormula; 2], settings: &[(&str, f64)]) -> Self {
-        let (mut fmu, body) = (Fmu::default(), &log.car.body);
+        let mut fmu = Fmu::default();
+        fmu.describe(&log.car.body, curves);
+        fmu.set("v_x_min", log.car.v_x_min);
+        fmu.set("measured.v_y", 1.0);
+        settings.iter().for_each(|(name, value)| fmu.set(name, *value));
+        fmu.start();
+        fmu
+    }
+
+    /// Sets a car and its nominal curves.
+    pub fn describe(&mut self, body: &Body, curves: &[MagicFormula; 2]) {
         for (name, value) in [
             ("body.m", body.m),
             ("body.I_zz", body.I_zz),
             ("body.l_f", body.l_f),
             ("body.l_r", body.l_r),
-            ("v_x_min", log.car.v_x_min),
-            ("measured.v_y", 1.0),
         ] {
-            fmu.set(name, value);
+            self.set(name, value);
         }
         for (axle, curve) in ["f", "r"].iter().zip(curves) {
             let MagicFormula { B, C, D, E, S_h, S_v } = *curve;
             let values = [("B", B), ("C", C), ("D", D), ("E", E), ("S_h", S_h), ("S_v", S_v)];
-            values.iter().for_each(|(key, value)| fmu.set(&format!("tire_{axle}.{key}"), *value));
+            values.iter().for_each(|(key, value)| self.set(&format!("tire_{axle}.{key}"), *value));
         }
-        settings.iter().for_each(|(name, value)| fmu.set(name, *value));
-        fmu.0.initialise().expect("parameters of a car");
-        fmu
+    }
+
+    /// Ends the initialisation.
+    pub fn start(&mut self) {
+        self.0.initialise().expect("parameters of a car");
     }
 
     /// One row of a log.
     pub fn take(&mut self, log: &Log, k: usize) {
-        for (name, value) in [
-            ("v_x_meas", log.v_x[k]),
-            ("v_y_meas", log.v_y[k]),
-            ("r_meas", log.r[k]),
-            ("a_y_meas", log.a_y[k]),
-            ("delta", log.delta[k]),
-        ] {
-            self.set(name, value);
-        }
-        self.0.step(k as f64 * log.period, log.period).expect("a step");
+        let row = [log.v_x[k], log.v_y[k], log.r[k], log.a_y[k], log.delta[k]];
+        self.sample(row, k, log.period);
+    }
+
+    /// The step `k` of `h` [s], with v_x, v_y, r, a_y and delta at its end.
+    pub fn sample(&mut self, values: [f64; 5], k: usize, h: f64) {
+        let names = ["v_x_meas", "v_y_meas", "r_meas", "a_y_meas", "delta"];
+        names.iter().zip(values).for_each(|(name, value)| self.set(name, value));
+        self.0.step(k as f64 * h, h).expect("a step");
     }
 
     /// D and K of both axles over those of curves: D_f, D_r, K_f, K_r.
