@@ -129,23 +129,20 @@ impl Grid {
 
     /// Moves shares of each probability to both neighbours in D and in K; none leaves the grid.
     fn diffuse(&mut self, [share_D, share_K]: [f64; 2]) {
+        let length = self.probabilities.len();
         let mut before = [0.0; SLOPES];
-        let last = self.probabilities.len() - SLOPES;
         before.copy_from_slice(&self.probabilities[..SLOPES]);
-        for start in (0..=last).step_by(SLOPES) {
-            for j in 0..SLOPES {
-                let at = start + j;
-                let here = self.probabilities[at];
-                let above = if start < last { self.probabilities[at + SLOPES] } else { here };
-                self.probabilities[at] = here + share_D * (before[j] + above - 2.0 * here);
-                before[j] = here;
-            }
+        for at in 0..length {
+            let (here, before) = (self.probabilities[at], &mut before[at % SLOPES]);
+            let above = *self.probabilities.get(at + SLOPES).unwrap_or(&here);
+            self.probabilities[at] = here + share_D * (*before + above - 2.0 * here);
+            *before = here;
         }
         for row in self.probabilities.chunks_exact_mut(SLOPES) {
             let mut before = row[0];
             for j in 0..SLOPES {
                 let here = row[j];
-                let above = if j + 1 < SLOPES { row[j + 1] } else { here };
+                let above = *row.get(j + 1).unwrap_or(&here);
                 row[j] = here + share_K * (before + above - 2.0 * here);
                 before = here;
             }

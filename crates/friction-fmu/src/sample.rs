@@ -26,9 +26,8 @@ impl Sample {
     pub fn missing(&self) -> Option<(&'static str, f64)> {
         let values = [self.v_x, self.r, self.a_y, self.delta];
         let mut named = MOST.into_iter().zip(values);
-        // A comparison with NaN is false.
         named
-            .find(|((_, most), value)| !(value.abs() <= *most))
+            .find(|((_, most), value)| value.is_nan() || value.abs() > *most)
             .map(|((name, _), value)| (name, value))
     }
 }
