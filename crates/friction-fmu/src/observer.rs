@@ -155,16 +155,14 @@ impl Observer {
         if sample.v_x < settings.v_x_min {
             self.filter.reset();
             self.sideslip.rolling(sample, body.l_r);
+            self.measure(settings, sample);
             return;
         }
         if h > BRIDGED * filter_time {
             self.filter.reset();
         }
         self.sideslip.predict(sample, noise, [settings.process_v_y, body.l_r], h);
-        // A comparison with NaN is false.
-        if settings.measured_v_y && sample.v_y.abs() <= MOST_V_Y {
-            self.sideslip.measure(sample.v_y, noise.v_y);
-        }
+        self.measure(settings, sample);
         let measured = self.sideslip.measured;
         let seen = self.filter.take(sample, &self.sideslip, body, noise, [*filter_time, h]);
         let Some(seen) = seen else { return };
@@ -181,8 +179,16 @@ impl Observer {
         }
     }
 
+    /// Takes a measured v_y, if there is one.
+    fn measure(&mut self, settings: &Settings, sample: &Sample) {
+        // A comparison with NaN is false.
+        if settings.measured_v_y && sample.v_y.abs() <= MOST_V_Y {
+            self.sideslip.measure(sample.v_y, settings.noise.v_y);
+        }
+    }
+
     /// Compares the force of an axle with its curve `h` [s] after the last time, and gives what it has too much, by slip angle,
-    /// if that is the slip's: behind the peak more force would be less slip, and the wrong curve drives v_y away.
+    /// where it can be that of a wrong v_y. Behind the peak more force would be less slip, and a wrong curve would drive v_y away.
     fn learn(
         &mut self,
         axle: usize,

@@ -8,11 +8,13 @@ use crate::Friction;
 pub const VARIABLES: &[Variable<Friction>] = &[
     input("v_x_meas", "m/s", "Measured forward speed").at(|f| &mut f.sample.v_x),
     input("v_y_meas", "m/s", "Measured speed to the left, with measured.v_y")
+        .optional()
         .at(|f| &mut f.sample.v_y),
     input("r_meas", "rad/s", "Measured yaw rate").at(|f| &mut f.sample.r),
     input("a_y_meas", "m/s2", "Measured acceleration to the left").at(|f| &mut f.sample.a_y),
     input("delta", "rad", "Road-wheel angle").at(|f| &mut f.sample.delta),
     input("valid", "", "Whether this is a new sample: without it time passes")
+        .optional()
         .at_boolean(|f| &mut f.valid),
     output("D_f", "1", "Peak factor of the front axle").at(|f| &mut f.axles[0].D),
     output("D_r", "1", "Peak factor of the rear axle").at(|f| &mut f.axles[1].D),
