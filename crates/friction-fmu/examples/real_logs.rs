@@ -17,71 +17,71 @@ fn curves(logs: &[&Log]) -> [MagicFormula; 2] {
     })
 }
 
-fn print(name: &str, log: &Log, curves: &[MagicFormula; 2], settings: &[(&str, f64)]) {
-    let mut fmu = Fmu::of(log, curves, settings);
-    let peak = [0, 1].map(|axle| log.car.body.static_loads()[axle] * curves[axle].D);
-    let peak = (peak[0] + peak[1]) / log.car.body.m;
-    let (mut gated, mut errors, mut alarms) = (0, [0.0; 4], 0);
-    println!("{name}");
-    let every = (log.v_x.len() / 12).max(1);
-    let mut best = (f64::INFINITY, 1.0);
-    let mut told = false;
-    for factor in (20..131).map(|k| f64::from(k) * 0.01) {
+/// The one factor of similarity with the least error of a_y over a whole log.
+fn similarity(log: &Log, curves: &[MagicFormula; 2]) -> f64 {
+    let cost = |factor: f64| -> f64 {
         let both = curves.map(|it| scaled(&it, factor, 1.0));
         let rows = (0..log.v_x.len()).filter(|k| log.ok[*k]);
-        let sum: f64 = rows.map(|k| (a_y(log, k, &both) - log.a_y[k]).powi(2)).sum();
-        if sum < best.0 {
-            best = (sum, factor);
-        }
+        rows.map(|k| (a_y(log, k, &both) - log.a_y[k]).powi(2)).sum()
+    };
+    let factors = (20..131).map(|percent| f64::from(percent) * 0.01);
+    factors.min_by(|a, b| cost(*a).total_cmp(&cost(*b))).expect("factors")
+}
+
+/// Prints what the estimator tells at a time [s].
+fn print_row(fmu: &mut Fmu, curves: &[MagicFormula; 2], time: f64, mark: &str) {
+    let means = fmu.relative(curves);
+    let nominal = [curves[0].D, curves[1].D, curves[0].stiffness(), curves[1].stiffness()];
+    print!("  {time:6.1} s {mark:3}");
+    for ((name, mean), over) in ["D_f", "D_r", "K_f", "K_r"].iter().zip(means).zip(nominal) {
+        print!(" {name} {mean:.2} +-{:.2}", fmu.get(&format!("std.{name}")) / over);
     }
-    let offline = curves.map(|it| scaled(&it, best.1, 1.0));
-    let mut vy = [0.0; 2];
+    let alarm = if fmu.get("alarm") != 0.0 { "ALARM" } else { "" };
+    println!(" factor {:.3} +-{:.3} {alarm}", fmu.get("factor"), fmu.get("std.factor"));
+}
+
+/// Replays a log, and prints rows of it and its errors.
+fn print(name: &str, log: &Log, curves: &[MagicFormula; 2], settings: &[(&str, f64)]) {
+    println!("{name}");
+    let mut fmu = Fmu::of(log, curves, settings);
+    let loads = log.car.body.static_loads();
+    let peak = (loads[0] * curves[0].D + loads[1] * curves[1].D) / log.car.body.m;
+    let factor = similarity(log, curves);
+    let offline = curves.map(|it| scaled(&it, factor, 1.0));
+    // Squares of errors of a_y, online, offline and nominal, after 500 rows that say something; of v_y, in all rows.
+    let (mut said, mut a_y_errors, mut v_y_error) = (0, [0.0; 3], 0.0);
+    let (mut after, mut counted) = (0.0, 0.0);
     for k in 0..log.v_x.len() {
         let [D_f, D_r, K_f, K_r] = fmu.relative(curves);
         let online = [scaled(&curves[0], D_f, K_f), scaled(&curves[1], D_r, K_r)];
         fmu.take(log, k);
+        let says = log.ok[k] && a_y(log, k, curves).abs() > 0.5 * peak;
+        said += usize::from(says);
         if log.ok[k] {
-            gated += usize::from(a_y(log, k, curves).abs() > 0.5 * peak);
-            if gated > 500 {
-                let error = |curves| (a_y(log, k, curves) - log.a_y[k]).powi(2);
-                errors[0] += error(&online);
-                errors[1] += error(&offline);
-                errors[2] += error(curves);
-                errors[3] += 1.0;
-            }
-            vy[0] += (fmu.get("v_y") - log.v_y[k]).powi(2);
-            vy[1] += 1.0;
+            v_y_error += (fmu.get("v_y") - log.v_y[k]).powi(2);
+            counted += 1.0;
         }
-        let raised = fmu.get("alarm") != 0.0;
-        alarms += usize::from(raised);
-        let first = gated == 500 && !told;
-        told |= first;
-        if k % every == 0 || first {
-            println!(
-                "  {:6.1} s {} D_f {D_f:.2} +-{:.2} D_r {D_r:.2} +-{:.2} K_f {K_f:.2} +-{:.2} K_r {K_r:.2} +-{:.2} factor {:.3} +-{:.3} {}",
-                k as f64 * log.period,
-                if first { "5 s" } else { "   " },
-                fmu.get("std.D_f") / curves[0].D,
-                fmu.get("std.D_r") / curves[1].D,
-                fmu.get("std.K_f") / curves[0].stiffness(),
-                fmu.get("std.K_r") / curves[1].stiffness(),
-                fmu.get("factor"),
-                fmu.get("std.factor"),
-                if raised { "ALARM" } else { "" }
-            );
+        if log.ok[k] && said > 500 {
+            for (sum, curves) in a_y_errors.iter_mut().zip([&online, &offline, curves]) {
+                *sum += (a_y(log, k, curves) - log.a_y[k]).powi(2);
+            }
+            after += 1.0;
+        }
+        if says && said == 500 || k % (log.v_x.len() / 12) == 0 {
+            let mark = if says && said == 500 { "5 s" } else { "" };
+            print_row(&mut fmu, curves, k as f64 * log.period, mark);
         }
     }
-    let rms = |k: usize| (errors[k] / errors[3]).sqrt();
+    let [online, offline, nominal] = a_y_errors.map(|sum: f64| (sum / after).sqrt());
     println!(
-        "  a_y rms after 5 s: online {:.3}, similarity {:.2} {:.3}, nominal {:.3}; alarm {alarms} rows, at {:.2} since {:.2}; informative {:.1} s; v_y rms {:.4}",
-        rms(0),
-        best.1,
-        rms(1),
-        rms(2),
+        "  a_y after 5 s: online {online:.3}, similarity {factor:.2} {offline:.3}, nominal {nominal:.3} m/s2"
+    );
+    println!(
+        "  alarm at {:.2} s since {:.2} s; informative {:.1} s; v_y {:.4} m/s",
         fmu.get("alarm_time"),
         fmu.get("alarm_since"),
         fmu.get("informative_time"),
-        (vy[0] / vy[1]).sqrt()
+        (v_y_error / counted).sqrt()
     );
 }
 

@@ -35,7 +35,7 @@ impl Sample {
 /// Standard deviations of the noises.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Noise {
-    /// Of the sensors, white [m/s, rad/s, m/s², rad].
+    /// v_y of a sensor, white as the next two [m/s].
     pub v_y: f64,
     /// Yaw rate [rad/s].
     pub r: f64,

@@ -1,4 +1,4 @@
-//! Tests the estimator.
+//! Tests the FMU with samples, parameters and steps that are wrong, and its states.
 
 use fmu_export::description;
 

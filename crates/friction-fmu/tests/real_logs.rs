@@ -1,7 +1,6 @@
 //! Replays logs of real cars: rubber, tape, and a race track. Without the logs the tests are skipped.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[allow(dead_code, reason = "the examples use the rest")]
 mod support;
 
 use support::fit::{self, a_y, axles, scaled};

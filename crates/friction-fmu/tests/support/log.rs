@@ -89,7 +89,7 @@ pub fn dart(name: &str) -> Option<Log> {
     })
 }
 
-/// The log of the Ferrari, with channels behind a causal low-pass of 5 Hz where `smooth`.
+/// The log of the Ferrari, with a_y in the mean of 0.11 s and the yaw acceleration from such means.
 pub fn ferrari() -> Option<Log> {
     let mut columns = columns("revs_250lm.csv")?;
     let mut take = |name: &str| columns.remove(name).expect(name);
