@@ -129,14 +129,17 @@ impl Grid {
 
     /// Moves shares of each probability to both neighbours in D and in K; none leaves the grid.
     fn diffuse(&mut self, [share_D, share_K]: [f64; 2]) {
-        let length = self.probabilities.len();
         let mut before = [0.0; SLOPES];
         before.copy_from_slice(&self.probabilities[..SLOPES]);
-        for at in 0..length {
-            let (here, before) = (self.probabilities[at], &mut before[at % SLOPES]);
-            let above = *self.probabilities.get(at + SLOPES).unwrap_or(&here);
-            self.probabilities[at] = here + share_D * (*before + above - 2.0 * here);
-            *before = here;
+        for end in (SLOPES..=self.probabilities.len()).step_by(SLOPES) {
+            let (row, rest) = self.probabilities[end - SLOPES..].split_at_mut(SLOPES);
+            let mut above = [0.0; SLOPES];
+            above.copy_from_slice(rest.get(..SLOPES).unwrap_or(row));
+            for ((p, before), above) in row.iter_mut().zip(&mut before).zip(above) {
+                let here = *p;
+                *p = here + share_D * (*before + above - 2.0 * here);
+                *before = here;
+            }
         }
         for row in self.probabilities.chunks_exact_mut(SLOPES) {
             let mut before = row[0];
