@@ -20,8 +20,14 @@ tests! {
     the_readme_example_is_a_tested_scenario,
 }
 
-const FMUS: [&str; 5] =
-    ["plant-fmu", "controller", "estimator", "crates/driver-fmu", "crates/plant-dual-fmu"];
+const FMUS: [&str; 6] = [
+    "plant-fmu",
+    "controller",
+    "estimator",
+    "crates/driver-fmu",
+    "crates/friction-fmu",
+    "crates/plant-dual-fmu",
+];
 
 /// The build dependencies of each package, ours and others; those of tests and benches don't count.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -109,6 +115,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
+    ("friction-fmu", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
