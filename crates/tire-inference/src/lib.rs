@@ -13,6 +13,7 @@ pub mod compressed;
 pub mod curve_profile;
 pub mod density;
 pub mod dependence;
+pub mod drift;
 pub mod estimate;
 pub mod fit;
 pub mod kernel;
