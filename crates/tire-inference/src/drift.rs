@@ -3,8 +3,8 @@
 //! Each stretch k gives y_k = x_k + n_k + e_k of ln K or ln D. e_k has the variance of the fit of the stretch, n_k is what else makes
 //! stretches differ, such as the slope of the road, with the variance w; x walks, x_k+1 = x_k + N(0, q Δt). Both variances are those of
 //! the largest likelihood, restricted to what does not depend on the level (Harvey, Forecasting, Structural Time Series Models and the
-//! Kalman Filter, 1989, section 4.5). A drift is told where q = 0 is less likely by a ratio that chance exceeds once in a hundred times;
-//! q is on the border of what it can be, so half of the mass of the ratio is at zero (Self and Liang 1987).
+//! Kalman Filter, 1989, section 4.5). A drift is told where q = 0 is less likely by a ratio that chance exceeds in 1.25 % of cases: 5 %
+//! over K and D of two axles (Bonferroni). q is on the border of what it can be, so half of the mass of the ratio is at zero (Self and Liang 1987).
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{DMatrix, DVector};
@@ -13,8 +13,8 @@ use serde::Serialize;
 
 /// Fewer stretches tell no drift from scatter.
 const LEAST: usize = 6;
-/// Twice the logarithm of the ratio of likelihoods that χ² with one degree of freedom exceeds in one of 50 cases, half of it at zero.
-const TOLD: f64 = 5.41;
+/// Twice the logarithm of the ratio of likelihoods that half of χ² with one degree of freedom exceeds in 1.25 % of cases.
+const TOLD: f64 = 5.02;
 /// Standard deviations to each side of the middle 95 %.
 const NORMAL_95: f64 = 1.96;
 /// Standard deviation of a logarithm beyond which a stretch says nothing.
@@ -126,19 +126,20 @@ impl Drift {
     /// As "K of the rear axle drifts from 125 to 107 kN/rad"; `factor` and `unit` are those of the quantity for people.
     pub fn sentence(&self, name: &str, (factor, unit): (f64, &str)) -> String {
         let value = |it: &Smoothed| significant(factor * it.value, 3);
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match (self.verdict, self.stretches.first(), self.stretches.last()) {
             (DriftVerdict::Drifts, Some(first), Some(last)) => {
                 let [change, low, high] =
                     self.change.unwrap_or_default().map(|it| significant(100.0 * it, 2));
                 format!(
-                    "{name} drifts from {} to {} {unit}: by {change} %, 95 % from {low} to {high} %. No constant describes it.",
+                    "{name} drifts from {} to {}{unit}: by {change} %, 95 % from {low} to {high} %. No constant describes it.",
                     value(first),
                     value(last)
                 )
             }
             (DriftVerdict::NoDriftTold, Some(first), _) => {
                 format!(
-                    "No drift of {name} is told: a constant of {} {unit} explains the stretches.",
+                    "No drift of {name} is told: a constant of {}{unit} explains the stretches.",
                     value(first)
                 )
             }
