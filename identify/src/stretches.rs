@@ -12,6 +12,9 @@ use crate::config::stretches::Windows;
 /// Parts of a log that are looked at: more would only say that the length is too short.
 const MOST: usize = 20_000;
 
+/// Stretches of a drift: the effort grows with the third power of their number.
+const MOST_STRETCHES: f64 = 100.0;
+
 /// The drift of one quantity of one axle.
 #[derive(Clone, Debug, Serialize)]
 pub struct Drifting {
@@ -58,7 +61,7 @@ fn parts(series: &Series, length: f64) -> Vec<(f64, Series)> {
     (0..count).map(part).collect()
 }
 
-/// Drift of K and D of both axles from stretch to stretch of a length [s]; with time stamps and values of a signal by its name, such as
+/// Drift of K and D of both axles from stretch to stretch of a length [s], in a long log of a hundredth of it; with time stamps and values of a signal by its name, such as
 /// `tread_temperature_f`.
 pub fn drift<'a>(
     length: f64,
@@ -67,6 +70,9 @@ pub fn drift<'a>(
 ) -> Vec<Drifting> {
     let usual = Usual::default();
     let of_axle = |(axle, series, load): (&'static str, &Series, f64)| {
+        let seconds =
+            series.time.last().zip(series.time.first()).map_or(0.0, |(last, first)| last - first);
+        let length = length.max(seconds / MOST_STRETCHES);
         let name = format!("tread_temperature_{}", &axle[..1]);
         let temperature = |from: f64| {
             let [times, values] = signal(&name)?;

@@ -38,6 +38,7 @@ fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
         let mut found = told.iter().filter(|it| it.axle == axle && it.quantity == quantity);
         found.next().expect("four quantities")
     };
+    // It is told with stretches of 20 s only, just above the limit: docs/methods/stretches.md.
     let rear = of("rear", "K");
     assert_eq!(rear.drift.verdict, DriftVerdict::Drifts, "{}", rear.sentence);
     // Halves of the log, fitted apart by shooting, have 125 and 107 kN/rad.

@@ -46,7 +46,7 @@ pub struct Usual {
 }
 
 impl Default for Usual {
-    /// K about 20 with a factor of 4.5 up and down, C of Pacejka's section 4.3, D about 1; load as in the sets of Pacejka's appendix 3.
+    /// K about 20 with a factor of 4.5 up and down, C of Pacejka's section 4.3, D about 1.
     fn default() -> Self {
         Self {
             mean: Vector4::new(3.0, 1.3, 0.0, 0.0),
