@@ -117,8 +117,8 @@ impl Window {
         } else if (ends[1] - ends[0]) / (high - low) > BENT * B * C * D {
             Some(Obstacle::Straight)
         } else {
-            // Not a number is not narrow.
-            (!(half_width <= claim.tolerance)).then_some(Obstacle::Wide)
+            let wide = half_width.is_nan() || half_width > claim.tolerance;
+            wide.then_some(Obstacle::Wide)
         };
         Self::new(Some(local.theta), (local.slip, half_width), obstacle)
     }
