@@ -9,6 +9,7 @@ mod doctor;
 mod known;
 mod rules;
 mod shared;
+pub mod stretches;
 mod study;
 mod tires;
 

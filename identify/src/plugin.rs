@@ -43,6 +43,8 @@ impl Analysis for Identify {
         Need::optional("omega_fr", "rad/s", "speed of the front right wheel"),
         Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
         Need::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
+        Need::optional("tread_temperature_f", "K", "temperature of the front treads"),
+        Need::optional("tread_temperature_r", "K", "temperature of the rear treads"),
         Need::optional(
             "roll",
             "rad",
