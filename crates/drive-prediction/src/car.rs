@@ -30,7 +30,7 @@ use fit::Unfit;
 use motion::{Driven, Steered};
 
 /// For people.
-const NAME: &str = "trackside";
+const NAME: &str = "identified";
 
 /// A car that was fitted, and how far its predictions are off.
 #[derive(Clone, Debug)]
