@@ -7,6 +7,7 @@ mod closed_loop;
 mod curve;
 mod doctor;
 mod known;
+mod prediction;
 mod rules;
 mod shared;
 pub mod stretches;
@@ -22,6 +23,7 @@ pub use closed_loop::{ClosedLoop, HoldOut};
 pub use curve::{Curve, Hold, OneCurve};
 pub use doctor::Doctor;
 use plugin::ConfigError;
+pub use prediction::Prediction;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -46,6 +48,8 @@ pub enum Config {
     Bench(Box<Bench>),
     /// Looks for errors in a log.
     Doctor(Doctor),
+    /// Identifies a car that predicts drives, and judges it on parts that were not fitted.
+    Prediction(Box<Prediction>),
     /// Finds the excitation that identifies each parameter.
     ExcitationStudy(Excitation),
     /// Finds the parameters that matter at each slip.
@@ -66,6 +70,7 @@ enum Task {
     Curve,
     Bench,
     Doctor,
+    Prediction,
     ExcitationStudy,
     SensitivityStudy,
 }
@@ -88,6 +93,7 @@ impl Config {
             Task::Curve => Self::Curve(settings(&rest)?),
             Task::Bench => Self::Bench(settings(&rest)?),
             Task::Doctor => Self::Doctor(settings(&rest)?),
+            Task::Prediction => Self::Prediction(settings(&rest)?),
             Task::ExcitationStudy => Self::ExcitationStudy(settings(&rest)?),
             Task::SensitivityStudy => Self::SensitivityStudy(settings(&rest)?),
         };
@@ -102,6 +108,7 @@ impl Config {
             Self::Curve(curve) => curve.check(),
             Self::Bench(bench) => bench.check(),
             Self::Doctor(doctor) => doctor.check(),
+            Self::Prediction(prediction) => prediction.check(),
             Self::ExcitationStudy(excitation) => study::check(excitation),
             Self::SensitivityStudy(sensitivity) => sensitivity.check(),
         }

@@ -8,7 +8,7 @@ mod drift;
 mod drives;
 mod head;
 mod misfit;
-
+pub mod prediction;
 mod replay;
 mod studies;
 

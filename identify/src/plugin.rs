@@ -6,6 +6,7 @@ mod curve;
 mod doctor;
 #[cfg(test)]
 mod hostile;
+pub mod prediction;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
@@ -56,6 +57,8 @@ impl Analysis for Identify {
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
         Need::optional("gear", "", "gear"),
+        Need::optional("lap", "", "number of the lap"),
+        Need::optional("log", "", "number of the log, from 1, where a table has several paths"),
         Need::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
         Need::optional("force", "", "its force over its load"),
     ];
@@ -76,6 +79,7 @@ impl Analysis for Identify {
             }
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
+            Config::Prediction(config) => Ok(prediction::check(&config, request)?),
             Config::Bench(_) | Config::ExcitationStudy(_) | Config::SensitivityStudy(_) => Ok(()),
         }
     }
@@ -87,6 +91,7 @@ impl Analysis for Identify {
             Config::Curve(config) => curve::curve(&config, request, host)?,
             Config::Bench(config) => bench::bench(&config, host)?,
             Config::Doctor(config) => doctor::task(&config, request, host),
+            Config::Prediction(config) => prediction::prediction(&config, request, host)?,
             Config::ExcitationStudy(study) => excitation_study(&study, host)?,
             Config::SensitivityStudy(study) => sensitivity_study(&study, host),
         };

@@ -76,6 +76,18 @@ pub struct LoggedCar {
     exact: bool,
 }
 
+/// The car of a prediction. `body` and `drive_front_share` are needed.
+#[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SteeredCar {
+    /// Mass, inertia and lengths: plain numbers, or tables of `value` and `std`.
+    body: Option<Masses>,
+    /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
+    drive_front_share: Option<f64>,
+    /// Share of the braking force at the front axle [-]; usually 0.5.
+    brake_front_share: Option<f64>,
+}
+
 /// A missing datum: its key, and its use.
 type Missing = (&'static str, &'static str);
 
@@ -254,6 +266,23 @@ impl DrivenCar {
         demand((0.0..=0.5).contains(&F_x_gain), "F_x_gain_std", expected, F_x_gain)?;
         let car = Vehicle { body, aero: air(aero)?, brake_front_share, ..Vehicle::default() };
         Ok((car, CarUncertainty { F_x_gain, ..usual }))
+    }
+}
+
+impl SteeredCar {
+    /// Mass, inertia and lengths, and the shares of driving and braking force at the front axle.
+    ///
+    /// # Errors
+    /// With all that are missing, or the first that makes no sense.
+    pub fn read(&self) -> Result<(Body, [f64; 2]), ConfigError> {
+        let mut asked = Asked::default();
+        let body = asked.body(self.body, false)?;
+        let drive = asked.take(self.drive_front_share, DRIVE);
+        let (Some((body, _)), Some(drive)) = (body, drive) else { return Err(asked.needed()) };
+        let brake = self.brake_front_share.unwrap_or(0.5);
+        share("drive_front_share", drive)?;
+        share("brake_front_share", brake)?;
+        Ok((body, [drive, brake]))
     }
 }
 

@@ -39,6 +39,16 @@ const DIFFERENTIAL: [Row; 5] = [
     ("body.track_r", "car.differential.track"),
 ];
 
+const STEERED: [Row; 7] = [
+    ("body.m", "car.body.m"),
+    ("body.I_zz", "car.body.I_zz"),
+    ("body.l_f", "car.body.l_f"),
+    ("body.l_r", "car.body.l_r"),
+    ("body.h", "car.body.h"),
+    ("brake.front_share", "car.brake_front_share"),
+    ("drive.front_share", "car.drive_front_share"),
+];
+
 const DOCTOR: [Row; 3] = [("body.m", "m"), ("body.l_f", "l_f"), ("body.l_r", "l_r")];
 
 /// Replaces the values of `parameters`, by the names of variables, by keys of the car.
@@ -56,9 +66,10 @@ pub(super) fn take(config: &mut Table, task: &Task) -> Result<(), ConfigError> {
         Task::Tires if differential => [&CAR[..], &LOGGED, &DIFFERENTIAL].concat(),
         Task::Tires => [&CAR[..], &LOGGED].concat(),
         Task::ClosedLoop => CAR.to_vec(),
+        Task::Prediction => STEERED.to_vec(),
         Task::Doctor => DOCTOR.to_vec(),
         Task::Curve | Task::Bench | Task::ExcitationStudy | Task::SensitivityStudy => {
-            let tasks = "\"tires\", \"closed_loop\" and \"doctor\"";
+            let tasks = "\"tires\", \"closed_loop\", \"prediction\" and \"doctor\"";
             return Err(wrong(format!("expected none: of the tasks, {tasks} have a car")));
         }
     };

@@ -1,0 +1,105 @@
+//! Predicts logs of real cars that were not fitted, beside simple models that see the same inputs:
+//! `cargo run --release -p drive-prediction --example real_logs -- FOLDER`.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::slice;
+use std::time::Instant;
+
+use drive_prediction::baseline::baselines;
+use drive_prediction::car::parameters::{COUNT, NAMES};
+use drive_prediction::car::{Car, Predicting};
+use drive_prediction::score::{lateral, open_loop};
+use drive_prediction::{Drive, Predictor};
+
+fn main() {
+    let Some(folder) = std::env::args().nth(1).map(Into::into).or_else(|| Some(support::folder()))
+    else {
+        return;
+    };
+    let names = [
+        "circles_rubber_left",
+        "circles_rubber_right",
+        "ramp_rubber_left",
+        "ramp_rubber_right",
+        "free_moderate",
+        "free_fast",
+    ];
+    let dart: Option<Vec<Drive>> =
+        names.into_iter().map(|name| support::dart_in(&folder, name)).collect();
+    for held in ["free_fast", "free_moderate"] {
+        let Some(dart) = &dart else { break };
+        let (judged, fitted): (Vec<Drive>, Vec<Drive>) =
+            dart.iter().cloned().partition(|drive| drive.name == held);
+        report(&fitted, &judged[0], &support::dart_car(), support::DART_LAG);
+    }
+    if let Some(drive) = support::lm_in(&folder) {
+        let first = drive.time[0];
+        let fitted = [drive.between(first, first + 220.0)];
+        report(&fitted, &drive.between(first + 220.0, f64::INFINITY), &support::lm_car(), 0.0);
+    }
+}
+
+fn report(fitted: &[Drive], judged: &Drive, car: &Car, lag: f64) {
+    println!("\n{}", judged.name);
+    let begin = Instant::now();
+    let found = match Predicting::new(fitted, car) {
+        Ok(found) => found,
+        Err(error) => return println!("{error}"),
+    };
+    println!("fitted in {:.1} s, noise {:.4?}", begin.elapsed().as_secs_f64(), found.fitted.noise);
+    for i in 0..COUNT {
+        let (value, std) = (found.fitted.common[i], found.fitted.common_std[i]);
+        print!("{} {value:.4} ± {std:.4}; ", NAMES[i]);
+    }
+    println!("\nworth {:.1?}\n{:.3?}", found.fitted.worth, found.bands);
+    let mut models = baselines(fitted, &car.body, lag);
+    models.push(Box::new(Without(found.clone())));
+    models.push(Box::new(found));
+    println!("| | a_y | inside | v_y 3 s | r | position | spun | inside | 0.6 s v_y | r | position | inside |");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
+    models.iter().for_each(|model| line(model.as_ref(), slice::from_ref(judged)));
+}
+
+/// The car without what the log's past says.
+struct Without(Predicting);
+
+impl Predictor for Without {
+    fn name(&self) -> &str {
+        "trackside, without past"
+    }
+
+    fn steering(&self, drive: &Drive) -> Vec<f64> {
+        self.0.steering(drive)
+    }
+
+    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<[f64; 2]> {
+        self.0.roll(drive, steering, start, rows)
+    }
+
+    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
+        self.0.a_y(drive, steering, row)
+    }
+}
+
+fn line(model: &dyn Predictor, judged: &[Drive]) {
+    let share = |it: Option<f64>| it.map_or(String::new(), |it| format!("{it:.3}"));
+    let a_y = lateral(model, judged);
+    print!(
+        "| {} | {} | {} ",
+        model.name(),
+        share(a_y.map(|it| it.rmse)),
+        share(a_y.and_then(|it| it.coverage))
+    );
+    for horizon in [3.0, 0.6] {
+        let Some(score) = open_loop(model, judged, horizon) else { continue };
+        print!("| {:.4} | {:.4} | {:.3} ", score.v_y, score.r, score.position);
+        if horizon > 1.0 {
+            print!("| {:.3} ", score.spun);
+        }
+        let inside = score.coverage.map(|it| format!("{:.3} {:.3}", it[0], it[1]));
+        print!("| {} ", inside.unwrap_or_default());
+    }
+    println!("|");
+}

@@ -1,0 +1,148 @@
+//! How far predictions may be off: from the spread of parameters, noise that grows after the start, and how it went lately.
+
+use serde::Serialize;
+
+use crate::predictor::State;
+
+/// After a start errors grow for about this long [s].
+const GROWTH: f64 = 0.15;
+/// Errors of predictions longer ago than this count less and less [s].
+const MEMORY: f64 = 20.0;
+/// What was expected counts as much as this many predictions that have ended.
+const EXPECTED: f64 = 5.0;
+/// The same for a_y [s]; measured accelerations are known after a delay [s], for they are smoothed.
+const A_Y_MEMORY: f64 = 10.0;
+const A_Y_EXPECTED: f64 = 2.0;
+const A_Y_DELAY: f64 = 0.1;
+/// Squared errors over their variance count at most this much: one spin is no reason to believe nothing any more.
+const MOST: f64 = 25.0;
+const A_Y_MOST: f64 = 9.0;
+/// Smallest standard deviations [m/s], [rad/s].
+const LEAST: State = [1e-4, 1e-4];
+
+/// Widths of bands.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Bands {
+    /// Standard deviations of the errors that no parameter explains, of v_y [m/s] and yaw rate [rad/s].
+    pub noise: State,
+    /// Factors on the standard deviations that the parameters' spread causes.
+    pub spread: State,
+    /// Factors that let 95 % of the errors of logs that were left out be inside.
+    pub scale: State,
+    /// Standard deviation of the errors of a_y [m/s²].
+    pub a_y: f64,
+    /// The factor that lets 95 % of them be inside.
+    pub a_y_scale: f64,
+}
+
+/// How one prediction that has ended went.
+#[derive(Clone, Debug)]
+pub struct Ended {
+    /// Its last row.
+    pub end: usize,
+    /// Errors of v_y and yaw rate, their variance from the parameters' spread, and the time after the start [s].
+    pub readings: Vec<Reading>,
+}
+
+/// One instant of a prediction.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Time after the start [s].
+    pub time: f64,
+    /// Predicted minus measured v_y [m/s] and yaw rate [rad/s].
+    pub error: State,
+    /// Their variances, as far as they come from parameters.
+    pub variance: State,
+}
+
+impl Bands {
+    /// Without any noise, not scaled.
+    #[must_use]
+    pub fn plain() -> Self {
+        Self { noise: [0.0; 2], spread: [1.0; 2], scale: [1.0; 2], a_y: 1.0, a_y_scale: 1.0 }
+    }
+
+    /// Variances of both errors, as far as they do not depend on how it went lately.
+    #[must_use]
+    pub fn variance(&self, time: f64, variance: State) -> State {
+        let grown = 1.0 - (-time / GROWTH).exp();
+        [0, 1].map(|i| {
+            let own = (self.noise[i] * grown).powi(2);
+            own + self.spread[i].powi(2) * variance[i] + LEAST[i].powi(2)
+        })
+    }
+
+    /// Factors on variances in a row, from predictions that have ended by then.
+    #[must_use]
+    pub fn lately(&self, ended: &[Ended], row: usize, step: f64) -> State {
+        let mut sum = [EXPECTED; 2];
+        let mut total = EXPECTED;
+        for ended in ended.iter().take_while(|ended| ended.end <= row) {
+            let weight = (-((row - ended.end) as f64) * step / MEMORY).exp();
+            total += weight;
+            let mut square = [0.0; 2];
+            for reading in &ended.readings {
+                let variance = self.variance(reading.time, reading.variance);
+                for i in 0..2 {
+                    square[i] += reading.error[i].powi(2) / variance[i];
+                }
+            }
+            for i in 0..2 {
+                sum[i] += weight * (square[i] / ended.readings.len().max(1) as f64).min(MOST);
+            }
+        }
+        sum.map(|sum| sum / total)
+    }
+
+    /// Standard deviations of a_y in all rows [m/s²], from errors of rows that count.
+    #[must_use]
+    pub fn a_y_spread(&self, errors: &[f64], counts: &[bool], step: f64) -> Vec<f64> {
+        let keep = (-step / A_Y_MEMORY).exp();
+        let delay = (A_Y_DELAY / step).ceil() as usize;
+        let (mut sum, mut total) = (0.0, 0.0);
+        let spread = |row: usize| {
+            if let Some(known) = row.checked_sub(delay)
+                && counts[known]
+                && errors[known].is_finite()
+            {
+                let square = (errors[known] / self.a_y).powi(2).min(A_Y_MOST);
+                sum = keep * sum + square * step;
+                total = keep * total + step;
+            }
+            let lately = (A_Y_EXPECTED + sum) / (A_Y_EXPECTED + total);
+            self.a_y * lately.sqrt() * self.a_y_scale
+        };
+        (0..errors.len()).map(spread).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BANDS: Bands =
+        Bands { noise: [0.1, 0.2], spread: [1.0; 2], scale: [1.0; 2], a_y: 0.5, a_y_scale: 1.0 };
+
+    #[test]
+    fn bands_widen_where_predictions_went_wrong() {
+        let ended = |end: usize, error: f64| Ended {
+            end,
+            readings: vec![Reading { time: 5.0, error: [error, 0.2], variance: [0.0; 2] }],
+        };
+        let wrong: Vec<Ended> = (0..40).map(|k| ended(60 + 50 * k, 0.3)).collect();
+        let lately = BANDS.lately(&wrong, 2100, 0.01);
+        assert!(lately[0] > 6.0 && lately[0] < 9.0, "{lately:?}");
+        assert!((lately[1] - 1.0).abs() < 1e-4, "{lately:?}");
+        // What ends later is not known yet.
+        assert_eq!(BANDS.lately(&wrong, 59, 0.01), [1.0; 2]);
+    }
+
+    #[test]
+    fn the_band_of_a_y_does_not_know_the_present() {
+        let mut errors = vec![0.5; 1000];
+        errors[500..].fill(1.5);
+        let spread = BANDS.a_y_spread(&errors, &[true; 1000], 0.01);
+        assert!((spread[505] - 0.5).abs() < 1e-9, "{}", spread[505]);
+        assert!(spread[999] > 0.9, "{}", spread[999]);
+    }
+}

@@ -1,0 +1,171 @@
+//! Bands from logs that were left out of fits, one after the other.
+
+use numerics::simplex::{self, Limits};
+
+use crate::car::bands::{Bands, Reading};
+use crate::car::course::Course;
+use crate::car::fit::{Fitted, Unfit, fit_sections};
+use crate::car::section::Section;
+use crate::predictor::State;
+use crate::score::BAND;
+
+/// Horizon of the predictions that bands are calibrated by [s], and how often they are read [s].
+const HORIZON: f64 = 3.0;
+const READ_EVERY: f64 = 0.05;
+/// Share of the errors that shall be inside.
+const INSIDE: f64 = 0.95;
+/// How strongly the factor on the parameters' spread is held at 1: it and the noise are hard to tell apart.
+const HOLD: f64 = 0.02;
+/// Bounds of the logarithms of both parts of a band, relative to the root mean square and to 1.
+const BOX: [[f64; 2]; 2] = [[-6.0, -6.0], [3.0, 3.0]];
+
+/// What a section says that was left out.
+struct LeftOut {
+    /// How much it counts.
+    worth: f64,
+    readings: Vec<(usize, Vec<Reading>)>,
+    ended: Vec<super::bands::Ended>,
+    a_y: Vec<f64>,
+    counts: Vec<bool>,
+    step: f64,
+}
+
+/// The bands of a fit; none if there are no two sections.
+///
+/// # Errors
+/// If the sections that are left cannot be fitted.
+pub fn calibrate(fitted: &Fitted, sections: &[Section]) -> Result<Option<Bands>, Unfit> {
+    if sections.len() < 2 {
+        return Ok(None);
+    }
+    let mut all = Vec::new();
+    for j in 0..sections.len() {
+        let mut others = sections.to_vec();
+        let left_out = others.remove(j);
+        let without = fit_sections(&mut others, &fitted.car, Some(fitted))?;
+        let course = Course::new(&without, None, &left_out.driven.drive);
+        let drive = &left_out.driven.drive;
+        let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
+        let predictions = course.predictions(HORIZON, stride).into_iter();
+        let ahead = (HORIZON / drive.step).round() as usize;
+        all.push(LeftOut {
+            worth: left_out.worth(),
+            readings: predictions.map(|it| (it.end.saturating_sub(ahead), it.readings)).collect(),
+            ended: course.ended().to_vec(),
+            a_y: course.a_y_errors(),
+            counts: drive.counts.clone(),
+            step: drive.step,
+        });
+    }
+    all.retain(|it| !it.readings.is_empty());
+    if all.is_empty() {
+        return Ok(None);
+    }
+    let mut bands = Bands {
+        noise: [0.0; 2],
+        spread: [1.0; 2],
+        scale: [1.0; 2],
+        a_y: a_y_noise(&all),
+        a_y_scale: 1.0,
+    };
+    for i in 0..2 {
+        [bands.noise[i], bands.spread[i]] = parts(&all, i);
+    }
+    bands.scale = scales(&all, &bands);
+    bands.a_y_scale = a_y_scale(&all, &bands);
+    Ok(Some(bands))
+}
+
+/// Noise and factor on the spread of one state that make the errors likeliest.
+fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
+    let readings = |it: &LeftOut| -> Vec<Reading> {
+        it.readings.iter().flat_map(|(_, readings)| readings.iter().copied()).collect()
+    };
+    let logs: Vec<(f64, Vec<Reading>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
+    let mean = |of: &dyn Fn(&Reading) -> f64| {
+        let log = |(worth, readings): &(f64, Vec<Reading>)| {
+            worth * readings.iter().map(of).sum::<f64>() / readings.len() as f64
+        };
+        logs.iter().map(log).sum::<f64>() / logs.iter().map(|log| log.0).sum::<f64>()
+    };
+    let size = mean(&|it| it.error[i].powi(2)).sqrt().max(1e-6);
+    let of = |x: &[f64]| [size * x[0].exp(), x[1].exp()];
+    let cost = |x: &[f64]| {
+        let [noise, spread] = of(x);
+        let bands =
+            Bands { noise: [noise; 2], spread: [spread; 2], ..Bands::plain() };
+        mean(&|it| {
+            let variance = bands.variance(it.time, it.variance)[i];
+            0.5 * (variance.ln() + it.error[i].powi(2) / variance)
+        }) + HOLD * x[1].powi(2)
+    };
+    let limits = Limits { evaluations: 300, size: 1e-3, spread: 1e-6, restarts: 2 };
+    of(&simplex::minimise(&cost, &BOX[0], &BOX[1], &[0.0, 0.0], limits).x)
+}
+
+/// What bands have to be multiplied by so that the share of errors is inside.
+fn scales(all: &[LeftOut], bands: &Bands) -> State {
+    let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
+    for it in all {
+        let count: usize = it.readings.iter().map(|(_, readings)| readings.len()).sum();
+        for (start, readings) in &it.readings {
+            let lately = bands.lately(&it.ended, *start, it.step);
+            for reading in readings {
+                let variance = bands.variance(reading.time, reading.variance);
+                for i in 0..2 {
+                    let size = reading.error[i].abs() / (lately[i] * variance[i]).sqrt();
+                    sizes[i].push((size, it.worth / count as f64));
+                }
+            }
+        }
+    }
+    sizes.map(|sizes| quantile(sizes, INSIDE) / BAND[0])
+}
+
+fn a_y_noise(all: &[LeftOut]) -> f64 {
+    let (mut sum, mut total) = (0.0, 0.0);
+    for it in all {
+        let errors = || it.a_y.iter().zip(&it.counts).filter(|(_, counts)| **counts);
+        let count = errors().count().max(1) as f64;
+        sum += it.worth * errors().map(|(error, _)| error * error).sum::<f64>() / count;
+        total += it.worth;
+    }
+    (sum / total).sqrt().max(1e-6)
+}
+
+fn a_y_scale(all: &[LeftOut], bands: &Bands) -> f64 {
+    let mut sizes = Vec::new();
+    for it in all {
+        let spread = bands.a_y_spread(&it.a_y, &it.counts, it.step);
+        let count = it.counts.iter().filter(|counts| **counts).count().max(1) as f64;
+        for row in (0..it.counts.len()).filter(|row| it.counts[*row]) {
+            sizes.push((it.a_y[row].abs() / spread[row], it.worth / count));
+        }
+    }
+    quantile(sizes, INSIDE) / BAND[0]
+}
+
+/// The value that this share of weights does not exceed.
+fn quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
+    values.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = values.iter().map(|it| it.1).sum();
+    let mut sum = 0.0;
+    let reached = values.iter().find(|it| {
+        sum += it.1;
+        sum >= share * total
+    });
+    reached.or(values.last()).map_or(BAND[0], |it| it.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_count() {
+        let values = vec![(3.0, 1.0), (1.0, 18.0), (2.0, 1.0)];
+        assert_eq!(quantile(values.clone(), 0.9), 1.0);
+        assert_eq!(quantile(values.clone(), 0.95), 2.0);
+        assert_eq!(quantile(values, 0.96), 3.0);
+    }
+}

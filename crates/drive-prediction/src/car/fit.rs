@@ -1,0 +1,164 @@
+//! Finds the parameters that logs have in common from their errors in open loop.
+
+use std::fmt;
+
+use nalgebra::{DMatrix, DVector};
+use numerics::sqp::{self, Limits};
+
+use crate::car::hierarchy::Hierarchy;
+use crate::car::information::Errors;
+use crate::car::parameters::{COUNT, Car, Prior, VARYING, Vector};
+use crate::car::section::{Section, sections};
+use crate::drive::Drive;
+use crate::predictor::State;
+
+/// The noise and the weights of sections follow from a fit, and the fit from them: this often.
+const ROUNDS: usize = 3;
+/// The first guess of the noise is this share of how much states change within a rollout.
+const FIRST_NOISE: f64 = 0.3;
+/// Errors beyond this many standard deviations say nothing of the noise.
+const OUTLIER: f64 = 3.0;
+const LIMITS: Limits = Limits { iterations: 25, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
+
+/// A car that was fitted to logs.
+#[derive(Clone, Debug)]
+pub struct Fitted {
+    /// What was known before.
+    pub car: Car,
+    /// θ.
+    pub common: Vector,
+    /// Standard deviations of θ.
+    pub common_std: Vector,
+    /// Standard deviations of what a log that was not seen has of its own.
+    pub spread: [f64; VARYING],
+    /// Standard deviations of the errors of v_y [m/s] and yaw rate [rad/s] within 1.5 s.
+    pub noise: State,
+    /// The parameters of each section.
+    pub own: Vec<Vector>,
+    /// How many independent rollouts each section is worth.
+    pub worth: Vec<f64>,
+    /// The unknowns, from which a fit to similar logs can start.
+    pub(super) unknowns: DVector<f64>,
+}
+
+/// Why nothing can be fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Unfit {
+    /// No stretch is long enough, or v_y is not known in any.
+    NoRollout,
+    /// Nothing changes.
+    NoMotion,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoRollout => {
+                "expected a stretch of 1.5 s in which all rows count and v_y is known, found none"
+            }
+            Self::NoMotion => {
+                "expected v_y and yaw rate to change within 1.5 s, found the same values everywhere"
+            }
+        })
+    }
+}
+
+impl std::error::Error for Unfit {}
+
+/// Fits a car to drives, and tells how far its predictions are off.
+///
+/// # Errors
+/// If no part of the drives can be predicted.
+pub fn fit(drives: &[Drive], car: &Car) -> Result<Fitted, Unfit> {
+    let mut sections = sections(drives);
+    fit_sections(&mut sections, car, None)
+}
+
+/// Fits sections, which get their weights. `near` is a fit to nearly the same ones, whose noise and θ are the start.
+pub(super) fn fit_sections(
+    sections: &mut [Section],
+    car: &Car,
+    near: Option<&Fitted>,
+) -> Result<Fitted, Unfit> {
+    if sections.is_empty() {
+        return Err(Unfit::NoRollout);
+    }
+    let prior = Prior::new(car);
+    let mut noise = near.map_or_else(|| first_noise(sections), |near| near.noise);
+    if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
+        return Err(Unfit::NoMotion);
+    }
+    let size = Hierarchy::new(car, &prior, sections, noise).unknowns();
+    let start = |near: &Fitted| {
+        DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 })
+    };
+    let mut x = near.map_or_else(|| DVector::zeros(size), start);
+    // Without a start, the first round finds one, the others the weights.
+    let rounds = if near.is_some() { 1 } else { ROUNDS };
+    let mut covariance = DMatrix::identity(size, size);
+    for round in 0..rounds {
+        let hierarchy = Hierarchy::new(car, &prior, sections, noise);
+        let [lower, upper] = hierarchy.bounds();
+        let found = sqp::minimise(&hierarchy, &lower, &upper, &x, LIMITS);
+        if let Some(inverse) = found.model.hessian.try_inverse() {
+            covariance = inverse;
+        }
+        x = found.x;
+        if round + 1 < rounds {
+            let errors: Vec<Vec<Errors>> =
+                (0..sections.len()).map(|j| hierarchy.errors(&x, j)).collect();
+            sections.iter_mut().zip(&errors).for_each(|(section, errors)| section.weigh(errors));
+            let factor = spread(sections, &errors);
+            noise = [0, 1].map(|i| noise[i] * factor[i]);
+        }
+    }
+    let hierarchy = Hierarchy::new(car, &prior, sections, noise);
+    let common_std: Vector =
+        std::array::from_fn(|i| prior.std[i] * covariance[(i, i)].max(0.0).sqrt());
+    Ok(Fitted {
+        car: *car,
+        common: hierarchy.common(&x),
+        common_std,
+        spread: std::array::from_fn(|i| match prior.between[i] {
+            0.0 => 0.0,
+            between => between.hypot(common_std[i]),
+        }),
+        noise,
+        own: (0..sections.len()).map(|j| hierarchy.own(&x, j)).collect(),
+        worth: sections.iter().map(Section::worth).collect(),
+        unknowns: x,
+    })
+}
+
+/// From how much states change within rollouts.
+fn first_noise(sections: &[Section]) -> State {
+    let mut sum = [0.0; 2];
+    let mut count = 0;
+    for section in sections {
+        let drive = &section.driven.drive;
+        for start in &section.starts {
+            let end = start + section.ahead;
+            count += 1;
+            sum[0] += (drive.v_y[end] - drive.v_y[*start]).powi(2);
+            sum[1] += (drive.r[end] - drive.r[*start]).powi(2);
+        }
+    }
+    sum.map(|sum| FIRST_NOISE * (sum / f64::from(count.max(1))).sqrt())
+}
+
+/// Root mean squares of errors over their standard deviations: by how much those are too small.
+fn spread(sections: &[Section], errors: &[Vec<Errors>]) -> State {
+    let mut sum = [0.0; 2];
+    let mut total = 0.0;
+    for (section, errors) in sections.iter().zip(errors) {
+        for errors in errors {
+            for pair in errors.values.chunks_exact(2) {
+                total += section.weight;
+                for i in 0..2 {
+                    sum[i] += section.weight * pair[i].powi(2).min(OUTLIER * OUTLIER);
+                }
+            }
+        }
+    }
+    sum.map(|sum| (sum / total.max(f64::MIN_POSITIVE)).sqrt())
+}

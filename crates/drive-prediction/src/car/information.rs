@@ -1,0 +1,108 @@
+//! What the errors of one rollout say about the parameters.
+
+use nalgebra::{SMatrix, SVector};
+use numerics::loss::Loss;
+
+use crate::car::motion::{Driven, Dual};
+use crate::car::parameters::{COUNT, Car, Vector};
+use crate::predictor::State;
+
+/// Errors are read this often [s]: faster than that they repeat themselves.
+const READ_EVERY: f64 = 0.05;
+
+/// Errors of a rollout over their standard deviations, and the derivatives of those.
+#[derive(Clone, Debug, Default)]
+pub struct Errors {
+    /// v_y and yaw rate in turn.
+    pub values: Vec<f64>,
+    /// Derivatives of each.
+    pub slopes: Vec<Vector>,
+}
+
+/// Rows between two readings.
+#[must_use]
+pub fn stride(step: f64) -> usize {
+    ((READ_EVERY / step).round() as usize).max(1)
+}
+
+impl Errors {
+    /// Of the rollout over `rows` rows from `start` with parameters `x`.
+    #[must_use]
+    pub fn new(
+        driven: &Driven,
+        car: &Car,
+        x: &Vector,
+        (start, rows): (usize, usize),
+        noise: State,
+    ) -> Self {
+        let states = driven.roll::<Dual>(car, x, start, rows);
+        let stride = stride(driven.drive.step);
+        let mut errors = Self::default();
+        for k in (stride..=rows).step_by(stride) {
+            let measured = [driven.drive.v_y[start + k], driven.drive.r[start + k]];
+            for (i, state) in states[k].iter().enumerate() {
+                errors.values.push((state.re - measured[i]) / noise[i]);
+                let slope =
+                    state.eps.0.map_or([0.0; COUNT], |along| std::array::from_fn(|p| along[p]));
+                errors.slopes.push(slope.map(|slope| slope / noise[i]));
+            }
+        }
+        errors
+    }
+
+    /// Means of the errors of v_y and yaw rate.
+    #[must_use]
+    pub fn means(&self) -> State {
+        let n = (self.values.len() / 2).max(1) as f64;
+        let of = |i: usize| self.values.iter().skip(i).step_by(2).sum::<f64>() / n;
+        [of(0), of(1)]
+    }
+}
+
+/// A sum of costs to second order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Information {
+    /// Cost.
+    pub cost: f64,
+    /// Its gradient.
+    pub gradient: SVector<f64, COUNT>,
+    /// Its second derivatives after Gauss and Newton.
+    pub hessian: SMatrix<f64, COUNT, COUNT>,
+}
+
+impl Default for Information {
+    fn default() -> Self {
+        Self { cost: 0.0, gradient: SVector::zeros(), hessian: SMatrix::zeros() }
+    }
+}
+
+impl Information {
+    /// Of the errors of one rollout, each of which counts `weight` times.
+    #[must_use]
+    pub fn of(errors: &Errors, loss: Loss, weight: f64) -> Self {
+        let mut sum = Self::default();
+        for (value, slope) in errors.values.iter().zip(&errors.slopes) {
+            let weighted = weight * loss.weight(*value);
+            sum.cost += weight * loss.of(*value);
+            for i in 0..COUNT {
+                let pull = weighted * slope[i];
+                sum.gradient[i] += pull * value;
+                for k in 0..=i {
+                    sum.hessian[(i, k)] += pull * slope[k];
+                }
+            }
+        }
+        sum.hessian.fill_upper_triangle_with_lower_triangle();
+        sum
+    }
+
+    /// The sum of two.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self {
+            cost: self.cost + other.cost,
+            gradient: self.gradient + other.gradient,
+            hessian: self.hessian + other.hessian,
+        }
+    }
+}

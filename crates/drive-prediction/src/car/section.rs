@@ -1,0 +1,144 @@
+//! Parts of drives that have parameters of their own, and how much each of them says.
+
+use crate::car::information::Errors;
+use crate::car::motion::Driven;
+use crate::drive::Drive;
+use crate::predictor::State;
+
+/// A drive is divided into sections of about this long [s]: tires change within minutes.
+const LENGTH: f64 = 80.0;
+/// Shorter drives stay one section, even if it is the only one [s].
+const SHORTEST: f64 = 20.0;
+/// Time between two starts of the fit's rollouts [s], and how long they last [s].
+const EVERY: f64 = 1.0;
+pub(super) const HORIZON: f64 = 1.5;
+/// Correlations below this are noise.
+const UNCORRELATED: f64 = 0.05;
+
+/// A part of a drive.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// The drive, of which only the rows of the part count.
+    pub driven: Driven,
+    /// First rows of the rollouts.
+    pub starts: Vec<usize>,
+    /// Rows of each.
+    pub ahead: usize,
+    /// How many independent rollouts one of them is worth.
+    pub weight: f64,
+}
+
+impl Section {
+    /// How much it says: independent rollouts.
+    #[must_use]
+    pub fn worth(&self) -> f64 {
+        self.weight * self.starts.len() as f64
+    }
+
+    /// Weighs it by the time for which the errors of its rollouts stay alike: one-way circles say the same again and again.
+    pub fn weigh(&mut self, errors: &[Errors]) {
+        let means: Vec<State> = errors.iter().map(Errors::means).collect();
+        let alike = |i: usize| correlated(&means.iter().map(|mean| mean[i]).collect::<Vec<_>>());
+        self.weight = 1.0 / alike(0).max(alike(1));
+    }
+}
+
+/// The sections of drives that have rollouts.
+#[must_use]
+pub fn sections(drives: &[Drive]) -> Vec<Section> {
+    let all: Vec<(&Drive, Vec<usize>)> =
+        drives.iter().map(|drive| (drive, usable(drive))).collect();
+    let mut sections = Vec::new();
+    for (drive, rows) in &all {
+        let seconds = rows.len() as f64 * drive.step;
+        let mut parts = (seconds / LENGTH).round().max(1.0) as usize;
+        if all.len() == 1 && seconds >= 2.0 * SHORTEST {
+            // One section alone cannot be left out.
+            parts = parts.max(2);
+        }
+        for part in 0..parts {
+            let [from, to] = [part, part + 1].map(|it| it * rows.len() / parts);
+            let mut one = (*drive).clone();
+            one.counts.fill(false);
+            rows[from..to].iter().for_each(|row| one.counts[*row] = true);
+            let (starts, ahead) = starts(&one, HORIZON, EVERY);
+            if !starts.is_empty() {
+                sections.push(Section { driven: Driven::new(&one), starts, ahead, weight: 1.0 });
+            }
+        }
+    }
+    sections
+}
+
+/// Rows that count and whose state is known.
+fn usable(drive: &Drive) -> Vec<usize> {
+    let known = |row: &usize| drive.counts[*row] && drive.v_y[*row].is_finite();
+    (0..drive.rows()).filter(known).collect()
+}
+
+/// The first rows of rollouts over `horizon` [s], one each `every` [s], all of whose rows count; and their number of rows.
+pub(super) fn starts(drive: &Drive, horizon: f64, every: f64) -> (Vec<usize>, usize) {
+    let rows = |time: f64| ((time / drive.step).round() as usize).max(1);
+    let (ahead, every) = (rows(horizon), rows(every));
+    let mut starts = Vec::new();
+    let mut row = 0;
+    while row + ahead + 1 < drive.rows() {
+        match (row..=row + ahead).rev().find(|it| !drive.counts[*it]) {
+            // The next start that can be free of this row.
+            Some(wrong) => row = (wrong + 1).div_ceil(every) * every,
+            None => {
+                starts.push(row);
+                row += every;
+            }
+        }
+    }
+    (starts, ahead)
+}
+
+/// For how many of its steps a series stays alike: 1 + 2 Σ of its correlations about zero.
+fn correlated(series: &[f64]) -> f64 {
+    let square: f64 = series.iter().map(|x| x * x).sum::<f64>() / series.len().max(1) as f64;
+    if square <= 0.0 {
+        return 1.0;
+    }
+    let correlation = |lag: usize| {
+        let pairs = series.iter().zip(&series[lag..]);
+        pairs.map(|(a, b)| a * b).sum::<f64>() / ((series.len() - lag) as f64 * square)
+    };
+    let kept = (1..series.len() / 3).map(correlation).take_while(|it| *it > UNCORRELATED);
+    1.0 + 2.0 * kept.sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_constant_error_is_one_error() {
+        let n = 90;
+        let constant = correlated(&vec![0.3; n]);
+        assert!(constant > 0.6 * n as f64, "{constant}");
+        let alternating: Vec<f64> =
+            (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        assert_eq!(correlated(&alternating), 1.0);
+        assert_eq!(correlated(&[]), 1.0);
+    }
+
+    #[test]
+    fn rollouts_avoid_rows_that_do_not_count() {
+        let n = 1000;
+        let mut drive = Drive {
+            step: 0.01,
+            time: (0..n).map(|i| f64::from(i) * 0.01).collect(),
+            v_x: vec![2.0; n as usize],
+            v_y: vec![0.0; n as usize],
+            counts: vec![true; n as usize],
+            ..Drive::default()
+        };
+        drive.counts[420] = false;
+        let (starts, ahead) = starts(&drive, 1.5, 1.0);
+        assert_eq!((starts, ahead), (vec![0, 100, 200, 500, 600, 700, 800], 150));
+        drive.v_y[700] = f64::NAN;
+        assert_eq!(usable(&drive).len(), 998);
+    }
+}

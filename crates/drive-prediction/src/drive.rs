@@ -1,0 +1,68 @@
+//! Holds a drive at even instants: the motion that models are judged by, and what sensors say of it.
+
+/// A drive at even instants. All channels have one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drive {
+    /// Where it comes from, for people.
+    pub name: String,
+    /// The number of its log, from 1; 0 where nobody counts.
+    pub log: usize,
+    /// Time between two rows [s].
+    pub step: f64,
+    /// Time of the log [s].
+    pub time: Vec<f64>,
+    /// Forward velocity of the centre of gravity [m/s].
+    pub v_x: Vec<f64>,
+    /// Its velocity to the left [m/s]; NaN where nobody measured it.
+    pub v_y: Vec<f64>,
+    /// Yaw rate [rad/s].
+    pub r: Vec<f64>,
+    /// Lateral acceleration, inertial [m/s²].
+    pub a_y: Vec<f64>,
+    /// Yaw acceleration [rad/s²].
+    pub r_dot: Vec<f64>,
+    /// Steering angle that the road wheels were told or measured to have [rad].
+    pub delta: Vec<f64>,
+    /// Which rows count: fast enough, without a gap, not at an edge.
+    pub counts: Vec<bool>,
+    /// Number of the lap, where it is known.
+    pub lap: Option<Vec<f64>>,
+    /// What an estimator sees that does not know v_y.
+    pub sensors: Option<Sensors>,
+}
+
+/// Sensors of a drive, held between their samples.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sensors {
+    /// Forward speed, as of wheels or GNSS [m/s].
+    pub v: Vec<f64>,
+    /// Yaw rate [rad/s].
+    pub r: Vec<f64>,
+    /// Lateral specific force [m/s²].
+    pub a_y: Option<Vec<f64>>,
+    /// Which rows have a new sample.
+    pub new: Vec<bool>,
+}
+
+impl Drive {
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.time.len()
+    }
+
+    /// The same drive, of which only the rows from `from` [s] to before `to` [s] count.
+    #[must_use]
+    pub fn between(&self, from: f64, to: f64) -> Self {
+        let mut part = self.clone();
+        for (counts, time) in part.counts.iter_mut().zip(&self.time) {
+            *counts &= (from..to).contains(time);
+        }
+        part
+    }
+
+    /// The values of a channel in the rows that count.
+    pub fn counted<'a>(&'a self, channel: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        channel.iter().zip(&self.counts).filter_map(|(value, counts)| counts.then_some(*value))
+    }
+}

@@ -1,0 +1,94 @@
+//! What can predict a drive, and the two models that need no tires.
+
+use crate::drive::Drive;
+use crate::lag::lag;
+
+/// Velocity to the left [m/s] and yaw rate [rad/s].
+pub type State = [f64; 2];
+
+/// A model that predicts lateral motion from measured speed and steering.
+pub trait Predictor: Sync {
+    /// For people.
+    fn name(&self) -> &str;
+
+    /// The steering angle of the road wheels [rad], one for each row: what the model makes of the recorded one.
+    fn steering(&self, drive: &Drive) -> Vec<f64>;
+
+    /// The states at `start` and the `rows` after it. It begins with the measured state; after it, it sees speed and steering alone.
+    /// What the drive says before `start` may be used.
+    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<State>;
+
+    /// The lateral acceleration [m/s²] in a row from its measured state; of a model without forces none.
+    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64>;
+
+    /// Standard deviations of [`Predictor::roll`] at the same instants, where the model says any.
+    fn spread(&self, _drive: &Drive, _start: usize, _rows: usize) -> Option<Vec<State>> {
+        None
+    }
+
+    /// The model along one drive, if it learns from the past of it. Then that is asked in its place.
+    fn along<'a>(&'a self, _drive: &Drive) -> Option<Box<dyn Predictor + 'a>> {
+        None
+    }
+
+    /// Standard deviation of [`Predictor::a_y`] [m/s²], where the model says any.
+    fn a_y_spread(&self, _drive: &Drive, _row: usize) -> Option<f64> {
+        None
+    }
+}
+
+/// Nothing changes.
+#[derive(Clone, Copy, Debug)]
+pub struct Persistence;
+
+impl Predictor for Persistence {
+    fn name(&self) -> &str {
+        "persistence"
+    }
+
+    fn steering(&self, drive: &Drive) -> Vec<f64> {
+        drive.delta.clone()
+    }
+
+    fn roll(&self, drive: &Drive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+        vec![[drive.v_y[start], drive.r[start]]; rows + 1]
+    }
+
+    fn a_y(&self, _: &Drive, _: &[f64], _: usize) -> Option<f64> {
+        None
+    }
+}
+
+/// Wheels go where they point: r = v_x tan δ / L, v_y = l_r r.
+#[derive(Clone, Copy, Debug)]
+pub struct Kinematic {
+    /// Distance between the axles [m].
+    pub wheelbase: f64,
+    /// Distance of the rear axle behind the centre of gravity [m].
+    pub l_r: f64,
+    /// Time constant of the steering [s].
+    pub steering_lag: f64,
+}
+
+impl Predictor for Kinematic {
+    fn name(&self) -> &str {
+        "kinematic"
+    }
+
+    fn steering(&self, drive: &Drive) -> Vec<f64> {
+        lag(&drive.delta, self.steering_lag, drive.step)
+    }
+
+    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
+        let state = |row: usize| {
+            let r = drive.v_x[row] * steering[row].tan() / self.wheelbase;
+            [self.l_r * r, r]
+        };
+        let first = [drive.v_y[start], drive.r[start]];
+        std::iter::once(first).chain((start + 1..=start + rows).map(state)).collect()
+    }
+
+    fn a_y(&self, _: &Drive, _: &[f64], _: usize) -> Option<f64> {
+        None
+    }
+}

@@ -1,0 +1,365 @@
+//! Identifies a car that predicts drives, and judges it, beside simple models, on parts that were not fitted.
+
+use drive_prediction::baseline::baselines;
+use drive_prediction::car::fit::Fitted;
+use drive_prediction::car::parameters::{COUNT, LAG, Prior};
+use drive_prediction::car::{Predicting, Steering};
+use drive_prediction::predictor::State;
+use drive_prediction::recorded::{Channel, Recorded, drives};
+use drive_prediction::rollout::rollouts;
+use drive_prediction::score::{BAND, LateralScore, RolloutScore, lateral, open_loop};
+use drive_prediction::{Drive, Predictor};
+use numerics::text::with_std;
+use plugin::{Host, Request, Row, Table, Words};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::go_on;
+use crate::config::Prediction;
+use crate::page;
+
+/// Signals that nothing works without.
+const NEEDED: [&str; 3] = ["v_x", "r", "delta"];
+
+/// A model on some drives: one score for each of them and each horizon.
+#[derive(Clone, Debug, Serialize)]
+pub struct Judged {
+    /// For people.
+    #[serde(skip)]
+    pub name: String,
+    /// Lateral acceleration from measured states; of a model without forces none.
+    pub a_y: Option<LateralScore>,
+    /// Open-loop predictions, one for each horizon that a stretch is long enough for.
+    #[serde(flatten, serialize_with = "by_horizon")]
+    pub open_loop: Vec<RolloutScore>,
+}
+
+/// Does `task = "prediction"`.
+///
+/// # Errors
+/// When the signals cannot be used, nothing is left to fit or to judge, or the program asked to give up.
+pub(super) fn prediction(
+    config: &Prediction,
+    request: &Request,
+    host: &mut dyn Host,
+) -> Result<Value, String> {
+    go_on(host, 0.0, "reading the drives")?;
+    let all = drives(&recorded(request), &config.sampling()).map_err(|error| error.to_string())?;
+    let [fitted, held] = config.split(&all);
+    if fitted.is_empty() {
+        return Err("expected rows to fit, found none: `hold_out` has all of them".to_owned());
+    }
+    if held.is_empty() && !config.hold_out.is_empty() {
+        return Err(
+            "expected rows in `hold_out`, found none: look at its times, laps and logs".to_owned()
+        );
+    }
+    let car = config.car().map_err(|error| error.to_string())?;
+    go_on(host, 0.1, "fitting the car")?;
+    let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
+    go_on(host, 0.6, "fitting the simple models")?;
+    let lag = match car.steering {
+        Steering::Measured => 0.0,
+        Steering::Commanded => identified.fitted.common[LAG],
+    };
+    let simple = baselines(&fitted, &car.body, lag);
+    let found = parameters(&identified.fitted);
+    let mut models: Vec<&dyn Predictor> = vec![&identified];
+    models.extend(simple.iter().map(AsRef::as_ref));
+    go_on(host, 0.8, "letting the models go")?;
+    let judged_on = if held.is_empty() { &fitted } else { &held };
+    let judged: Vec<Judged> =
+        models.iter().map(|model| judge(*model, judged_on, &config.horizons)).collect();
+    let summary = summary((&judged, &found), !held.is_empty());
+    let longest = config.horizons.iter().copied().fold(0.0, f64::max);
+    let drawn = judged_on.iter().take(DRAWN_DRIVES);
+    let traces: Vec<Trace> = drawn.filter_map(|drive| trace(models[0], drive, longest)).collect();
+    let html = page::prediction::page(
+        (&judged, &found),
+        &traces,
+        &summary,
+        &parts(judged_on, !held.is_empty()),
+    );
+    host.file("prediction.html", &html);
+    let scores: Map<String, Value> =
+        judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
+    let words =
+        Words { sound: !held.is_empty(), tables: vec![table(&judged), told(&found)], summary };
+    let car: Map<String, Value> =
+        found.into_iter().map(|it| (it.name.clone(), json!(it))).collect();
+    Ok(json!(Outcome { words, held_out: !held.is_empty(), scores, car }))
+}
+
+/// The result of the task.
+#[derive(Serialize)]
+struct Outcome {
+    #[serde(flatten)]
+    words: Words,
+    /// Whether the scores are of parts that were not fitted.
+    held_out: bool,
+    /// By the name of the model.
+    scores: Map<String, Value>,
+    /// By the name of the parameter.
+    car: Map<String, Value>,
+}
+
+/// What was found of a parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// As `front_K`.
+    #[serde(skip)]
+    pub name: String,
+    /// For people.
+    #[serde(skip)]
+    pub what: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value: of logs in common.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+    /// The standard deviation of what one log has of its own; 0 where logs do not differ.
+    pub between: f64,
+    /// The verdict.
+    pub verdict: &'static str,
+    /// Why.
+    pub reason: String,
+}
+
+/// Shares of the width before any data below which a parameter is identified, and is weak.
+const IDENTIFIED: f64 = 0.3;
+const WEAK: f64 = 0.7;
+
+/// Name, what it is, unit and whether it is estimated as a logarithm, in the order of the estimate.
+const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
+    ("front_K", "cornering stiffness over load, front", "1/rad", true),
+    ("rear_K", "cornering stiffness over load, rear", "1/rad", true),
+    ("front_D", "peak friction coefficient, front", "", true),
+    ("rear_D", "peak friction coefficient, rear", "", true),
+    ("I_zz", "yaw moment of inertia", "kg.m2", true),
+    ("offset", "offset of the steering angle", "rad", false),
+    ("rear_shift", "shift of the rear slip angle", "rad", false),
+    ("lag", "time constant of the steering", "s", false),
+    ("front_C", "shape factor, front", "", false),
+    ("rear_C", "shape factor, rear", "", false),
+    ("h", "height of the centre of gravity that moves forces", "m", false),
+    ("combined", "share of the friction ellipse", "", false),
+];
+
+/// The parameters with their verdicts.
+fn parameters(fitted: &Fitted) -> Vec<Found> {
+    let prior = Prior::new(&fitted.car);
+    let of =
+        |(i, (name, what, unit, logarithm)): (usize, (&str, &'static str, &'static str, bool))| {
+            let (mean, std) = (fitted.common[i], fitted.common_std[i]);
+            let ends = [-BAND[0], BAND[0]].map(|it| mean + it * std);
+            let [value, low, high] =
+                [mean, ends[0], ends[1]].map(|it| if logarithm { it.exp() } else { it });
+            let factor = if logarithm { value } else { 1.0 };
+            let share = std / prior.std[i];
+            let verdict = match share {
+                share if share < IDENTIFIED => "identified",
+                share if share < WEAK => "weak",
+                _ => "not_identifiable",
+            };
+            let reason = format!(
+                "The logs leave {:.0} % of the width that was plausible before.",
+                100.0 * share
+            );
+            let between = prior.between[i] * factor;
+            let (name, std, interval) = (name.to_owned(), std * factor, [low, high]);
+            Found { name, what, unit, value, std, interval, between, verdict, reason }
+        };
+    PARAMETERS.into_iter().enumerate().map(of).collect()
+}
+
+/// A row for each parameter.
+fn told(found: &[Found]) -> Table {
+    let row = |it: &Found| {
+        let value = with_std(it.value, it.std);
+        [
+            it.name.clone(),
+            value,
+            it.unit.to_owned(),
+            it.verdict.replace('_', " "),
+            it.reason.clone(),
+        ]
+    };
+    Table::new(["parameter", "value", "unit", "verdict", "reason"], found.iter().map(row))
+}
+
+/// Whether the signals are here that nothing works without.
+///
+/// # Errors
+/// With all that are missing.
+pub(super) fn check(config: &Prediction, request: &Request) -> Result<(), String> {
+    let needed = NEEDED.into_iter().chain(config.hide_v_y.then_some("v_y"));
+    let missing: Vec<_> = needed.filter(|name| request.signal(name).is_none()).collect();
+    match missing.is_empty() {
+        true => Ok(()),
+        false => Err(format!("expected the signals {}, which are missing", missing.join(", "))),
+    }
+}
+
+/// The channels of the request.
+fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
+    let channel = |name: &str| {
+        let signal = request.signal(name)?;
+        Some(Channel { time: signal.time, value: signal.values })
+    };
+    let needed = |name: &str| channel(name).unwrap_or_default();
+    let [v_x, r, delta] = NEEDED.map(needed);
+    let [v_y, a_y, lap, log] = ["v_y", "a_y", "lap", "log"].map(channel);
+    Recorded { v_x, v_y, r, a_y, delta, lap, log }
+}
+
+fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
+    let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
+    let open_loop = ahead.collect();
+    let name = model.name().to_owned();
+    Judged { name, a_y: lateral(model, drives), open_loop }
+}
+
+/// A state [m/s, rad/s], and its standard deviations where the model says any.
+type Moment = (f64, State, Option<State>);
+
+/// Measured states of a stretch and what was predicted of them.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Where it is.
+    pub name: String,
+    /// Times [s] and states.
+    pub measured: Vec<(f64, State)>,
+    /// One prediction after the other.
+    pub predicted: Vec<Vec<Moment>>,
+}
+
+/// How much of a drive is drawn [s], and of how many drives.
+const DRAWN: f64 = 60.0;
+const DRAWN_DRIVES: usize = 3;
+
+/// Predictions one after the other over `horizon` [s], of the first rows of each drive that count.
+fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
+    let first = drive.counts.iter().position(|counts| *counts)?;
+    let until = drive.time[first] + DRAWN;
+    let rows: Vec<usize> =
+        (first..drive.rows()).take_while(|row| drive.time[*row] <= until).collect();
+    let shown = |row: usize| {
+        let state = [drive.v_y[row], drive.r[row]];
+        (drive.time[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
+    };
+    let mut free = first;
+    let mut predicted = Vec::new();
+    for rollout in rollouts(model, drive, horizon) {
+        let end = rollout.start + rollout.predicted.len() - 1;
+        if rollout.start < free || drive.time[end] > until {
+            continue;
+        }
+        free = end;
+        let spread = |k: usize| rollout.spread.as_ref().map(|it| it[k]);
+        let moment =
+            |(k, state): (usize, &State)| (drive.time[rollout.start + k], *state, spread(k));
+        predicted.push(rollout.predicted.iter().enumerate().map(moment).collect());
+    }
+    let measured = rows.into_iter().map(shown).collect();
+    Some(Trace { name: drive.name.clone(), measured, predicted })
+}
+
+/// The key of a horizon: `after_0_6_s`.
+fn key(horizon: f64) -> String {
+    format!("after_{}_s", horizon.to_string().replace('.', "_"))
+}
+
+fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(scores.iter().map(|score| (key(score.horizon), score)))
+}
+
+/// What the scores are of.
+fn parts(drives: &[Drive], held_out: bool) -> String {
+    let part = |drive: &Drive| {
+        let times = || drive.counted(&drive.time);
+        let rows = times().count();
+        let ends =
+            [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)];
+        format!("{}, {:.1} to {:.1} s, {rows} rows", drive.name, ends[0], ends[1])
+    };
+    let list: Vec<_> = drives.iter().map(part).collect();
+    let which = if held_out { "not fitted" } else { "fitted" };
+    format!(
+        "Of parts that were {which}: {}. Faint numbers are 95 % intervals, from blocks of time.",
+        list.join("; ")
+    )
+}
+
+fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
+    let mut summary = vec![verdict(judged)];
+    let named = |verdict: &str| -> Vec<&str> {
+        found.iter().filter(|it| it.verdict == verdict).map(|it| it.name.as_str()).collect()
+    };
+    let unknown = named("not_identifiable");
+    if !unknown.is_empty() {
+        summary.push(format!("The logs do not tell {}.", unknown.join(", ")));
+    }
+    if !held_out {
+        let doubt = "The scores are of the data that were fitted: they say little of other drives. Name a part that is kept by `hold_out`.";
+        summary.push(doubt.to_owned());
+    }
+    for score in judged.iter().flat_map(|it| it.open_loop.iter().map(move |score| (it, score))) {
+        let (model, score) = score;
+        if score.spun > 0.0 {
+            summary.push(format!(
+                "{}: {:.1} % of the predictions over {} s end in a spin that did not happen.",
+                model.name,
+                100.0 * score.spun,
+                score.horizon
+            ));
+        }
+    }
+    summary
+}
+
+/// How the identified car does beside the best of the simple models.
+fn verdict(judged: &[Judged]) -> String {
+    let longest = |it: &Judged| it.open_loop.last().copied();
+    let Some((car, score)) = judged.first().and_then(|it| Some((it, longest(it)?))) else {
+        return "No stretch is long enough for a prediction.".to_owned();
+    };
+    let others = || judged[1..].iter().filter_map(longest);
+    let best =
+        |of: fn(&RolloutScore) -> f64| others().map(|it| of(&it)).fold(f64::INFINITY, f64::min);
+    let a_y = car.a_y.map_or(String::new(), |it| format!(", a_y to {:.3} m/s2", it.rmse));
+    format!(
+        "Over {} s the car predicts v_y to {:.3} m/s, the yaw rate to {:.3} rad/s and the place to {:.2} m (best simple model: {:.3}, {:.3}, \
+         {:.2}){a_y}.",
+        score.horizon,
+        score.v_y,
+        score.r,
+        score.position,
+        best(|it| it.v_y),
+        best(|it| it.r),
+        best(|it| it.position)
+    )
+}
+
+/// A row for each model.
+fn table(judged: &[Judged]) -> Table {
+    let mut head = vec!["model".to_owned(), "a_y [m/s2]".to_owned()];
+    let horizons = judged.iter().map(|it| &it.open_loop).max_by_key(|it| it.len());
+    for score in horizons.into_iter().flatten() {
+        let horizon = score.horizon;
+        head.extend(
+            ["v_y [m/s]", "r [rad/s]", "position [m]"].map(|it| format!("{it}, {horizon} s")),
+        );
+    }
+    let row = |it: &Judged| {
+        let a_y = it.a_y.map_or("–".to_owned(), |score| format!("{:.3}", score.rmse));
+        let mut row = vec![it.name.clone(), a_y];
+        for score in &it.open_loop {
+            row.extend([score.v_y, score.r, score.position].map(|it| format!("{it:.4}")));
+        }
+        Row(row)
+    };
+    Table { head, rows: judged.iter().map(row).collect() }
+}
