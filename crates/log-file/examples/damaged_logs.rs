@@ -2,6 +2,8 @@
 
 #[path = "../tests/support/damaged.rs"]
 mod damaged;
+#[path = "../tests/support/ld.rs"]
+mod ld;
 #[path = "../../mat-file/tests/support/writer.rs"]
 mod mat;
 #[path = "../tests/support/writers.rs"]

@@ -19,17 +19,17 @@ pub struct Fields {
     pub channels: Vec<Channel>,
     pub clocks: Vec<Clock>,
     pub places: Vec<usize>,
-    pub notes: Vec<String>,
+    pub left_out: Vec<String>,
 }
 
 impl Fields {
     /// Takes the fields of numbers, texts and points of time. The only column of points of time is the time of the others.
     pub fn new(schema: &Schema, rows: Option<u64>) -> Self {
-        let (mut channels, mut places, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut channels, mut places, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for (place, field) in schema.fields().iter().enumerate() {
             let name = field.name().clone();
             match kind(field.data_type()) {
-                None => notes.push(format!(
+                None => left_out.push(format!(
                     "`{name}` is left out: it has values of type {}",
                     field.data_type()
                 )),
@@ -49,7 +49,7 @@ impl Fields {
             [only] => Time::Channel(only),
             _ => Time::Unknown,
         };
-        Self { channels, clocks: vec![Clock { time, rows }], places, notes }
+        Self { channels, clocks: vec![Clock { time, rows }], places, left_out }
     }
 
     /// Hands over the rows of a batch that has the fields of these channels, by their places in it, until `take` wants no more.

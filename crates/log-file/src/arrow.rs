@@ -58,10 +58,8 @@ pub fn guarded<T, E: std::fmt::Display>(
 ) -> Result<T, Error> {
     match catch_unwind(AssertUnwindSafe(work)) {
         Ok(Ok(done)) => Ok(done),
-        Ok(Err(error)) => {
-            Err(Error::new(format!("expected a sound {format} file, found a damaged one: {error}")))
-        }
-        Err(_) => Err(Error::new(format!("expected a sound {format} file, found a damaged one"))),
+        Ok(Err(error)) => Err(Error::new(format!("the {format} file cannot be read: {error}"))),
+        Err(_) => Err(Error::new(format!("the {format} file is damaged"))),
     }
 }
 
@@ -222,10 +220,12 @@ impl Source for Arrow {
         Ok(())
     }
 
-    fn notes(&self) -> Vec<String> {
-        let cut = self
-            .cut
-            .then(|| "the file was cut off: it is read up to its last complete batch".to_owned());
-        self.fields.notes.iter().cloned().chain(cut).collect()
+    fn left_out(&self) -> Vec<String> {
+        self.fields.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let cut = "the file was cut off: it is read up to its last complete batch";
+        self.cut.then(|| cut.to_owned()).into_iter().collect()
     }
 }

@@ -27,7 +27,8 @@ pub struct Ld {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     blocks: Vec<Block>,
-    notes: Vec<String>,
+    left_out: Vec<String>,
+    warnings: Vec<String>,
 }
 
 /// Where the numbers of a channel are, and what they mean.
@@ -87,17 +88,24 @@ impl Ld {
         let length = file.metadata()?.len();
         let mut header = [0; HEADER];
         file.read_exact(&mut header)?;
-        let mut ld = Ld { file, channels: vec![], clocks: vec![], blocks: vec![], notes: vec![] };
+        let mut ld = Ld {
+            file,
+            channels: vec![],
+            clocks: vec![],
+            blocks: vec![],
+            left_out: vec![],
+            warnings: vec![],
+        };
         let (mut next, mut seen) = (word(&header, 8), HashSet::new());
         while next != 0 {
             if !seen.insert(next) {
-                ld.notes.push(format!("the list of channels goes in a circle at byte {next}"));
+                ld.warnings.push(format!("the list of channels goes in a circle at byte {next}"));
                 break;
             }
             if u64::from(next) + CHANNEL as u64 > length {
                 let found = ld.channels.len();
                 let what = "the list of channels leads behind the end of the file, to byte";
-                ld.notes.push(format!("{what} {next}: {found} channels before it are read"));
+                ld.warnings.push(format!("{what} {next}: {found} channels before it are read"));
                 break;
             }
             let mut bytes = [0; CHANNEL];
@@ -109,7 +117,7 @@ impl Ld {
         match ld.channels.is_empty() {
             false => Ok(ld),
             true => {
-                let notes = ld.notes.join("; ");
+                let notes = [ld.left_out, ld.warnings].concat().join("; ");
                 Err(Error::new(format!("expected channels in the MoTeC file, found none {notes}")))
             }
         }
@@ -124,17 +132,17 @@ impl Ld {
         let name = text(&bytes[32..64]);
         let Some(number) = Number::of(class, size) else {
             let what = format!("numbers of class {class} and {size} bytes, which is unknown here");
-            return self.notes.push(format!("`{name}` is left out: it has {what}"));
+            return self.left_out.push(format!("`{name}` is left out: it has {what}"));
         };
         if rate == 0 || divisor == 0 {
             let what = if rate == 0 { "rate" } else { "divisor" };
-            return self.notes.push(format!("`{name}` is left out: its {what} is 0"));
+            return self.left_out.push(format!("`{name}` is left out: its {what} is 0"));
         }
         let stated = u64::from(word(bytes, 12));
         let rows = stated.min(length.saturating_sub(at) / number.size() as u64);
         if rows < stated {
             let what = format!("{rows} of {stated} values, the file ends behind them");
-            self.notes.push(format!("`{name}` has {what}"));
+            self.warnings.push(format!("`{name}` has {what}"));
         }
         let clock = clock(&mut self.clocks, Time::Rate(rate.into()), Some(rows));
         let (group, unit) = (String::new(), unit(&text(&bytes[72..84])));
@@ -184,7 +192,11 @@ impl Source for Ld {
         Ok(())
     }
 
-    fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+    fn left_out(&self) -> Vec<String> {
+        self.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.clone()
     }
 }

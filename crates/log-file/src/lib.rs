@@ -96,8 +96,11 @@ pub trait Source {
     /// When the file cannot be read or is damaged where these channels are.
     fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error>;
 
-    /// Oddities that were found up to now, for people: one sentence each.
-    fn notes(&self) -> Vec<String>;
+    /// What the file has that is no channel, each with the reason.
+    fn left_out(&self) -> Vec<String>;
+
+    /// Damage that was found up to now, one sentence each.
+    fn warnings(&self) -> Vec<String>;
 }
 
 /// A log that is open.
@@ -138,10 +141,16 @@ impl Log {
         self.source.clocks()
     }
 
-    /// Oddities that were found up to now.
+    /// What the file has that is no channel, each with the reason.
     #[must_use]
-    pub fn notes(&self) -> Vec<String> {
-        self.source.notes()
+    pub fn left_out(&self) -> Vec<String> {
+        self.source.left_out()
+    }
+
+    /// Damage that was found up to now.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        self.source.warnings()
     }
 
     /// Hands over the rows of some channels, as [`Source::visit`] does.

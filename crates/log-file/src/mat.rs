@@ -19,7 +19,7 @@ pub struct Mat {
     clocks: Vec<Clock>,
     arrays: Vec<Vec<f64>>,
     places: Vec<Place>,
-    notes: Vec<String>,
+    left_out: Vec<String>,
 }
 
 /// Where the values of a channel are.
@@ -46,9 +46,9 @@ impl Mat {
         let found = mat_file::read(&bytes).map_err(|error| Error::new(error.to_string()))?;
         drop(bytes);
         let left_out = |(name, why): &(String, String)| format!("`{name}` is left out: {why}");
-        let notes = found.skipped.iter().filter(|it| !it.0.is_empty()).map(left_out).collect();
+        let left_out = found.skipped.iter().filter(|it| !it.0.is_empty()).map(left_out).collect();
         let mut mat =
-            Mat { channels: vec![], clocks: vec![], arrays: vec![], places: vec![], notes };
+            Mat { channels: vec![], clocks: vec![], arrays: vec![], places: vec![], left_out };
         let timed = mat.times(&found);
         mat.others(&found, &timed);
         match mat.channels.is_empty() {
@@ -227,7 +227,11 @@ impl Source for Mat {
         Ok(())
     }
 
-    fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+    fn left_out(&self) -> Vec<String> {
+        self.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
     }
 }

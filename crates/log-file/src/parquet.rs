@@ -67,7 +67,11 @@ impl Source for Parquet {
         Ok(())
     }
 
-    fn notes(&self) -> Vec<String> {
-        self.fields.notes.clone()
+    fn left_out(&self) -> Vec<String> {
+        self.fields.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
     }
 }

@@ -295,7 +295,11 @@ impl Source for Vbo {
         Ok(())
     }
 
-    fn notes(&self) -> Vec<String> {
+    fn left_out(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn warnings(&self) -> Vec<String> {
         let expected = self.channels.len();
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";

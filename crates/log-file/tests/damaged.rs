@@ -2,6 +2,8 @@
 
 #[path = "support/damaged.rs"]
 mod damaged;
+#[path = "support/ld.rs"]
+mod ld;
 #[path = "../../mat-file/tests/support/writer.rs"]
 mod mat;
 #[path = "support/writers.rs"]

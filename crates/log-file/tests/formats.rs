@@ -1,14 +1,17 @@
 //! Reads logs of all formats to known answers.
 
+#[path = "support/ld.rs"]
+mod ld;
 #[path = "../../mat-file/tests/support/writer.rs"]
 mod mat;
 #[path = "support/writers.rs"]
 mod writers;
 
 use arrow_ipc::CompressionType;
+use ld::{Ld, ld, ld_channels};
 use log_file::{Channel, Kind, Log, Time, Values};
 use mat::{Made, column};
-use writers::{Ld, VBO, arrow, ld, ld_channels, parquet};
+use writers::{VBO, arrow, parquet};
 
 /// The log of these bytes, under a name that tells nothing.
 fn open(bytes: &[u8]) -> Result<Option<Log>, log_file::Error> {
@@ -57,7 +60,7 @@ fn motec_numbers_have_their_scale_rate_and_unit() {
     assert_eq!(numbers(&mut log, "Steer"), [1.5, -2.0, 0.0]);
     // (100 / (4 * 10^-1) - 40) * 2
     assert_eq!(numbers(&mut log, "Temp"), [420.0]);
-    assert!(log.notes().is_empty(), "{:?}", log.notes());
+    assert!(log.warnings().is_empty(), "{:?}", log.warnings());
 }
 
 #[test]
@@ -69,7 +72,7 @@ fn motec_channels_that_cannot_be_read_are_named() {
     let mut bytes = ld(&channels);
     bytes.truncate(bytes.len() - 4);
     let mut log = log(&bytes);
-    let notes = log.notes().join("\n");
+    let notes = [log.left_out(), log.warnings()].concat().join("\n");
     for part in [
         "`Ground Speed` is left out: it has numbers of class 9 and 8 bytes",
         "`G Force Lat` is left out: its rate is 0",
@@ -86,7 +89,7 @@ fn motec_channels_that_cannot_be_read_are_named() {
     bytes[at..at + 4].copy_from_slice(&second);
     let found = open(&bytes).expect("it is read").expect("a log");
     assert_eq!(found.channels().len(), 2);
-    assert!(found.notes()[0].contains("goes in a circle"), "{:?}", found.notes());
+    assert!(found.warnings()[0].contains("goes in a circle"), "{:?}", found.warnings());
     let none = open(&ld(&[])).err().expect("no channels").to_string();
     assert!(none.starts_with("expected channels in the MoTeC file, found none"), "{none}");
 }
@@ -134,7 +137,7 @@ fn vbox_times_pass_midnight_and_positions_become_degrees() {
         assert!((long[0] + 0.981_03).abs() < 1e-9 && long[2] == 1.0, "{long:?}");
         assert_eq!(shown(&numbers(&mut log, "velocity")), ["36", "37", "NaN"]);
         assert_eq!(shown(&numbers(&mut log, "Yaw_Rate")), ["1.5", "NaN", "1"]);
-        let notes = log.notes();
+        let notes = log.warnings();
         assert!(notes[0].starts_with("1 line left out: expected 9 numbers"), "{notes:?}");
         assert!(notes[1].starts_with("1 line with cells that are no numbers"), "{notes:?}");
         assert!(notes[0].ends_with("line 28") && notes[1].ends_with("line 29"), "{notes:?}");
@@ -162,7 +165,7 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
         let mut log = log(&bytes);
         assert_eq!(log.format, format);
         assert_eq!(log.channels()[0].unit.as_deref(), Some("m/s"));
-        assert_eq!(log.notes(), ["`list` is left out: it has values of type List(Int32)"]);
+        assert_eq!(log.left_out(), ["`list` is left out: it has values of type List(Int32)"]);
         let twice = |it: [f64; 3]| shown(&[it, it].concat());
         let nan = f64::NAN;
         for (name, expected) in [
@@ -200,7 +203,7 @@ fn a_file_of_arrow_that_was_cut_off_is_read_up_to_there() {
     let bytes = arrow(true, None);
     let mut log = log(&bytes[..bytes.len() * 3 / 4]);
     assert_eq!(numbers(&mut log, "f"), [0.5, 1.0, 2.0]);
-    assert!(log.notes().last().is_some_and(|it| it.contains("was cut off")), "{:?}", log.notes());
+    assert!(log.warnings().last().is_some_and(|it| it.contains("was cut off")), "{:?}", log.warnings());
 }
 
 #[test]

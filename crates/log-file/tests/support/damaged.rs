@@ -5,7 +5,7 @@ use std::path::Path;
 use damage::Target;
 use log_file::Log;
 
-use super::{mat, writers};
+use super::{ld, mat, writers};
 
 pub const TARGET: Target = Target {
     name: "logs",
@@ -19,7 +19,7 @@ pub const TARGET: Target = Target {
 fn sound() -> Vec<Vec<u8>> {
     let lz4 = Some(arrow_ipc::CompressionType::LZ4_FRAME);
     vec![
-        writers::ld(&writers::ld_channels()),
+        ld::ld(&ld::ld_channels()),
         writers::VBO.as_bytes().to_vec(),
         writers::parquet(),
         writers::arrow(false, None),

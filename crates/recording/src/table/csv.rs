@@ -5,7 +5,7 @@ mod error;
 mod file;
 mod header;
 mod numbers;
-mod title;
+
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -30,7 +30,7 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     titles.extend(wanted.time.as_deref());
     let file = CsvFile::open(path, bytes, &titles, &wanted.dialect)?;
     if wanted.time.is_none() {
-        return Err(TableError::NoTime { path: path.to_owned(), present: file.names() });
+        return Err(TableError::NoTime { path: path.to_owned(), format: "CSV", present: file.names() });
     }
     let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
     let places: Vec<usize> =
@@ -81,9 +81,21 @@ pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, TableError> {
 }
 
 /// The titles of a file.
-pub(super) fn titles(path: &Path, bytes: &[u8]) -> Result<Vec<ColumnTitle>, TableError> {
-    let file = CsvFile::open(path, bytes, &[], &Dialect::default())?;
+pub(super) fn titles(path: &Path) -> Result<Vec<ColumnTitle>, TableError> {
+    let bytes = bytes(path)?;
+    let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
     Ok(file.titles()?)
+}
+
+/// Whether the file has each of these columns.
+pub(super) fn look_up(
+    path: &Path,
+    names: &[&str],
+    dialect: &Dialect,
+) -> Result<Vec<Result<(), TableError>>, TableError> {
+    let bytes = bytes(path)?;
+    let file = CsvFile::open(path, &bytes, names, dialect)?;
+    Ok(names.iter().map(|name| file.place(name).map(drop)).collect())
 }
 
 /// Reads the wanted columns of a file whose rows have no time, such as the points of a line; `kept` is its text where a

@@ -6,13 +6,13 @@ use std::path::Path;
 use super::cell::{self, Cell};
 use super::error::CsvError;
 use super::header::{self, Header};
-use super::title::{spelled, unit_cell};
+use crate::table::title::{spelled, unit_cell};
 use super::{reader, text};
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
 
 /// First bytes of files that are given for CSV at times, and a remedy.
-const FORMATS: [(&[u8], &str, &str); 8] = [
+const FORMATS: [(&[u8], &str, &str); 5] = [
     (
         b"\xff\xfe",
         "text in UTF-16",
@@ -30,9 +30,6 @@ const FORMATS: [(&[u8], &str, &str); 8] = [
         "export the sheet as CSV, or unpack the archive",
     ),
     (b"\x1f\x8b", "compressed by gzip", "unpack it, as in `gunzip -k log.csv.gz`"),
-    (b"MATLAB", "a MAT file", "write its signals as CSV, as with `writetable` in MATLAB"),
-    (b"\x89HDF", "an HDF5 file", "export its signals as CSV"),
-    (b"PAR1", "a Parquet file", "export it as CSV, as with `to_csv` in pandas"),
 ];
 
 /// A CSV file whose titles are known.

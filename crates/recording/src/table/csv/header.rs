@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::title::Title;
+use crate::table::title::Title;
 use crate::table::wanted::Separator;
 
 /// The lines at the beginning of a file among which the titles are looked for.

@@ -5,7 +5,7 @@ use units::Unit;
 use super::cell::{self, Cell, Mark, cell, clock, mark};
 use super::error::CsvError;
 use super::file::{CsvFile, Rows};
-use super::title::spelled;
+use crate::table::title::spelled;
 use crate::table::kept::Kept;
 use crate::table::wanted::{Decimal, Reading, Separator, Wanted};
 
