@@ -3,6 +3,7 @@
 mod csv;
 mod error;
 mod gaps;
+mod join;
 mod kept;
 mod logged;
 mod mcap;
@@ -141,6 +142,8 @@ pub struct Table {
     origin: f64,
     interpolation: Interpolation,
     warnings: Vec<String>,
+    /// Of logs one after another, a stamp in the pause before each but the first one [s].
+    logs: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -225,6 +228,7 @@ impl Table {
             origin: 0.0,
             interpolation: Interpolation::default(),
             warnings: recorded.warnings,
+            logs: Vec::new(),
         };
         table.set_origin(None);
         Ok(table)

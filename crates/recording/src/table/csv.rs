@@ -6,7 +6,6 @@ mod file;
 mod header;
 mod numbers;
 
-
 use std::collections::HashSet;
 use std::path::Path;
 
@@ -30,7 +29,11 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     titles.extend(wanted.time.as_deref());
     let file = CsvFile::open(path, bytes, &titles, &wanted.dialect)?;
     if wanted.time.is_none() {
-        return Err(TableError::NoTime { path: path.to_owned(), format: "CSV", present: file.names() });
+        return Err(TableError::NoTime {
+            path: path.to_owned(),
+            format: "CSV",
+            present: file.names(),
+        });
     }
     let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
     let places: Vec<usize> =

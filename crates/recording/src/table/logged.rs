@@ -43,7 +43,8 @@ pub fn read(path: &Path, mut log: Log, wanted: &Wanted) -> Result<Recorded, Tabl
     }
     clocks.sort_unstable();
     clocks.dedup();
-    let mut growing: Vec<Growing> = wanted.columns.iter().map(|it| Growing::new(it.reading)).collect();
+    let mut growing: Vec<Growing> =
+        wanted.columns.iter().map(|it| Growing::new(it.reading)).collect();
     let (mut read, mut wrong_times) = (Vec::new(), Vec::new());
     for clock in clocks {
         let of_clock = |place: &Result<usize, TableError>| {

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::cell::{self, Cell};
 use super::error::CsvError;
 use super::header::{self, Header};
-use crate::table::title::{spelled, unit_cell};
 use super::{reader, text};
+use crate::table::title::{spelled, unit_cell};
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
 

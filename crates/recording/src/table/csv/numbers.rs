@@ -5,8 +5,8 @@ use units::Unit;
 use super::cell::{self, Cell, Mark, cell, clock, mark};
 use super::error::CsvError;
 use super::file::{CsvFile, Rows};
-use crate::table::title::spelled;
 use crate::table::kept::Kept;
+use crate::table::title::spelled;
 use crate::table::wanted::{Decimal, Reading, Separator, Wanted};
 
 /// The cells of some columns, with their file.
