@@ -4,6 +4,7 @@ mod catalogue;
 mod error;
 mod field;
 mod file;
+mod survey;
 
 use std::io::Read as _;
 use std::path::Path;
@@ -17,6 +18,7 @@ use self::catalogue::Catalogue;
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
+pub(super) use self::survey::mcap_tallies;
 use super::{Kept, Recorded, Series, TableError, Wanted};
 
 /// The time stamp that counts.
