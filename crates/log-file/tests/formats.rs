@@ -203,7 +203,11 @@ fn a_file_of_arrow_that_was_cut_off_is_read_up_to_there() {
     let bytes = arrow(true, None);
     let mut log = log(&bytes[..bytes.len() * 3 / 4]);
     assert_eq!(numbers(&mut log, "f"), [0.5, 1.0, 2.0]);
-    assert!(log.warnings().last().is_some_and(|it| it.contains("was cut off")), "{:?}", log.warnings());
+    assert!(
+        log.warnings().last().is_some_and(|it| it.contains("was cut off")),
+        "{:?}",
+        log.warnings()
+    );
 }
 
 #[test]
