@@ -211,19 +211,20 @@ const DAY: f64 = 86_400.0;
 
 impl Vbo {
     /// The numbers of a line, or nothing when it is no row.
-    fn row(&mut self, line: &str, number: usize, clock: &mut (f64, f64)) -> Option<Vec<f64>> {
+    fn row(
+        &mut self,
+        line: &str,
+        number_of_line: usize,
+        clock: &mut (f64, f64),
+    ) -> Option<Vec<f64>> {
         let mut row = Vec::with_capacity(self.meanings.len());
         for cell in line.split_whitespace() {
-            row.push(cell.parse().or_else(|_| cell.replacen(',', ".", 1).parse()).map_or_else(
-                |_| {
-                    let known = ["null", "(null)", "-"].contains(&cell);
-                    if !known {
-                        self.damaged.cells.add(number);
-                    }
-                    f64::NAN
-                },
-                |it: f64| it,
-            ));
+            let number: Result<f64, _> =
+                cell.parse().or_else(|_| cell.replacen(',', ".", 1).parse());
+            if number.is_err() && !["null", "(null)", "-"].contains(&cell) {
+                self.damaged.cells.add(number_of_line);
+            }
+            row.push(number.unwrap_or(f64::NAN));
         }
         if row.len() != self.meanings.len() {
             return None;

@@ -1,14 +1,12 @@
-//! Surveys a log of any format in constant memory: its channels, with units, rates, gaps and ranges.
+//! Shows what is in a log: its channels, with units, rates, gaps and ranges. [`crate::table::survey`] goes through a file.
 
 mod tally;
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::json;
 
 pub use self::tally::{Gaps, Tally};
-use crate::table::{TableError, surveyed};
 
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
@@ -37,14 +35,6 @@ pub struct Channel {
 }
 
 impl Survey {
-    /// Goes through a file.
-    ///
-    /// # Errors
-    /// When it cannot be read, or is no log.
-    pub fn of(path: &Path) -> Result<Self, TableError> {
-        surveyed(path)
-    }
-
     /// Lines for a terminal: the file, then a line for each channel.
     #[must_use]
     pub fn lines(&self) -> String {
@@ -156,6 +146,3 @@ impl Channel {
         })
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -22,7 +22,7 @@ pub use self::error::TableError;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
-pub(crate) use self::surveyed::surveyed;
+pub use self::surveyed::survey;
 pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.

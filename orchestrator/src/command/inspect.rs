@@ -9,7 +9,7 @@ use diagnostics::Error;
 use fmu_import::Fmu;
 use orchestrator::inspect;
 use orchestrator::package::{self, BuildProgress};
-use recording::survey::Survey;
+use recording::table;
 use scenario::Scenario;
 use scenario::plan::System;
 use scenario::resolve::Overrides;
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         return Err(Error::input(message));
     }
     if !is(&["fmu"]) && !is_archive(&arguments.file) {
-        let survey = Survey::of(&arguments.file).map_err(|it| Error::input(it.to_string()))?;
+        let survey = table::survey(&arguments.file).map_err(|it| Error::input(it.to_string()))?;
         match arguments.json {
             true => print_json(&survey.json()),
             false => print(&survey.lines()),

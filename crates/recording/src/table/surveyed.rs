@@ -9,8 +9,11 @@ use super::mcap::mcap_tallies;
 use super::{File, TableError, logged};
 use crate::survey::{Channel, Survey, Tally};
 
-/// The survey of a file.
-pub fn surveyed(path: &Path) -> Result<Survey, TableError> {
+/// Goes through a file of any format and size in constant memory, and tells what is in it.
+///
+/// # Errors
+/// When it cannot be read, or is no log.
+pub fn survey(path: &Path) -> Result<Survey, TableError> {
     match File::open(path)? {
         File::Mcap => mcap_tallies(path),
         File::Log(log) => of_log(path, *log),
@@ -85,3 +88,6 @@ fn count(tally: &mut Tally, values: &Values, kind: Kind, stamp: &dyn Fn(usize) -
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -44,8 +44,16 @@ const USUAL: [(&str, &str, &[&str]); 14] = [
     ),
     ("v_y", "m/s", &["vy", "velocityy", "lateralvelocity", "vlat"]),
     ("r", "rad/s", &["r", "yawrate", "omegaz", "wz", "gyroz", "psidot", "omega"]),
-    ("a_x", "m/s2", &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx", "gforcelong"]),
-    ("a_y", "m/s2", &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely", "gforcelat"]),
+    (
+        "a_x",
+        "m/s2",
+        &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx", "gforcelong"],
+    ),
+    (
+        "a_y",
+        "m/s2",
+        &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely", "gforcelat"],
+    ),
     (
         "delta",
         "rad",

@@ -1,12 +1,13 @@
 //! Surveys of small logs of several formats.
 
-use super::Survey;
+use super::survey as survey_of;
+use crate::survey::Survey;
 
 fn survey(name: &str, bytes: &[u8]) -> Survey {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).expect("it can be written");
-    Survey::of(&path).unwrap_or_else(|error| panic!("{error}"))
+    survey_of(&path).unwrap_or_else(|error| panic!("{error}"))
 }
 
 #[test]
