@@ -1,5 +1,6 @@
 //! Finds the plugins and the signals of `[[analysis]]`, and asks each plugin what it thinks of its part of the scenario.
 
+mod from_log;
 mod loaded;
 
 use std::collections::BTreeMap;
@@ -16,7 +17,7 @@ use units::Unit;
 
 use self::loaded::Loaded;
 use super::Notes;
-use super::logs::{self, Asked, LogColumn};
+use super::logs;
 use super::parameters::Parameters;
 use super::signal_units::{SignalUnits, cure};
 use crate::build_request::BuildRequest;
@@ -77,13 +78,7 @@ fn plan(
     let asked = needs.iter().filter(|need| !given(&analysis.signals, &need.name));
     let asked: Vec<Wanted> = asked.cloned().collect();
     let read = |table: &AnalysisTable| {
-        let words = (table.file(), aliases.as_ref());
-        let mut log = logs::read(scenario, words, Asked::Needs(&asked), warnings)?;
-        let number = asked.iter().any(|need| need.name == LOG);
-        if number && log.columns.iter().all(|column| column.name != LOG) {
-            log.table.number_logs(LOG);
-        }
-        Ok(log)
+        from_log::read(scenario, (table, aliases.as_ref()), &asked, warnings)
     };
     let log = analysis.table.as_ref().filter(|_| sound_aliases).map(read);
     let log = mistakes.take(log.transpose()).flatten();
@@ -107,20 +102,11 @@ fn plan(
     }
     for name in analysis.table.iter().flat_map(|table| table.columns.keys()) {
         let named = wanted(scenario, &loaded, name);
-        mistakes.take(named.and_then(|wanted| from_log(scenario, analysis, name, wanted)));
+        mistakes.take(named.and_then(|wanted| not_of_run(scenario, analysis, name, wanted)));
     }
-    for (place, column) in log.iter().flat_map(|log| &log.columns).enumerate() {
-        let Some(wanted) = loaded.needs.iter().find(|it| it.name == column.name) else { continue };
-        mistakes.take(wire_column(wanted, place, column).map(|it| wired.push(it)));
+    if let Some(log) = &log {
+        wired.extend(from_log::wired(log, &loaded.needs, &mut mistakes));
     }
-    let numbered = log.as_ref().filter(|log| log.table.names().len() > log.columns.len());
-    wired.extend(numbered.map(|log| Wired {
-        name: LOG.to_owned(),
-        unit: String::new(),
-        origin: Origin::Log(log.columns.len()),
-        factor: 1.0,
-        offset: 0.0,
-    }));
     if analysis.table.is_none() || log.is_some() {
         mistakes.take(complete(scenario, analysis, &loaded, &wired));
     }
@@ -140,29 +126,9 @@ fn plan(
     })
 }
 
-/// The signal that says which of several logs a row is from, 1, 2 and so on: an analysis that declares it gets it.
-const LOG: &str = "log";
-
 /// Whether a signal of the run is named.
 fn given(signals: &BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>, name: &str) -> bool {
     signals.keys().any(|it| it.get_ref() == name)
-}
-
-/// A column of a log, in the unit that the plugin wants.
-fn wire_column(wanted: &Wanted, place: usize, of: &LogColumn) -> Result<Wired, Error> {
-    let LogColumn { column: Column { column, unit: word, .. }, source, unit, .. } = of;
-    let written = (source, word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
-    let cure = |unit: &str| {
-        format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
-    };
-    let unit = match unit {
-        None => SignalUnit::Missing,
-        Some(name) => {
-            let unit = read_unit(&written, name).map_err(|it| it.help(cure("m/s")))?;
-            SignalUnit::Known(unit, name.to_owned())
-        }
-    };
-    wire(wanted, (Origin::Log(place), unit), written, &cure)
 }
 
 /// The number that a word names.
@@ -180,7 +146,7 @@ fn column(
 }
 
 /// Refuses a column of a file under the name of a signal of the run.
-fn from_log<'a>(
+fn not_of_run<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,

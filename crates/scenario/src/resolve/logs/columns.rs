@@ -75,43 +75,22 @@ pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Resul
         });
     };
     let there = there(reader, aliases, (word, path))?;
-    let taken = |name: &Spanned<String>, column: &Spanned<Column>| {
-        let entry = plain((name, column));
-        let wanted = column.get_ref().column.get_ref();
-        if there.has(wanted) {
-            return Ok(entry);
-        }
-        // Neither a column nor an alias: reading the file tells what it has.
-        let Some(found) = alias(aliases, wanted, &there) else { return Ok(entry) };
-        let found = found.map_err(|tried| missing(aliases, wanted, &tried, &there, path))?;
-        let own = column.get_ref();
-        Ok(match own.says_more() {
-            true => Entry { column: own.over(found), ..entry },
-            false => Entry {
-                column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
-                source: aliases.source.clone(),
-                ..entry
-            },
+    let named = words.columns.iter().map(|(name, column)| {
+        named(plain((name, column)), aliases, &there).map_err(|tried| {
+            let wanted = column.get_ref().column.get_ref();
+            missing(aliases, wanted, &tried, &there, path)
         })
-    };
-    let mut entries =
-        Mistakes::all(words.columns.iter().map(|(name, column)| taken(name, column)))?;
-    entries.extend(Mistakes::all(asked(reader, aliases).into_iter().filter_map(
-        |(name, needed)| {
-            let found = alias(aliases, name.get_ref(), &there)?;
-            match found {
-                Ok(column) => Some(Ok(Entry {
-                    name: name.get_ref().clone(),
-                    column: column.clone(),
-                    source: aliases.source.clone(),
-                })),
-                Err(tried) if needed => {
-                    Some(Err(missing(aliases, name.get_ref(), &tried, &there, path)))
-                }
-                Err(_) => None,
-            }
-        },
-    ))?);
+    });
+    let mut entries = Mistakes::all(named)?;
+    let asked = asked(reader, aliases).into_iter().filter_map(|(name, needed)| {
+        let (source, name) = (aliases.source.clone(), name.get_ref().clone());
+        match alias(aliases, &name, &there)? {
+            Ok(column) => Some(Ok(Entry { name, column: column.clone(), source })),
+            Err(tried) if needed => Some(Err(missing(aliases, &name, &tried, &there, path))),
+            Err(_) => None,
+        }
+    });
+    entries.extend(Mistakes::all(asked)?);
     // As without aliases: the columns in the order of their names.
     entries.sort_by(|a, b| a.name.cmp(&b.name));
     let (time, time_unit) = time(reader, aliases, &there, path)?;
@@ -127,6 +106,24 @@ pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Resul
             .hint(there.close(&aliases.columns().collect::<Vec<_>>())));
     }
     Ok(Chosen { entries, time, time_unit })
+}
+
+/// The column that the scenario names: one of the file, or of an alias. Of neither, reading the file tells what it has.
+fn named<'a>(entry: Entry, aliases: &'a Aliases, there: &There) -> Result<Entry, Vec<&'a str>> {
+    let own = &entry.column;
+    let wanted = own.column.get_ref();
+    if there.has(wanted) {
+        return Ok(entry);
+    }
+    let Some(found) = alias(aliases, wanted, there).transpose()? else { return Ok(entry) };
+    Ok(match own.says_more() {
+        true => Entry { column: own.over(found), ..entry },
+        false => Entry {
+            column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
+            source: aliases.source.clone(),
+            ..entry
+        },
+    })
 }
 
 /// Looks up all names that may be columns.
