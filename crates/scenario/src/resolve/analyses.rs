@@ -23,7 +23,7 @@ use super::signal_units::{SignalUnits, cure};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisSignal, AnalysisTable, Column, ScaledSignal, Scenario};
+use crate::words::{Analysis, AnalysisSignal, AnalysisTable, ScaledSignal, Scenario};
 
 /// The columns of the run and their units.
 type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);

@@ -5,7 +5,7 @@ use expression::SignalUnit;
 use plugin::Wanted;
 
 use super::super::logs::{self, Asked, Log, LogColumn};
-use super::{Written, read_unit, wire};
+use super::{read_unit, wire};
 use crate::plan::{Origin, Wired};
 use crate::words::{Aliases, AnalysisTable, Column, Scenario};
 
