@@ -11,6 +11,7 @@ pub mod recover;
 mod row;
 mod selection;
 mod sink;
+pub mod survey;
 pub mod table;
 pub mod view;
 

@@ -20,7 +20,7 @@ use super::{print, progress, tell};
 /// signal: `--v_x "Speed:km/h"`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The log: CSV, or MCAP with all columns given.
+    /// The log: CSV, MoTeC, VBOX, Parquet, Arrow or MAT, or MCAP with all columns given.
     log: PathBuf,
     #[command(flatten)]
     columns: Columns,
