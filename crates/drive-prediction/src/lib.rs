@@ -9,6 +9,7 @@
 pub mod baseline;
 pub mod curve;
 pub mod drive;
+pub mod hidden;
 pub mod lag;
 pub mod predictor;
 pub mod recorded;
