@@ -142,7 +142,8 @@ fn dart(folder: &Path) -> Result<(), Box<dyn Error>> {
     println!("DART, five logs with v_y (converged {}):\n{fitted}", fitted.converged);
     let (signals, [v_x, v_y]) = load("free_moderate", false)?;
     let truth = [v_x.as_slice(), v_y.as_slice()];
-    let counts = |row: usize| v_x[row] > 0.6;
+    let gap = columns(&folder.join("dart_free_moderate.csv"))?("gap");
+    let counts = |row: usize| v_x[row] > 0.6 && gap[row] == 0.0;
     score("free_moderate, causal", &estimate(&setup, &fitted, &signals, None), truth, counts);
     score("free_moderate, smoothed", &smoothed(&setup, &fitted, &signals, None), truth, counts);
     Ok(())

@@ -1,8 +1,9 @@
 //! The bank of a road that is driven again and again: lateral gravity over the distance of a lap, learnt from earlier laps.
 
+use super::filter::speed_of;
 use super::fit::Fit;
 use super::setup::Setup;
-use super::signals::{Channel, Signals};
+use super::signals::{CHANNELS, Channel, Signals};
 use super::track::smoothed;
 
 /// Lateral gravity over the distance of a lap, from where the signals begin that it was learnt from. Other signals must begin at the same place.
@@ -64,9 +65,8 @@ impl BankMap {
 /// The distance driven at each row [m]; a speed that is missing stays as it was.
 fn distance(signals: &Signals) -> Vec<f64> {
     let (mut speed, mut sum) = (0.0, 0.0);
-    let next = |row: &[f64; super::signals::CHANNELS]| {
-        let shown = [Channel::Speed, Channel::GroundSpeed].map(|channel| row[channel as usize]);
-        speed = shown.into_iter().find(|it| it.is_finite()).unwrap_or(speed);
+    let next = |row: &[f64; CHANNELS]| {
+        speed = speed_of(row).unwrap_or(speed);
         sum += speed * signals.step;
         sum
     };
@@ -77,7 +77,7 @@ fn distance(signals: &Signals) -> Vec<f64> {
 fn lap(signals: &Signals, distance: &[f64]) -> Option<usize> {
     let (mut curvature, mut last) = (Vec::new(), 0.0);
     for (row, s) in signals.measured.iter().zip(distance) {
-        let ratio = row[Channel::YawRate as usize] / row[Channel::Speed as usize];
+        let ratio = row[Channel::YawRate as usize] / speed_of(row).unwrap_or(f64::NAN);
         if ratio.is_finite() {
             last = ratio;
         }

@@ -166,7 +166,7 @@ impl<'a> Filter<'a> {
             for (place, decay, growth) in self.wanders {
                 belief.P[(place, place)] += growth * -(-2.0 * decay * h).exp_m1() / (2.0 * decay);
             }
-            all = F * all;
+            all = if part == 0 { F } else { F * all };
         }
         all
     }
@@ -252,7 +252,7 @@ impl<'a> Filter<'a> {
 }
 
 /// The speed that a row shows [m/s].
-fn speed_of(measured: &[f64; CHANNELS]) -> Option<f64> {
+pub(super) fn speed_of(measured: &[f64; CHANNELS]) -> Option<f64> {
     let shown = [Channel::Speed, Channel::GroundSpeed].map(|channel| measured[channel as usize]);
     shown.into_iter().find(|speed| speed.is_finite())
 }
