@@ -111,7 +111,7 @@ fn dart(folder: &Path) -> Result<(), Box<dyn Error>> {
     let body =
         Body { m: 1.58, I_zz: 0.00481, l_f: wheelbase * rear, l_r: wheelbase * front, h: 0.03 };
     let setup = Setup { steering_lag: 0.06, ..Setup::small(body) };
-    let load = |name: &str, seen: bool| -> Result<(Signals, [Vec<f64>; 2]), Box<dyn Error>> {
+    let load = |name: &str, seen: bool| -> Result<_, Box<dyn Error>> {
         let column = columns(&folder.join(format!("dart_{name}.csv")))?;
         let new = column("sensor_new");
         let fresh = |values: Vec<f64>| -> Vec<f64> {

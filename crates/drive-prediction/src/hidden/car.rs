@@ -24,6 +24,8 @@ pub(super) type Slopes = SMatrix<f64, MOVING, STATES>;
 /// Least share of the static load that an axle keeps, and least share of its force that a longitudinal force leaves.
 const LEAST_LOAD: f64 = 0.2;
 const LEAST_SHARE: f64 = 0.1;
+/// Cornering stiffness over load of a usual tire [1/rad].
+const USUAL_STIFFNESS: f64 = 15.0;
 
 /// What acts at an instant.
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +104,7 @@ impl<'a> Car<'a> {
             by[i][2] = by[i][1] * [l_f, -l_r][i];
             by[i][SLIP[i]] = slope;
             by[i][COMMON] = slope;
-            by[i][TRIM] = if i == 0 { slope } else { 0.0 };
+            by[i][TRIM] = if i == 0 { slope - value * delta.tan() } else { 0.0 };
         }
         let ease = m / self.parameters.inertia();
         let a_y = force[0] + force[1];
@@ -124,15 +126,13 @@ impl<'a> Car<'a> {
         Linear { rates: SVector::from([pushed, sliding, turning, r]), A, a_y, C }
     }
 
-    /// The fastest rate at which v_y and r settle [1/s]: sets the step of integration.
+    /// About the fastest rate at which v_y and r settle [1/s]: sets the step of integration. It knows nothing of the unknowns, by which a
+    /// likelihood must be smooth.
     pub fn fastest(&self, v_x: f64) -> f64 {
-        let Body { m, l_f, l_r, .. } = self.setup.body;
-        let L = l_f + l_r;
-        let [front, rear] =
-            self.tires.map(|tire| tire.stiffness() * G / v_x.max(self.setup.least_speed));
-        let (front, rear) = (front * l_r / L, rear * l_f / L);
-        let turning = m / self.parameters.inertia() * (front * l_f * l_f + rear * l_r * l_r);
-        turning.max(front + rear)
+        let Body { m, I_zz, l_f, l_r, .. } = self.setup.body;
+        let slope = USUAL_STIFFNESS * G / v_x.max(self.setup.least_speed);
+        // Loads of the axles are as l_r to l_f: l_f² l_r / L + l_r² l_f / L = l_f l_r.
+        (m / I_zz * slope * l_f * l_r).max(slope)
     }
 }
 

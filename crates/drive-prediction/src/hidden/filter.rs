@@ -99,19 +99,21 @@ impl<'a> Filter<'a> {
         let trim = setup.disturbances.trim;
         let mut trim = [0.0, trim * trim];
         let mut belief = Belief { x: State::zeros(), P: Square::identity() };
-        let mut slow = true;
+        let (mut slow, mut last) = (true, setup.least_speed);
         for row in 0..signals.rows() {
             let measured = &signals.measured[row];
             let speed = speed_of(measured);
             let start = slow && speed.is_some_and(|speed| speed >= setup.least_speed);
             if let Some(speed) = speed {
-                slow = speed < setup.least_speed;
+                (slow, last) = (speed < setup.least_speed, speed);
             }
             let mut F = Square::identity();
             if start || slow {
                 belief = self.first(measured, trim);
             } else {
-                F = self.predict(&mut belief, &input(row - 1), &input(row), signals.step);
+                let parts = (signals.step * self.car.fastest(last) / STABLE).ceil();
+                let inputs = [input(row - 1), input(row)];
+                F = self.predict(&mut belief, &inputs, signals.step, parts.clamp(1.0, MOST_PARTS));
             }
             let prior = belief;
             let (mut residual, mut variance) = ([f64::NAN; CHANNELS], [f64::NAN; CHANNELS]);
@@ -144,9 +146,14 @@ impl<'a> Filter<'a> {
         Belief { x, P }
     }
 
-    /// Moves a belief over a step [s]; the derivative of the new state by the old one.
-    fn predict(&self, belief: &mut Belief, from: &Input, to: &Input, step: f64) -> Square {
-        let parts = (step * self.car.fastest(belief.x[0]) / STABLE).ceil().clamp(1.0, MOST_PARTS);
+    /// Moves a belief over a step [s] in parts; the derivative of the new state by the old one.
+    fn predict(
+        &self,
+        belief: &mut Belief,
+        [from, to]: &[Input; 2],
+        step: f64,
+        parts: f64,
+    ) -> Square {
         let h = step / parts;
         let mut all = Square::identity();
         for part in 0..parts as usize {
