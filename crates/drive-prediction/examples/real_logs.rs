@@ -57,7 +57,9 @@ fn report(fitted: &[Drive], judged: &Drive, car: &Car, lag: f64) {
     let mut models = baselines(fitted, &car.body, lag);
     models.push(Box::new(Without(found.clone())));
     models.push(Box::new(found));
-    println!("| | a_y | inside | v_y 3 s | r | position | spun | inside | 0.6 s v_y | r | position | inside |");
+    println!(
+        "| | a_y | inside | v_y 3 s | r | position | spun | inside | 0.6 s v_y | r | position | inside |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     models.iter().for_each(|model| line(model.as_ref(), slice::from_ref(judged)));
 }

@@ -92,8 +92,7 @@ fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
     let of = |x: &[f64]| [size * x[0].exp(), x[1].exp()];
     let cost = |x: &[f64]| {
         let [noise, spread] = of(x);
-        let bands =
-            Bands { noise: [noise; 2], spread: [spread; 2], ..Bands::plain() };
+        let bands = Bands { noise: [noise; 2], spread: [spread; 2], ..Bands::plain() };
         mean(&|it| {
             let variance = bands.variance(it.time, it.variance)[i];
             0.5 * (variance.ln() + it.error[i].powi(2) / variance)

@@ -18,6 +18,8 @@ const ROUNDS: usize = 3;
 const FIRST_NOISE: f64 = 0.3;
 /// Errors beyond this many standard deviations say nothing of the noise.
 const OUTLIER: f64 = 3.0;
+/// No car of this kind is right to less than this share of its motion, whatever a few logs say that do not contradict it: another log will.
+const TRUST: f64 = 0.1;
 const LIMITS: Limits = Limits { iterations: 25, target: 1e-3, tolerance: 1e-2, damping: 1e-2 };
 
 /// A car that was fitted to logs.
@@ -88,6 +90,8 @@ pub(super) fn fit_sections(
     if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
         return Err(Unfit::NoMotion);
     }
+    let floor = level(sections, car).map(|level| TRUST * level);
+    noise = [0, 1].map(|i| noise[i].max(floor[i]));
     let size = Hierarchy::new(car, &prior, sections, noise).unknowns();
     let start = |near: &Fitted| {
         DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 })
@@ -109,7 +113,7 @@ pub(super) fn fit_sections(
                 (0..sections.len()).map(|j| hierarchy.errors(&x, j)).collect();
             sections.iter_mut().zip(&errors).for_each(|(section, errors)| section.weigh(errors));
             let factor = spread(sections, &errors);
-            noise = [0, 1].map(|i| noise[i] * factor[i]);
+            noise = [0, 1].map(|i| (noise[i] * factor[i]).max(floor[i]));
         }
     }
     let hierarchy = Hierarchy::new(car, &prior, sections, noise);
@@ -128,6 +132,24 @@ pub(super) fn fit_sections(
         worth: sections.iter().map(Section::worth).collect(),
         unknowns: x,
     })
+}
+
+/// How large v_y and yaw rate are: root mean squares. v_y = l_r r + (v_y - l_r r): what the wheels roll, and what the tires slip; both of
+/// them can be wrong where their sum is small.
+fn level(sections: &[Section], car: &Car) -> State {
+    let mut sum = [0.0; 3];
+    let mut count = 0;
+    for section in sections {
+        let drive = &section.driven.drive;
+        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+            let rolls = car.body.l_r * drive.r[row];
+            count += 1;
+            let parts = [rolls, drive.v_y[row] - rolls, drive.r[row]];
+            sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part * part);
+        }
+    }
+    let [rolls, slips, r] = sum.map(|sum| (sum / f64::from(count.max(1))).sqrt());
+    [rolls + slips, r]
 }
 
 /// From how much states change within rollouts.

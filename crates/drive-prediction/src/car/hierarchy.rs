@@ -20,15 +20,16 @@ const FARTHEST: f64 = 4.0;
 /// Sum over logs of the cost of their rollouts, and of the priors of θ and b. The unknowns are (θ − mean)/std and b/s_b of each log, for
 /// parameters that differ.
 pub struct Hierarchy<'a> {
-    pub car: &'a Car,
-    pub prior: &'a Prior,
-    pub sections: &'a [Section],
+    car: &'a Car,
+    prior: &'a Prior,
+    sections: &'a [Section],
     /// Standard deviations of the errors of v_y [m/s] and yaw rate [rad/s].
-    pub noise: State,
+    noise: State,
     varying: Vec<usize>,
 }
 
 impl<'a> Hierarchy<'a> {
+    /// Of sections whose errors have these standard deviations of v_y [m/s] and yaw rate [rad/s].
     pub fn new(car: &'a Car, prior: &'a Prior, sections: &'a [Section], noise: State) -> Self {
         let varying = (0..VARYING).filter(|i| prior.between[*i] > 0.0).collect();
         Self { car, prior, sections, noise, varying }

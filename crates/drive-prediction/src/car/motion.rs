@@ -219,4 +219,3 @@ fn limited<T: Number>(x: T, most: f64) -> T {
         _ => x,
     }
 }
-

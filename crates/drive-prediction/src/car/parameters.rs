@@ -1,8 +1,8 @@
 //! The parameters of the car: what they are, what is known of them before, how much they differ between logs.
 #![allow(non_snake_case, reason = "parameters of the Magic Formula are written as in its source")]
 
-use vehicle::Number;
 use vehicle::Body;
+use vehicle::Number;
 
 /// Number of parameters.
 pub const COUNT: usize = 12;
@@ -21,7 +21,8 @@ pub(super) const OFFSET: usize = 5;
 pub const LAG: usize = 7;
 /// Names of the parameters, with units, in the order of a [`Vector`].
 pub const NAMES: [&str; COUNT] = [
-    "ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h", "e",
+    "ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h",
+    "e",
 ];
 
 /// The parameters, as the equations use them.
@@ -127,9 +128,7 @@ impl Prior {
         // Friction falls with load: of a transfer of load, some 60 % arrives as force.
         let h_acting = 0.6 * h;
         Self {
-            mean: [
-                stiffness, stiffness, 0.0, 0.0, inertia, 0.0, 0.0, lag, 1.3, 1.3, h_acting, 0.8,
-            ],
+            mean: [stiffness, stiffness, 0.0, 0.0, inertia, 0.0, 0.0, lag, 1.3, 1.3, h_acting, 0.8],
             std: [0.5, 0.5, 0.3, 0.3, 0.25, 0.02, 0.02, lag_std, 0.2, 0.2, 0.5 * h_acting, 0.3],
             between: [b[0], b[0], b[1], b[1], b[2], b[3], b[4], lag_between, 0.0, 0.0, 0.0, 0.0],
             bounds: [

@@ -118,8 +118,7 @@ mod tests {
         let n = 90;
         let constant = correlated(&vec![0.3; n]);
         assert!(constant > 0.6 * n as f64, "{constant}");
-        let alternating: Vec<f64> =
-            (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let alternating: Vec<f64> = (0..n).map(|i| if i % 2 == 0 { 1.0 } else { -1.0 }).collect();
         assert_eq!(correlated(&alternating), 1.0);
         assert_eq!(correlated(&[]), 1.0);
     }
