@@ -72,6 +72,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tire-file", &["tire"]),
     ("car-file", &["units", "vehicle"]),
     ("mat-file", &[]),
+    ("mdf-file", &[]),
     ("tire-bench", &["mat-file", "numerics", "tire", "tire-file", "units"]),
     ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
