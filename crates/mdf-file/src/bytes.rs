@@ -1,8 +1,6 @@
 //! Reads blocks of a file, none of them beyond its end.
 
-use std::fs;
-use std::io::{Read as _, Seek as _, SeekFrom};
-use std::path::Path;
+use std::io::{Read, Seek, SeekFrom};
 
 use crate::error::Error;
 
@@ -11,9 +9,14 @@ pub(crate) const HEAD: u64 = 24;
 /// The longest block of descriptions [B].
 const LONGEST: u64 = 16 << 20;
 
+/// What has the bytes of a file.
+trait Source: Read + Seek + Send {}
+
+impl<T: Read + Seek + Send> Source for T {}
+
 /// A file.
 pub(crate) struct Bytes {
-    file: fs::File,
+    file: Box<dyn Source>,
     /// Its length [B].
     pub size: u64,
 }
@@ -51,9 +54,9 @@ pub(crate) fn shown(id: [u8; 4]) -> String {
 }
 
 impl Bytes {
-    pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = fs::File::open(path)?;
-        let size = file.metadata()?.len();
+    pub fn new(source: impl Read + Seek + Send + 'static) -> Result<Self, Error> {
+        let mut file = Box::new(source);
+        let size = file.seek(SeekFrom::End(0))?;
         Ok(Self { file, size })
     }
 

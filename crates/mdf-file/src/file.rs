@@ -1,5 +1,6 @@
 //! Opens a file and reads the values of its channels.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use crate::bytes::Bytes;
@@ -40,7 +41,15 @@ impl File {
     /// # Errors
     /// When it cannot be read, is no MDF 4 or is damaged where it describes its channels.
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let mut bytes = Bytes::open(path)?;
+        Self::new(std::fs::File::open(path)?)
+    }
+
+    /// Does the same with a file that is open, or in memory.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn new(source: impl Read + Seek + Send + 'static) -> Result<Self, Error> {
+        let mut bytes = Bytes::new(source)?;
         let mut structure = structure::read(&mut bytes)?;
         for clock in &structure.clocks {
             let master = clock.master.map(|it| &structure.channels[it]);
