@@ -91,7 +91,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("fmu-export", &["units"]),
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
-    ("recording", &["diagnostics", "expression", "plugin", "units"]),
+    ("recording", &["diagnostics", "expression", "mdf-file", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
     ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "manoeuvre", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),

@@ -45,7 +45,7 @@ pub fn bits() -> Vec<u8> {
     ];
     let row = |row: u64| {
         let mut all = Vec::new();
-        all.extend((0x5a3c_91u32.wrapping_mul(row as u32 * 7 + 1)).to_le_bytes()[..3].iter());
+        all.extend((0x005a_3c91_u32.wrapping_mul(row as u32 * 7 + 1)).to_le_bytes()[..3].iter());
         all.extend((row as u16 * 1000 + 1).to_be_bytes());
         all.extend((-70_000 * (row as i32 + 1)).to_be_bytes());
         all.extend((row as f64 * 0.1 - 1.0).to_be_bytes());
