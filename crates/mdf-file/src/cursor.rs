@@ -42,7 +42,7 @@ impl Cursor {
                 return Ok(());
             }
             let text = format!(
-                "expected data of {rows} rows with {record} bytes each, found {} bytes",
+                "expected data of {rows} rows with {record} bytes each, found {} bytes; was the measurement cut off?",
                 stream.length()
             );
             Err(Error::new(self.group.data, text))

@@ -84,6 +84,19 @@ fn a_master_may_be_the_number_of_the_row_or_missing() {
 }
 
 #[test]
+fn times_are_seconds_whatever_their_unit_is() {
+    let mut file = open(&files::ticks()).expect("a file");
+    let times = [1.7e9, 1.701e9, 1.702e9].map(|it| it * 1e-9);
+    assert_eq!(read(&mut file, "fast").times, times);
+    let slow = read(&mut file, "slow");
+    assert_eq!(slow.times, [0.0, 0.5]);
+    assert_eq!(file.master_factor(slow.clock), 1e-3);
+    assert!(file.notes().iter().any(|it| it.contains("is in ms")), "{:?}", file.notes());
+    let start = file.start().expect("a start");
+    assert_eq!((start.nanoseconds, start.is_local), (1_600_000_000_123_456_789, false));
+}
+
+#[test]
 fn rows_and_texts_cross_the_blocks_of_lists() {
     let mut file = open(&files::lists()).expect("a file");
     let squares: Vec<_> = (0..30).map(|it| f64::from(it * it)).collect();
@@ -176,6 +189,16 @@ fn what_is_no_sound_mdf_4_is_refused_with_what_to_do() {
     assert!(error(&old).contains("found version 3.30: convert it"), "{}", error(&old));
     assert!(error(b"time,v\n1,2\n").contains("expected a file of MDF 4"));
     assert!(error(b"").contains("MDF 4"));
+    // Zstandard, of MDF 4.3.
+    let mut packed = files::lists();
+    for at in 0..packed.len() - 4 {
+        if packed[at..].starts_with(b"##DZ") {
+            packed[at + 26] = 2;
+        }
+    }
+    let mut file = open(&packed).expect("its description is there");
+    let told = file.read(&[2]).expect_err("another packing").to_string();
+    assert!(told.contains("save it with deflate"), "{told}");
     // The data is the last block of this file: now it has a length and a count of rows, but not all of its bytes.
     let mut cut = files::unfinalised();
     cut[..8].copy_from_slice(b"MDF     ");

@@ -14,6 +14,7 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("bits", bits()),
         ("mixed", mixed()),
         ("rows", virtual_master()),
+        ("ticks", ticks()),
         ("lists", lists()),
         ("conversions", conversions()),
         ("array", array()),
@@ -128,6 +129,28 @@ pub fn virtual_master() -> Vec<u8> {
     let group = made.group(Group { first, rows: 4, values: 1, ..Group::default() });
     let data = made.block(b"##DT", &[], &[9, 8, 7, 6]);
     made.data_group(next, group, data, 0);
+    made.bytes
+}
+
+/// A time in nanoseconds as integers, which its conversion makes seconds; in a second group milliseconds that nothing converts.
+pub fn ticks() -> Vec<u8> {
+    let mut made = Made::new(410);
+    let time = Channel { kind: 2, sync: 1, unit: "ms", ..plain("t_ms", 0, 0, 0, 32) };
+    let first = made.channels(&[time, plain("slow", 0, 4, 0, 8)]);
+    let group = made.group(Group { first, rows: 2, values: 5, ..Group::default() });
+    let data = made.block(b"##DT", &[], &[0, 0, 0, 0, 1, 0xf4, 1, 0, 0, 2]);
+    let next = made.data_group(0, group, data, 0);
+    let conversion = made.conversion(1, &[], &[0.0, 1e-9]);
+    let time = Channel { kind: 2, sync: 1, conversion, unit: "s", ..plain("t", 0, 0, 0, 64) };
+    let first = made.channels(&[time, plain("fast", 0, 8, 0, 8)]);
+    let group = made.group(Group { first, rows: 3, values: 9, ..Group::default() });
+    let row = |row: u8| {
+        [&(1_700_000_000 + 1_000_000 * u64::from(row)).to_le_bytes()[..], &[row]].concat()
+    };
+    let data = made.block(b"##DT", &[], &[row(0), row(1), row(2)].concat());
+    made.data_group(next, group, data, 0);
+    // The start of the measurement.
+    made.put(64 + 72, 1_600_000_000_123_456_789);
     made.bytes
 }
 
