@@ -1,6 +1,6 @@
 //! Reads logs of data loggers: a file goes in, channels over their clocks come out, a stretch of rows at a time.
 //!
-//! The format is told by the contents, never by the name: MoTeC `.ld`, VBOX `.vbo`, Parquet, Arrow (Feather), MAT. A reader holds no
+//! The format is told by the contents, never by the name: MDF 4, MoTeC `.ld`, VBOX `.vbo`, Parquet, Arrow (Feather), MAT. A reader holds no
 //! more than a stretch of the wanted channels, whatever the size of the file; a MAT file, which may be packed as a whole, is held in memory and
 //! may have at most [`mat_file::LIMIT`] bytes. What a damaged file says of sizes is held against the bytes that are there.
 //!
@@ -20,6 +20,7 @@ mod arrays;
 mod arrow;
 mod ld;
 mod mat;
+mod mdf;
 mod parquet;
 mod values;
 mod vbo;
@@ -119,6 +120,7 @@ impl Log {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
         let (format, source): (_, Box<dyn Source>) = match () {
+            () if mdf_file::is_mdf(&head) => ("MDF 4", Box::new(mdf::Mdf::open(path)?)),
             () if ld::is(&head) => ("MoTeC ld", Box::new(ld::Ld::open(path)?)),
             () if parquet::is(&head) => ("Parquet", Box::new(parquet::Parquet::open(path)?)),
             () if arrow::is(&head) => ("Arrow", Box::new(arrow::Arrow::open(path)?)),
