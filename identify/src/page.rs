@@ -10,6 +10,7 @@ mod head;
 mod misfit;
 pub mod prediction;
 mod replay;
+pub mod sideslip;
 mod studies;
 
 use std::fmt::Write;

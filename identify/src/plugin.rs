@@ -7,6 +7,7 @@ mod doctor;
 #[cfg(test)]
 mod hostile;
 pub mod prediction;
+pub mod sideslip;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};

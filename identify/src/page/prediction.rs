@@ -36,7 +36,7 @@ pub fn page(
     if let (false, Some(model)) = (traces.is_empty(), judged.first()) {
         let _ = writeln!(
             html,
-            "<h2>Predictions of {}</h2>\n<p class=\"faint\">Each begins with the measured state and sees speed and steering alone. 95 % of \
+            "<h2>Predictions of the {} car</h2>\n<p class=\"faint\">Each begins with the measured state and sees speed and steering alone. 95 % of \
              what happens is meant to lie within the band.</p>",
             escape(&model.name)
         );

@@ -14,7 +14,7 @@ use plugin::{Host, Request, Row, Table, Words};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::go_on;
+use super::{go_on, sideslip};
 use crate::config::Prediction;
 use crate::page;
 
@@ -55,6 +55,9 @@ pub(super) fn prediction(
         );
     }
     let car = config.car().map_err(|error| error.to_string())?;
+    if config.hide_v_y || request.signal("v_y").is_none() {
+        return sideslip::sideslip(&car, config, [&fitted, &held], host);
+    }
     go_on(host, 0.1, "fitting the car")?;
     let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
     go_on(host, 0.6, "fitting the simple models")?;
@@ -211,8 +214,8 @@ fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
     };
     let needed = |name: &str| channel(name).unwrap_or_default();
     let [v_x, r, delta] = NEEDED.map(needed);
-    let [v_y, a_y, lap, log] = ["v_y", "a_y", "lap", "log"].map(channel);
-    Recorded { v_x, v_y, r, a_y, delta, lap, log }
+    let [v_y, a_y, a_x, lap, log] = ["v_y", "a_y", "a_x", "lap", "log"].map(channel);
+    Recorded { v_x, v_y, r, a_y, a_x, delta, lap, log }
 }
 
 fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {

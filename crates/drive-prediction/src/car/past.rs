@@ -113,9 +113,8 @@ impl Estimate {
 
     fn known(&self, fitted: &Fitted, from: usize) -> Known {
         let mut x = fitted.common;
-        for i in 0..VARYING {
-            x[i] += fitted.spread[i] * self.mean[i];
-        }
+        let own = fitted.spread.iter().zip(self.mean.iter()).map(|(spread, mean)| spread * mean);
+        x.iter_mut().zip(own).for_each(|(x, own)| *x += own);
         x[LAG] = x[LAG].max(LEAST_LAG);
         let covariance = self.covariance.unwrap_or_else(Covariance::identity);
         let scaled = |i: usize, k: usize| covariance[(i, k)] * fitted.spread[i] * fitted.spread[k];
