@@ -8,16 +8,13 @@ use std::slice;
 use std::time::Instant;
 
 use drive_prediction::baseline::baselines;
-use drive_prediction::car::parameters::{COUNT, NAMES};
+use drive_prediction::car::parameters::NAMES;
 use drive_prediction::car::{Car, Predicting};
 use drive_prediction::score::{lateral, open_loop};
 use drive_prediction::{Drive, Predictor};
 
 fn main() {
-    let Some(folder) = std::env::args().nth(1).map(Into::into).or_else(|| Some(support::folder()))
-    else {
-        return;
-    };
+    let folder = std::env::args().nth(1).map_or_else(support::folder, Into::into);
     let names = [
         "circles_rubber_left",
         "circles_rubber_right",
@@ -49,9 +46,9 @@ fn report(fitted: &[Drive], judged: &Drive, car: &Car, lag: f64) {
         Err(error) => return println!("{error}"),
     };
     println!("fitted in {:.1} s, noise {:.4?}", begin.elapsed().as_secs_f64(), found.fitted.noise);
-    for i in 0..COUNT {
-        let (value, std) = (found.fitted.common[i], found.fitted.common_std[i]);
-        print!("{} {value:.4} ± {std:.4}; ", NAMES[i]);
+    let values = found.fitted.common.iter().zip(found.fitted.common_std);
+    for (name, (value, std)) in NAMES.iter().zip(values) {
+        print!("{name} {value:.4} ± {std:.4}; ");
     }
     println!("\nworth {:.1?}\n{:.3?}", found.fitted.worth, found.bands);
     let mut models = baselines(fitted, &car.body, lag);

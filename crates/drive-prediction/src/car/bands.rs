@@ -8,6 +8,8 @@ use crate::predictor::State;
 const GROWTH: f64 = 0.15;
 /// Errors of predictions longer ago than this count less and less [s].
 const MEMORY: f64 = 20.0;
+/// After so many of these times they count nothing.
+const FORGOTTEN: f64 = 10.0;
 /// What was expected counts as much as this many predictions that have ended.
 const EXPECTED: f64 = 5.0;
 /// The same for a_y [s]; measured accelerations are known after a delay [s], for they are smoothed.
@@ -35,13 +37,24 @@ pub struct Bands {
     pub a_y_scale: f64,
 }
 
-/// How one prediction that has ended went.
+/// One prediction that has ended.
 #[derive(Clone, Debug)]
 pub struct Ended {
+    /// Its first row.
+    pub start: usize,
     /// Its last row.
     pub end: usize,
-    /// Errors of v_y and yaw rate, their variance from the parameters' spread, and the time after the start [s].
+    /// How far it was off.
     pub readings: Vec<Reading>,
+}
+
+/// How one prediction went.
+#[derive(Clone, Copy, Debug)]
+pub struct Surprise {
+    /// Its last row: it is known from then on.
+    pub end: usize,
+    /// Mean squares of the errors of v_y and yaw rate over their variances: 1 as expected.
+    pub square: State,
 }
 
 /// One instant of a prediction.
@@ -72,24 +85,34 @@ impl Bands {
         })
     }
 
-    /// Factors on variances in a row, from predictions that have ended by then.
+    /// How a prediction went.
     #[must_use]
-    pub fn lately(&self, ended: &[Ended], row: usize, step: f64) -> State {
+    pub fn surprise(&self, ended: &Ended) -> Surprise {
+        let mut square = [0.0; 2];
+        for reading in &ended.readings {
+            let variance = self.variance(reading.time, reading.variance);
+            for i in 0..2 {
+                square[i] += reading.error[i].powi(2) / variance[i];
+            }
+        }
+        let count = ended.readings.len().max(1) as f64;
+        Surprise { end: ended.end, square: square.map(|square| (square / count).min(MOST)) }
+    }
+
+    /// Factors on variances in a row, from predictions in order that have ended by then.
+    #[must_use]
+    pub fn lately(surprises: &[Surprise], row: usize, step: f64) -> State {
         let mut sum = [EXPECTED; 2];
         let mut total = EXPECTED;
-        for ended in ended.iter().take_while(|ended| ended.end <= row) {
-            let weight = (-((row - ended.end) as f64) * step / MEMORY).exp();
+        let known = surprises.partition_point(|it| it.end <= row);
+        for surprise in surprises[..known].iter().rev() {
+            let age = (row - surprise.end) as f64 * step;
+            if age > FORGOTTEN * MEMORY {
+                break;
+            }
+            let weight = (-age / MEMORY).exp();
             total += weight;
-            let mut square = [0.0; 2];
-            for reading in &ended.readings {
-                let variance = self.variance(reading.time, reading.variance);
-                for i in 0..2 {
-                    square[i] += reading.error[i].powi(2) / variance[i];
-                }
-            }
-            for i in 0..2 {
-                sum[i] += weight * (square[i] / ended.readings.len().max(1) as f64).min(MOST);
-            }
+            sum.iter_mut().zip(surprise.square).for_each(|(sum, square)| *sum += weight * square);
         }
         sum.map(|sum| sum / total)
     }
@@ -125,16 +148,17 @@ mod tests {
 
     #[test]
     fn bands_widen_where_predictions_went_wrong() {
-        let ended = |end: usize, error: f64| Ended {
+        let ended = |end: usize| Ended {
+            start: end - 60,
             end,
-            readings: vec![Reading { time: 5.0, error: [error, 0.2], variance: [0.0; 2] }],
+            readings: vec![Reading { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
         };
-        let wrong: Vec<Ended> = (0..40).map(|k| ended(60 + 50 * k, 0.3)).collect();
-        let lately = BANDS.lately(&wrong, 2100, 0.01);
+        let wrong: Vec<Surprise> = (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
+        let lately = Bands::lately(&wrong, 2100, 0.01);
         assert!(lately[0] > 6.0 && lately[0] < 9.0, "{lately:?}");
         assert!((lately[1] - 1.0).abs() < 1e-4, "{lately:?}");
         // What ends later is not known yet.
-        assert_eq!(BANDS.lately(&wrong, 59, 0.01), [1.0; 2]);
+        assert_eq!(Bands::lately(&wrong, 59, 0.01), [1.0; 2]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use numerics::simplex::{self, Limits};
 
-use crate::car::bands::{Bands, Reading};
+use crate::car::bands::{Bands, Ended, Reading, Surprise};
 use crate::car::course::Course;
 use crate::car::fit::{Fitted, Unfit, fit_sections};
 use crate::car::section::Section;
@@ -12,6 +12,8 @@ use crate::score::BAND;
 /// Horizon of the predictions that bands are calibrated by [s], and how often they are read [s].
 const HORIZON: f64 = 3.0;
 const READ_EVERY: f64 = 0.05;
+/// Most fits without some of the sections.
+const MOST_FOLDS: usize = 6;
 /// Share of the errors that shall be inside.
 const INSIDE: f64 = 0.95;
 /// How strongly the factor on the parameters' spread is held at 1: it and the noise are hard to tell apart.
@@ -23,8 +25,8 @@ const BOX: [[f64; 2]; 2] = [[-6.0, -6.0], [3.0, 3.0]];
 struct LeftOut {
     /// How much it counts.
     worth: f64,
-    readings: Vec<(usize, Vec<Reading>)>,
-    ended: Vec<super::bands::Ended>,
+    long: Vec<Ended>,
+    short: Vec<Ended>,
     a_y: Vec<f64>,
     counts: Vec<bool>,
     step: f64,
@@ -38,26 +40,18 @@ pub fn calibrate(fitted: &Fitted, sections: &[Section]) -> Result<Option<Bands>,
     if sections.len() < 2 {
         return Ok(None);
     }
+    let folds = sections.len().min(MOST_FOLDS);
     let mut all = Vec::new();
-    for j in 0..sections.len() {
-        let mut others = sections.to_vec();
-        let left_out = others.remove(j);
-        let without = fit_sections(&mut others, &fitted.car, Some(fitted))?;
-        let course = Course::new(&without, None, &left_out.driven.drive);
-        let drive = &left_out.driven.drive;
-        let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
-        let predictions = course.predictions(HORIZON, stride).into_iter();
-        let ahead = (HORIZON / drive.step).round() as usize;
-        all.push(LeftOut {
-            worth: left_out.worth(),
-            readings: predictions.map(|it| (it.end.saturating_sub(ahead), it.readings)).collect(),
-            ended: course.ended().to_vec(),
-            a_y: course.a_y_errors(),
-            counts: drive.counts.clone(),
-            step: drive.step,
-        });
+    for fold in 0..folds {
+        let is_out = |j: usize| j * folds / sections.len() == fold;
+        let part = |out: bool| {
+            let kept = sections.iter().enumerate().filter(|(j, _)| is_out(*j) == out);
+            kept.map(|(_, section)| section.clone()).collect::<Vec<Section>>()
+        };
+        let without = fit_sections(&mut part(false), &fitted.car, Some(fitted))?;
+        all.extend(part(true).iter().map(|section| left_out(&without, section)));
     }
-    all.retain(|it| !it.readings.is_empty());
+    all.retain(|it| !it.long.is_empty());
     if all.is_empty() {
         return Ok(None);
     }
@@ -76,10 +70,24 @@ pub fn calibrate(fitted: &Fitted, sections: &[Section]) -> Result<Option<Bands>,
     Ok(Some(bands))
 }
 
+fn left_out(without: &Fitted, section: &Section) -> LeftOut {
+    let drive = &section.driven.drive;
+    let course = Course::new(without, None, drive);
+    let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
+    LeftOut {
+        worth: section.worth(),
+        long: course.predictions(HORIZON, stride),
+        short: course.short(),
+        a_y: course.a_y_errors(),
+        counts: drive.counts.clone(),
+        step: drive.step,
+    }
+}
+
 /// Noise and factor on the spread of one state that make the errors likeliest.
 fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
     let readings = |it: &LeftOut| -> Vec<Reading> {
-        it.readings.iter().flat_map(|(_, readings)| readings.iter().copied()).collect()
+        it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
     };
     let logs: Vec<(f64, Vec<Reading>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
     let mean = |of: &dyn Fn(&Reading) -> f64| {
@@ -106,10 +114,11 @@ fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
 fn scales(all: &[LeftOut], bands: &Bands) -> State {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
-        let count: usize = it.readings.iter().map(|(_, readings)| readings.len()).sum();
-        for (start, readings) in &it.readings {
-            let lately = bands.lately(&it.ended, *start, it.step);
-            for reading in readings {
+        let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
+        let surprises: Vec<Surprise> = it.short.iter().map(|it| bands.surprise(it)).collect();
+        for ended in &it.long {
+            let lately = Bands::lately(&surprises, ended.start, it.step);
+            for reading in &ended.readings {
                 let variance = bands.variance(reading.time, reading.variance);
                 for i in 0..2 {
                     let size = reading.error[i].abs() / (lately[i] * variance[i]).sqrt();

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::car::bands::{Bands, Ended, Reading};
+use crate::car::bands::{Bands, Ended, Reading, Surprise};
 use crate::car::fit::Fitted;
 use crate::car::motion::{Driven, Dual, Steered};
 use crate::car::parameters::{LAG, Parameters, VARYING};
@@ -22,7 +22,7 @@ pub struct Course<'a> {
     bands: Option<&'a Bands>,
     driven: Driven,
     past: Past,
-    ended: Vec<Ended>,
+    surprises: Vec<Surprise>,
     a_y: Vec<f64>,
     a_y_spread: Option<Vec<f64>>,
 }
@@ -35,10 +35,13 @@ impl<'a> Course<'a> {
         let past = Past::new(fitted, &driven);
         let a_y = a_y(fitted, &driven, &past);
         let mut course =
-            Self { fitted, bands, driven, past, ended: Vec::new(), a_y, a_y_spread: None };
-        course.ended = course.predictions(HORIZON, 1);
-        let errors = course.a_y_errors();
-        course.a_y_spread = bands.map(|it| it.a_y_spread(&errors, &drive.counts, drive.step));
+            Self { fitted, bands, driven, past, surprises: Vec::new(), a_y, a_y_spread: None };
+        if let Some(bands) = bands {
+            course.surprises = course.short().iter().map(|it| bands.surprise(it)).collect();
+            let errors = course.a_y_errors();
+            let spread = bands.a_y_spread(&errors, &course.driven.drive.counts, drive.step);
+            course.a_y_spread = Some(spread);
+        }
         course
     }
 
@@ -62,15 +65,15 @@ impl<'a> Course<'a> {
                 Reading { time: k as f64 * drive.step, error, variance }
             };
             let readings = (stride..=ahead).step_by(stride).map(reading).collect();
-            Ended { end: start + ahead, readings }
+            Ended { start: *start, end: start + ahead, readings }
         };
         starts.par_iter().map(one).collect()
     }
 
     /// The predictions by which it is known how it went lately.
     #[must_use]
-    pub fn ended(&self) -> &[Ended] {
-        &self.ended
+    pub fn short(&self) -> Vec<Ended> {
+        self.predictions(HORIZON, 1)
     }
 
     /// Predicted minus measured a_y [m/s²] in all rows.
@@ -133,7 +136,7 @@ impl Predictor for Course<'_> {
 
     fn spread(&self, drive: &Drive, start: usize, rows: usize) -> Option<Vec<State>> {
         let bands = self.bands?;
-        let lately = bands.lately(&self.ended, start, drive.step);
+        let lately = Bands::lately(&self.surprises, start, drive.step);
         let states = self.with_variance(start, rows);
         let one = |(k, (_, variance)): (usize, &(State, State))| {
             let variance = bands.variance(k as f64 * drive.step, *variance);

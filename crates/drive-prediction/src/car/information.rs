@@ -87,8 +87,8 @@ impl Information {
             for i in 0..COUNT {
                 let pull = weighted * slope[i];
                 sum.gradient[i] += pull * value;
-                for (k, slope) in slope.iter().enumerate().take(i + 1) {
-                    sum.hessian[(i, k)] += pull * slope;
+                for (k, other) in slope[..=i].iter().enumerate() {
+                    sum.hessian[(i, k)] += pull * other;
                 }
             }
         }

@@ -20,7 +20,7 @@ const LOAD_SHARE: [f64; 2] = [0.1, 3.0];
 /// What the ellipse leaves at least of the lateral force, squared, and how smoothly it gets there.
 const LEAST_LEFT: [f64; 2] = [0.05, 0.1];
 /// How long before a rollout the lag of the steering is followed [s]: much longer than it.
-const WARM_UP: f64 = 2.0;
+pub(super) const WARM_UP: f64 = 2.0;
 /// Longest sub-step [s]: at low speed the yaw damping of a small car is 300/s.
 const LONGEST: f64 = 5e-3;
 
@@ -93,10 +93,12 @@ impl Steered {
         let begin = first.saturating_sub(before);
         let keep = (-drive.step / lag).exp();
         let slope = keep * drive.step / (lag * lag);
-        let (mut y, mut by_lag) = (drive.delta[begin], 0.0);
+        let first_known = drive.delta[begin..=last].iter().find(|delta| delta.is_finite());
+        let (mut y, mut by_lag) = (first_known.copied().unwrap_or(0.0), 0.0);
         let mut rows = Vec::with_capacity(last - first + 1);
         for row in begin..=last {
-            let u = drive.delta[row];
+            // Where nobody knows the angle the wheels stay where they are.
+            let u = if drive.delta[row].is_finite() { drive.delta[row] } else { y };
             by_lag = keep * by_lag + slope * (y - u);
             y = keep * y + (1.0 - keep) * u;
             if row >= first {
@@ -162,10 +164,16 @@ pub struct Driven {
 }
 
 impl Driven {
-    /// Differentiates the speed.
+    /// Differentiates the speed. Rows with a state or an input that nobody knows do not count.
     #[must_use]
     pub fn new(drive: &Drive) -> Self {
-        Self { rate: crate::zero_phase::derivative(&drive.v_x, drive.step), drive: drive.clone() }
+        let mut drive = drive.clone();
+        let rate = crate::zero_phase::derivative(&drive.v_x, drive.step);
+        for (row, rate) in rate.iter().enumerate() {
+            let needed = [*rate, drive.v_x[row], drive.v_y[row], drive.r[row], drive.delta[row]];
+            drive.counts[row] &= needed.iter().all(|value| value.is_finite());
+        }
+        Self { drive, rate }
     }
 
     /// The states at `start` and the `rows` after it.

@@ -113,8 +113,9 @@ impl Estimate {
 
     fn known(&self, fitted: &Fitted, from: usize) -> Known {
         let mut x = fitted.common;
-        let own = fitted.spread.iter().zip(self.mean.iter()).map(|(spread, mean)| spread * mean);
-        x.iter_mut().zip(own).for_each(|(x, own)| *x += own);
+        for (x, (spread, mean)) in x.iter_mut().zip(fitted.spread.iter().zip(self.mean.iter())) {
+            *x += spread * mean;
+        }
         x[LAG] = x[LAG].max(LEAST_LAG);
         let covariance = self.covariance.unwrap_or_else(Covariance::identity);
         let scaled = |i: usize, k: usize| covariance[(i, k)] * fitted.spread[i] * fitted.spread[k];

@@ -1,7 +1,9 @@
 //! Parts of drives that have parameters of their own, and how much each of them says.
 
+use std::sync::Arc;
+
 use crate::car::information::Errors;
-use crate::car::motion::Driven;
+use crate::car::motion::{Driven, WARM_UP};
 use crate::drive::Drive;
 use crate::predictor::State;
 
@@ -12,6 +14,8 @@ const SHORTEST: f64 = 20.0;
 /// Time between two starts of the fit's rollouts [s], and how long they last [s].
 const EVERY: f64 = 1.0;
 pub(super) const HORIZON: f64 = 1.5;
+/// More rollouts say little more, and take long.
+const MOST_ROLLOUTS: usize = 1000;
 /// Correlations below this are noise.
 const UNCORRELATED: f64 = 0.05;
 
@@ -19,7 +23,7 @@ const UNCORRELATED: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct Section {
     /// The drive, of which only the rows of the part count.
-    pub driven: Driven,
+    pub driven: Arc<Driven>,
     /// First rows of the rollouts.
     pub starts: Vec<usize>,
     /// Rows of each.
@@ -46,34 +50,59 @@ impl Section {
 /// The sections of drives that have rollouts.
 #[must_use]
 pub fn sections(drives: &[Drive]) -> Vec<Section> {
-    let all: Vec<(&Drive, Vec<usize>)> =
-        drives.iter().map(|drive| (drive, usable(drive))).collect();
-    let mut sections = Vec::new();
-    for (drive, rows) in &all {
-        let seconds = rows.len() as f64 * drive.step;
-        let mut parts = (seconds / LENGTH).round().max(1.0) as usize;
-        if all.len() == 1 && seconds >= 2.0 * SHORTEST {
-            // One section alone cannot be left out.
-            parts = parts.max(2);
-        }
-        for part in 0..parts {
-            let [from, to] = [part, part + 1].map(|it| it * rows.len() / parts);
-            let mut one = (*drive).clone();
-            one.counts.fill(false);
-            rows[from..to].iter().for_each(|row| one.counts[*row] = true);
-            let (starts, ahead) = starts(&one, HORIZON, EVERY);
-            if !starts.is_empty() {
-                sections.push(Section { driven: Driven::new(&one), starts, ahead, weight: 1.0 });
-            }
-        }
+    let all: Vec<Driven> = drives.iter().map(Driven::new).collect();
+    let mut sections: Vec<Section> =
+        all.iter().flat_map(|driven| parts(&driven.drive, all.len() == 1)).collect();
+    let rollouts: usize = sections.iter().map(|section| section.starts.len()).sum();
+    for section in &mut sections {
+        let kept = section.starts.iter().step_by(rollouts.div_ceil(MOST_ROLLOUTS).max(1));
+        section.starts = kept.copied().collect();
     }
     sections
 }
 
-/// Rows that count and whose state is known.
-fn usable(drive: &Drive) -> Vec<usize> {
-    let known = |row: &usize| drive.counts[*row] && drive.v_y[*row].is_finite();
-    (0..drive.rows()).filter(known).collect()
+/// The sections of one drive.
+fn parts(drive: &Drive, alone: bool) -> Vec<Section> {
+    let rows: Vec<usize> = (0..drive.rows()).filter(|row| drive.counts[*row]).collect();
+    let seconds = rows.len() as f64 * drive.step;
+    let mut parts = (seconds / LENGTH).round().max(1.0) as usize;
+    if alone && seconds >= 2.0 * SHORTEST {
+        // One section alone cannot be left out.
+        parts = parts.max(2);
+    }
+    let part = |part: usize| {
+        let [from, to] = [part, part + 1].map(|it| it * rows.len() / parts);
+        let (first, last) = (*rows.get(from)?, *rows.get(to.checked_sub(1)?)?);
+        let one = cut(drive, first, last);
+        let (starts, ahead) = starts(&one, HORIZON, EVERY);
+        let driven = Arc::new(Driven::new(&one));
+        (!starts.is_empty()).then_some(Section { driven, starts, ahead, weight: 1.0 })
+    };
+    (0..parts).filter_map(part).collect()
+}
+
+/// The rows from `first` to `last` alone count; of the others only those stay that a lag of the steering remembers.
+fn cut(drive: &Drive, first: usize, last: usize) -> Drive {
+    let begin = first.saturating_sub((WARM_UP / drive.step).ceil() as usize);
+    let end = (last + 2).min(drive.rows());
+    let channel = |of: &[f64]| of.get(begin..end).map_or(Vec::new(), <[f64]>::to_vec);
+    Drive {
+        name: drive.name.clone(),
+        log: drive.log,
+        step: drive.step,
+        time: channel(&drive.time),
+        v_x: channel(&drive.v_x),
+        v_y: channel(&drive.v_y),
+        r: channel(&drive.r),
+        a_y: channel(&drive.a_y),
+        r_dot: channel(&drive.r_dot),
+        delta: channel(&drive.delta),
+        counts: (begin..end)
+            .map(|row| (first..=last).contains(&row) && drive.counts[row])
+            .collect(),
+        lap: None,
+        sensors: None,
+    }
 }
 
 /// The first rows of rollouts over `horizon` [s], one each `every` [s], all of whose rows count; and their number of rows.
@@ -137,7 +166,32 @@ mod tests {
         drive.counts[420] = false;
         let (starts, ahead) = starts(&drive, 1.5, 1.0);
         assert_eq!((starts, ahead), (vec![0, 100, 200, 500, 600, 700, 800], 150));
-        drive.v_y[700] = f64::NAN;
-        assert_eq!(usable(&drive).len(), 998);
+    }
+
+    #[test]
+    fn a_long_drive_has_sections_that_hold_only_their_rows() {
+        let n = 40_000;
+        let mut drive = Drive {
+            step: 0.01,
+            time: vec![0.0; n],
+            v_x: vec![2.0; n],
+            v_y: vec![0.1; n],
+            r: vec![0.5; n],
+            a_y: vec![1.0; n],
+            r_dot: vec![0.0; n],
+            delta: vec![0.1; n],
+            counts: vec![true; n],
+            ..Drive::default()
+        };
+        drive.v_y[100] = f64::NAN;
+        let sections = sections(&[drive]);
+        assert_eq!(sections.len(), 5);
+        for section in &sections {
+            let rows = section.driven.drive.rows();
+            assert!((7_999..8_300).contains(&rows), "{rows}");
+            assert!(section.starts.len() >= 77, "{}", section.starts.len());
+        }
+        let first = &sections[0];
+        assert!(first.starts.iter().all(|start| !(*start..=start + 150).contains(&100)));
     }
 }
