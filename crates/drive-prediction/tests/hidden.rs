@@ -254,7 +254,7 @@ fn what_cannot_be_fitted_is_told() {
 /// The first 220 s of the 250 LM say how it slides in the rest; figures as `examples/hidden_v_y.rs` has them.
 #[test]
 fn a_race_car_of_1964() {
-    let Some(column) = support::columns("revs_250lm.csv") else { return };
+    let Some(column) = support::columns(&support::folder(), "revs_250lm.csv") else { return };
     let Some(truth) = support::lm() else { return };
     let signals = Signals::new(0.01, &column("delta_rad"))
         .with_a_x(&column("ax_mps2"))

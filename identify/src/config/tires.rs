@@ -62,11 +62,8 @@ impl Tires {
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         rules::svi(&self.svi)?;
         self.drift.check().map_err(|error| error.within("drift"))?;
-        let windows = self.windows.iter();
-        windows
-            .map(Windows::check)
-            .collect::<Result<(), _>>()
-            .map_err(|error| error.within("windows"))?;
+        let mut windows = self.windows.iter();
+        windows.try_for_each(Windows::check).map_err(|error| error.within("windows"))?;
         // The car has its own errors.
         let prepare = Pipeline { car: Car::default(), ..self.prepare.clone() };
         prepare.check().map_err(|error| match &error {
