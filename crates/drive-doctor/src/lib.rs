@@ -17,6 +17,7 @@ mod finding;
 mod motion;
 mod statistics;
 
+pub use check::understeer::Understeer;
 pub use case::{CHANNELS, KnownCar};
 pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
