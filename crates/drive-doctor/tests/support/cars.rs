@@ -20,6 +20,11 @@ pub struct Log {
 }
 
 impl Log {
+    /// Whether it is of the small car under a camera system.
+    pub fn is_dart(&self) -> bool {
+        self.file.starts_with("dart")
+    }
+
     /// The log with what is known of its car; `None` where the file is not at hand.
     pub fn read(&self) -> Option<(DriveLog, KnownCar)> {
         let recording = RealLog::read(self.file)?;

@@ -70,6 +70,8 @@ fn is_refused(found: &Value) {
     assert!(first.contains("`r` is late"), "{first}");
     assert_eq!(found["model"]["verdict"], "does_not_fit", "{first}");
     assert_eq!(found["sound"], false, "{first}");
+    let summary = found["summary"].to_string();
+    assert!(summary.contains("understeer gradient is 0.00"), "{summary}");
     for axle in ["front", "rear"] {
         let verdicts = found["pem"][axle]["identified"].as_object().expect("verdicts");
         assert!(verdicts.values().all(|it| it != "identified"), "{axle}: {verdicts:?}");
