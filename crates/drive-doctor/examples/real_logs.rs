@@ -15,7 +15,8 @@ fn main() {
         let start = std::time::Instant::now();
         let found = examine(&log, &car);
         println!("{} ({:.2} s)", it.name, start.elapsed().as_secs_f64());
-        let place = |it: &Finding| it.correction.place.map_or(String::new(), |at| format!("{at:?}: "));
+        let place =
+            |it: &Finding| it.correction.place.map_or(String::new(), |at| format!("{at:?}: "));
         for it in &found.findings {
             println!("  {:8} {:16} {}", it.sure.word(), it.check, it.sentence);
             println!("           {}{}", place(it), it.correction.text);

@@ -6,7 +6,8 @@ mod cars;
 mod real_log;
 
 use cars::LOGS;
-use drive_doctor::{Examination, Place, Sure, examine};
+use drive_doctor::{Examination, Place, Sure, examine, steering_map};
+use real_log::RealLog;
 
 /// The examination of a log of the list; `None` where its file is not at hand.
 fn of(name: &str) -> Option<Examination> {
@@ -113,4 +114,34 @@ fn circles_tell_neither_clocks_nor_offsets() {
             .any(|it| it.check.ends_with("_delay") || it.check.ends_with("_offset")),
         "{found:#?}"
     );
+}
+
+#[test]
+fn a_staircase_tells_the_map_of_the_steering_and_circles_do_not() {
+    let map = |file| {
+        let log = RealLog::read(file)?;
+        let [time, command, v_x, r] =
+            ["time_s", "steering_cmd", "v_x", "yaw_rate"].map(|title| log.column(title, 1.0));
+        Some(steering_map(&time, &command, &v_x, &r, 0.1735))
+    };
+    // The angles of both staircases together, by the source's table of points.
+    let known = [
+        ("dart_steering_staircase_left.csv", [(0.5, 0.2231), (0.85, 0.3019)]),
+        ("dart_steering_staircase_right.csv", [(-0.5, -0.2348), (-0.85, -0.3938)]),
+    ];
+    for (file, points) in known {
+        let Some(found) = map(file) else { return };
+        let found = found.expect("a map");
+        for (command, angle) in points {
+            let point = found.points.iter().find(|it| (it.command - command).abs() < 0.01);
+            let off = point.expect("a command").angle - angle;
+            assert!(off.abs() < 0.015, "{file}, {command}: {point:?}");
+        }
+        assert!(found.play.is_none() && found.advice.is_some(), "{file}: {found:#?}");
+    }
+    for file in ["dart_circles_rubber_left.csv", "dart_ramp_rubber_left.csv"] {
+        let Some(found) = map(file) else { return };
+        let error = found.expect_err("circles");
+        assert!(error.contains("not identifiable"), "{error}");
+    }
 }

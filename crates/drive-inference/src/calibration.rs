@@ -188,7 +188,8 @@ fn thinned(drive: &Drive) -> Drive {
         return drive.clone();
     }
     let reach = every / 2;
-    let mean = |column: &[f64], from: usize| column[from..from + every].iter().sum::<f64>() / every as f64;
+    let mean =
+        |column: &[f64], from: usize| column[from..from + every].iter().sum::<f64>() / every as f64;
     let calm = |column: &[f64]| -> Vec<f64> {
         (reach..column.len() - reach).map(|k| mean(column, k - reach)).collect()
     };

@@ -68,14 +68,20 @@ pub(crate) fn check(case: &mut Case) {
     let text = |x: f64, digits| significant(x, digits);
     let mut sentence = format!(
         "The understeer gradient is {} rad s2/m [{}, {}]: steering is {} m [{}, {}] times the curvature of the path and K times the lateral acceleration, to {} mrad",
-        text(fit.values[1], 3), text(low, 3), text(high, 3),
-        text(fit.values[0], 3), text(L_low, 3), text(L_high, 3),
+        text(fit.values[1], 3),
+        text(low, 3),
+        text(high, 3),
+        text(fit.values[0], 3),
+        text(L_low, 3),
+        text(L_high, 3),
         text(1e3 * rms, 2),
     );
     if late != 0.0 {
         sentence += &format!(
             " with `r` {} s {} ({} mrad as recorded)",
-            text(late.abs(), 2), if late > 0.0 { "earlier" } else { "later" }, text(1e3 * rms_as_recorded, 2)
+            text(late.abs(), 2),
+            if late > 0.0 { "earlier" } else { "later" },
+            text(1e3 * rms_as_recorded, 2)
         );
     }
     sentence.push('.');
@@ -83,11 +89,17 @@ pub(crate) fn check(case: &mut Case) {
     if let Some([first, second]) = halves.filter(|_| !is_constant) {
         sentence += &format!(
             " The halves of the log disagree: {} and {}.",
-            text(first, 2), text(second, 2)
+            text(first, 2),
+            text(second, 2)
         );
     }
-    if let Some(known) = case.car.wheelbase().filter(|known| !(0.9 * L_low..1.1 * L_high).contains(known)) {
-        sentence += &format!(" The wheelbase is {} m, so the steering angle has another scale, or the front tires slide.", text(known, 3));
+    if let Some(known) =
+        case.car.wheelbase().filter(|known| !(0.9 * L_low..1.1 * L_high).contains(known))
+    {
+        sentence += &format!(
+            " The wheelbase is {} m, so the steering angle has another scale, or the front tires slide.",
+            text(known, 3)
+        );
     }
     case.found.understeer = Some(Understeer {
         gradient: fit.values[1],

@@ -28,8 +28,7 @@ impl Witness {
         let causes: Vec<usize> = found.causes.iter().filter(here).copied().collect();
         let index = causes.iter().position(|cause| *cause == found.causes[place])?;
         let own = measured.own.iter().copied();
-        let columns: Vec<usize> =
-            own.chain(causes.iter().map(|cause| NUISANCES + cause)).collect();
+        let columns: Vec<usize> = own.chain(causes.iter().map(|cause| NUISANCES + cause)).collect();
         let fit = measured.blocks.fit(&columns)?;
         let at = measured.own.len() + index;
         Some(Self { relation: measured.relation, value: fit.values[at], std: fit.stds[at] })
