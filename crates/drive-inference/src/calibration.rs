@@ -24,7 +24,9 @@ use crate::tires::{SIZE, Tires, corners};
 use crate::wanted::Wanted;
 
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
-const STEP: f64 = 0.05;
+const STEP: f64 = 0.03;
+/// Where the process noise starts [m/s, m/s, rad/s, N]: so high that the filter follows the log with tires that are far off.
+const PROCESS: [f64; 4] = [0.03, 0.1, 0.05, 300.0];
 /// Where the noise that lasts starts: the time that it lasts [s], and its share of the variance.
 const LASTS: f64 = 1.0;
 const SHARE: f64 = 0.3;
@@ -126,7 +128,7 @@ pub fn calibrate(
 
 /// A first guess of noises [of v_x, v_y, r, a_y] of which a part lasts, in rows that are `step` [s] apart.
 fn lasting(sensor: [f64; 4], step: f64) -> DriveNoise {
-    let mut noise = DriveNoise::of_sensors(sensor);
+    let mut noise = DriveNoise { process: PROCESS, ..DriveNoise::of_sensors(sensor) };
     for (colour, lasts) in noise.colour.iter_mut().zip(LASTING) {
         if lasts {
             *colour = [(-step / LASTS).exp(), SHARE];
