@@ -155,6 +155,9 @@ fn mapped(levels: &[Vec<Held>]) -> SteeringMap {
         [play - reach, play + reach]
     });
     let point = |level: &Vec<Held>| {
+        // The side of the play on which a log begins nobody knows.
+        let (known, unknown): (Vec<Held>, Vec<Held>) = level.iter().partition(|it| it.side != 0.0);
+        let level = if known.is_empty() { unknown } else { known };
         let count = level.len() as f64;
         let middle = |it: &Held| it.angle + it.side * play.unwrap_or(0.0);
         let angle = level.iter().map(middle).sum::<f64>() / count;
