@@ -179,7 +179,7 @@ fn told(problem: &Problem, fit: &Fit, taken: &Causes, step: f64, wanted: usize) 
 /// How many rows become one: an odd number.
 fn every(drive: &Drive) -> usize {
     let every = (STEP / drive.usual_step()).round().max(1.0) as usize;
-    every - usize::from(every % 2 == 0)
+    every - usize::from(every.is_multiple_of(2))
 }
 
 /// Rows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the

@@ -50,11 +50,15 @@ pub(crate) fn check(case: &mut Case) {
         return;
     }
     let late = case.r_moved;
-    let Some((fit, rms)) = fitted(case) else { return };
     // A gradient of a car has a wheelbase.
-    if fit.t(0) < TOLD {
+    let Some((fit, rms)) = fitted(case).filter(|(fit, _)| fit.t(0) > TOLD) else {
+        case.cannot_tell(
+            "understeer gradient",
+            "steering does not tell curvature and lateral acceleration apart".to_owned(),
+            "Drive turns of several radii at several speeds, left and right.",
+        );
         return;
-    }
+    };
     let rms_as_recorded = if late == 0.0 {
         rms
     } else {
@@ -64,55 +68,55 @@ pub(crate) fn check(case: &mut Case) {
         before.map_or(f64::NAN, |(_, rms)| rms)
     };
     let halves = fit.halves.as_ref().map(|halves| [halves[0].0[1], halves[1].0[1]]);
-    let [[L_low, L_high], [low, high]] = [fit.interval(0), fit.interval(1)];
-    let text = |x: f64, digits| significant(x, digits);
-    let mut sentence = format!(
-        "The understeer gradient is {} rad s2/m [{}, {}]: steering is {} m [{}, {}] times the curvature of the path and K times the lateral acceleration, to {} mrad",
-        text(fit.values[1], 3),
-        text(low, 3),
-        text(high, 3),
-        text(fit.values[0], 3),
-        text(L_low, 3),
-        text(L_high, 3),
-        text(1e3 * rms, 2),
-    );
-    if late != 0.0 {
-        sentence += &format!(
-            " with `r` {} s {} ({} mrad as recorded)",
-            text(late.abs(), 2),
-            if late > 0.0 { "earlier" } else { "later" },
-            text(1e3 * rms_as_recorded, 2)
-        );
-    }
-    sentence.push('.');
-    let is_constant = fit.agrees(1) != Some(false);
-    if let Some([first, second]) = halves.filter(|_| !is_constant) {
-        sentence += &format!(
-            " The halves of the log disagree: {} and {}.",
-            text(first, 2),
-            text(second, 2)
-        );
-    }
-    if let Some(known) =
-        case.car.wheelbase().filter(|known| !(0.9 * L_low..1.1 * L_high).contains(known))
-    {
-        sentence += &format!(
-            " The wheelbase is {} m, so the steering angle has another scale, or the front tires slide.",
-            text(known, 3)
-        );
-    }
-    case.found.understeer = Some(Understeer {
+    let mut found = Understeer {
         gradient: fit.values[1],
-        interval: [low, high],
+        interval: fit.interval(1),
         wheelbase: fit.values[0],
-        wheelbase_interval: [L_low, L_high],
+        wheelbase_interval: fit.interval(0),
         rms,
         rms_as_recorded,
         r_earlier_by: late,
         halves,
-        is_constant,
-        sentence,
-    });
+        is_constant: fit.agrees(1) != Some(false),
+        sentence: String::new(),
+    };
+    found.sentence = found.words(case.car.wheelbase());
+    case.found.understeer = Some(found);
+}
+
+impl Understeer {
+    /// The whole in words, for a car with a known wheelbase [m].
+    fn words(&self, known: Option<f64>) -> String {
+        let text = |x: f64| significant(x, 3);
+        let Self { interval: [low, high], wheelbase_interval: [L_low, L_high], .. } = *self;
+        let [K, K_low, K_high] = [self.gradient, low, high].map(text);
+        let [L, L_low_text, L_high_text] = [self.wheelbase, L_low, L_high].map(text);
+        let rms = significant(1e3 * self.rms, 2);
+        let mut sentence = format!(
+            "The understeer gradient is {K} rad s2/m [{K_low}, {K_high}]: steering is {L} m [{L_low_text}, {L_high_text}] times the curvature of the path and K times the lateral acceleration, to {rms} mrad"
+        );
+        if self.r_earlier_by != 0.0 {
+            sentence += &format!(
+                " with `r` {} s {} ({} mrad as recorded)",
+                significant(self.r_earlier_by.abs(), 2),
+                if self.r_earlier_by > 0.0 { "earlier" } else { "later" },
+                significant(1e3 * self.rms_as_recorded, 2)
+            );
+        }
+        sentence.push('.');
+        if let Some(halves) = self.halves.filter(|_| !self.is_constant) {
+            let [first, second] = halves.map(|x| significant(x, 2));
+            sentence += &format!(" The halves of the log disagree: {first} and {second}.");
+        }
+        let is_another = |known: &f64| !(0.9 * L_low..1.1 * L_high).contains(known);
+        if let Some(known) = known.filter(is_another) {
+            sentence += &format!(
+                " The wheelbase is {} m, so the steering angle has another scale, or the front tires slide.",
+                text(known)
+            );
+        }
+        sentence
+    }
 }
 
 /// The fit to smoothed signals in rows in which the car drives, and what it leaves, root mean square [rad].

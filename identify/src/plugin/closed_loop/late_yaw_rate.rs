@@ -70,8 +70,6 @@ fn is_refused(found: &Value) {
     assert!(first.contains("`r` is late"), "{first}");
     assert_eq!(found["model"]["verdict"], "does_not_fit", "{first}");
     assert_eq!(found["sound"], false, "{first}");
-    let summary = found["summary"].to_string();
-    assert!(summary.contains("understeer gradient is 0.00"), "{summary}");
     for axle in ["front", "rear"] {
         let verdicts = found["pem"][axle]["identified"].as_object().expect("verdicts");
         assert!(verdicts.values().all(|it| it != "identified"), "{axle}: {verdicts:?}");
@@ -86,5 +84,8 @@ fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
     for window in [[60.0, 160.0], [260.0, 360.0]] {
         is_refused(&found(&columns, window, true));
     }
-    is_refused(&found(&columns, [160.0, 360.0], false));
+    let long = found(&columns, [160.0, 360.0], false);
+    is_refused(&long);
+    let summary = long["summary"].to_string();
+    assert!(summary.contains("understeer gradient is 0.00"), "{summary}");
 }
