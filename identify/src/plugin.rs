@@ -57,6 +57,8 @@ impl Analysis for Identify {
             "rad",
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
+        Need::optional("x", "m", "place on the ground; with y it stands for the course"),
+        Need::optional("y", "m", "place on the ground, to the left of the axis of x"),
         Need::optional("gear", "", "gear"),
         Need::optional("lap", "", "number of the lap"),
         Need::optional("log", "", "number of the log, from 1, where a table has several paths"),

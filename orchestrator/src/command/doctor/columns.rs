@@ -23,7 +23,7 @@ pub struct Chosen {
 }
 
 /// Signals with their units and usual titles, in small letters without signs between them.
-const USUAL: [(&str, &str, &[&str]); 14] = [
+const USUAL: [(&str, &str, &[&str]); 16] = [
     ("time", "s", &["t", "time", "timestamp", "elapsedtime", "logtime"]),
     (
         "v_x",
@@ -75,6 +75,8 @@ const USUAL: [(&str, &str, &[&str]); 14] = [
     ("omega_rr", "rad/s", &["omegarr", "wheelrr", "wheelspeedrr"]),
     ("roll", "rad", &["roll", "rollangle"]),
     ("course", "rad", &["course", "cog", "courseoverground", "gpscourse", "trackangle"]),
+    ("x", "m", &["x", "posx", "positionx", "east", "easting"]),
+    ("y", "m", &["y", "posy", "positiony", "north", "northing"]),
 ];
 
 /// The unit of a signal.
