@@ -30,6 +30,7 @@ FMUS = {
     "estimator": "estimator.fmu",
     "plant-dual-fmu": "plant_dual.fmu",
     "driver-fmu": "driver.fmu",
+    "friction-fmu": "friction.fmu",
 }
 # Libraries that the program loads: an analysis, and what `trackside pack --fmu` puts into an archive.
 PLUGINS = ["identify", "python-fmu", "system-fmu"]

@@ -10,6 +10,7 @@ mod known;
 mod prediction;
 mod rules;
 mod shared;
+pub mod stretches;
 mod study;
 mod tires;
 

@@ -15,6 +15,7 @@ mod plugin;
 pub mod prior_from_file;
 pub mod sobol;
 pub mod start_values;
+pub mod stretches;
 pub mod studies;
 pub mod told;
 pub mod widening;

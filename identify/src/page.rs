@@ -4,11 +4,13 @@ pub mod bench;
 pub mod car;
 mod curves;
 pub mod doctor;
+mod drift;
 mod drives;
 mod head;
 mod misfit;
 pub mod prediction;
 mod replay;
+pub mod sideslip;
 mod studies;
 
 use std::fmt::Write;
@@ -30,6 +32,7 @@ use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
 
+use crate::stretches::Drifting;
 use crate::studies::{excitation, sensitivity};
 use crate::told::Overall;
 
@@ -50,6 +53,8 @@ pub struct Page<'a> {
     pub drives: Option<Drives<'a>>,
     /// What is wrong with the log.
     pub log: Option<&'a Examination>,
+    /// How stiffness and friction change over the log.
+    pub drift: &'a [Drifting],
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.
@@ -115,6 +120,10 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
+    }
+    let drift = drift::section(page.drift);
+    if !drift.is_empty() {
+        let _ = writeln!(html, "<h2>Do the tires change?</h2>\n{drift}");
     }
     let log = page.log.map(doctor::section).filter(|log| !log.is_empty());
     if let Some(log) = log {

@@ -7,6 +7,7 @@ mod doctor;
 #[cfg(test)]
 mod hostile;
 pub mod prediction;
+pub mod sideslip;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
@@ -44,6 +45,8 @@ impl Analysis for Identify {
         Need::optional("omega_fr", "rad/s", "speed of the front right wheel"),
         Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
         Need::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
+        Need::optional("tread_temperature_f", "K", "temperature of the front treads"),
+        Need::optional("tread_temperature_r", "K", "temperature of the rear treads"),
         Need::optional(
             "roll",
             "rad",
@@ -54,6 +57,8 @@ impl Analysis for Identify {
             "rad",
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
+        Need::optional("x", "m", "place on the ground; with y it stands for the course"),
+        Need::optional("y", "m", "place on the ground, to the left of the axis of x"),
         Need::optional("gear", "", "gear"),
         Need::optional("lap", "", "number of the lap"),
         Need::optional("log", "", "number of the log, from 1, where a table has several paths"),

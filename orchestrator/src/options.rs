@@ -46,6 +46,8 @@ pub struct RunOptions {
     pub csv: bool,
     /// Whether to write Parquet.
     pub parquet: bool,
+    /// Whether to write MDF 4.
+    pub mf4: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
     /// The variant of a system of SSP with several descriptions.

@@ -1,7 +1,9 @@
 //! Lists the ways to record a run: a new one is a line here.
 
 use diagnostics::Error;
-use recording::{BoxedSink, CsvSink, McapSink, ParquetSink, RunHeader, SinkKind, ThreadedSink};
+use recording::{
+    BoxedSink, CsvSink, McapSink, MdfSink, ParquetSink, RunHeader, SinkKind, ThreadedSink,
+};
 
 use crate::options::{Replay, RunOptions};
 
@@ -11,6 +13,7 @@ pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
     SinkKind { files: McapSink::FILES, open: |run, _| Ok(Some(Box::new(McapSink::new(run)?))) },
     SinkKind { files: CsvSink::FILES, open: csv },
     SinkKind { files: ParquetSink::FILES, open: parquet },
+    SinkKind { files: MdfSink::FILES, open: mdf },
     SinkKind { files: &["run.rrd"], open: replay },
 ];
 
@@ -24,6 +27,10 @@ fn csv(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error
 
 fn parquet(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
     Ok(if options.parquet { Some(threaded(ParquetSink::new(run)?)) } else { None })
+}
+
+fn mdf(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.mf4 { Some(threaded(MdfSink::new(run)?)) } else { None })
 }
 
 #[cfg(feature = "rerun")]

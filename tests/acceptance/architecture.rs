@@ -20,8 +20,14 @@ tests! {
     the_readme_example_is_a_tested_scenario,
 }
 
-const FMUS: [&str; 5] =
-    ["plant-fmu", "controller", "estimator", "crates/driver-fmu", "crates/plant-dual-fmu"];
+const FMUS: [&str; 6] = [
+    "plant-fmu",
+    "controller",
+    "estimator",
+    "crates/driver-fmu",
+    "crates/friction-fmu",
+    "crates/plant-dual-fmu",
+];
 
 /// The build dependencies of each package, ours and others; those of tests and benches don't count.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -72,6 +78,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("tire-file", &["tire"]),
     ("car-file", &["units", "vehicle"]),
     ("mat-file", &[]),
+    ("log-file", &["mat-file", "mdf-file"]),
+    ("mdf-file", &[]),
     ("tire-bench", &["mat-file", "numerics", "tire", "tire-file", "units"]),
     ("tire-report", &["html-page", "tire"]),
     ("vehicle", &["tire"]),
@@ -86,11 +94,12 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("isolation", &[]),
     ("python", &[]),
     ("ssp", &["archive"]),
-    ("expression", &["diagnostics", "units"]),
+    ("rating", &[]),
+    ("expression", &["diagnostics", "rating", "units"]),
     ("fmu-export", &["units"]),
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
-    ("recording", &["diagnostics", "expression", "plugin", "units"]),
+    ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "units"]),
     ("scenario", &["diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
     ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "manoeuvre", "recording", "scenario"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
@@ -109,6 +118,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("controller", &["fmu-export", "vehicle"]),
     ("driver-fmu", &["fmu-export", "tire", "tire-file", "track", "vehicle"]),
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
+    ("friction-fmu", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
     ("orchestrator", &["cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];

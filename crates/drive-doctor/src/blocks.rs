@@ -157,6 +157,11 @@ impl Blocks {
         }
     }
 
+    /// Whether a column is there in any row.
+    pub fn has(&self, column: usize) -> bool {
+        self.grams.iter().any(|gram| gram[(column, column)] > 0.0)
+    }
+
     /// The sum of several, each with a weight. All have the same columns.
     pub fn weighted(all: &[(&Self, f64)]) -> Self {
         let sum = |block: usize| {

@@ -9,8 +9,9 @@ use preparation::{DriveLog, Signal};
 use crate::finding::{Examination, Finding, NotTold};
 
 /// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
-/// that of the body with the road under it, `course` the direction of travel over ground.
-pub const CHANNELS: [(&str, &str); 13] = [
+/// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
+/// course is made of them where there is none.
+pub const CHANNELS: [(&str, &str); 15] = [
     ("v_x", "m/s"),
     ("v_y", "m/s"),
     ("r", "rad/s"),
@@ -24,6 +25,8 @@ pub const CHANNELS: [(&str, &str); 13] = [
     ("omega_rr", "rad/s"),
     ("roll", "rad"),
     ("course", "rad"),
+    ("x", "m"),
+    ("y", "m"),
 ];
 
 /// Takes the leaps out of a course that begins again after a turn, and brings it to rad: only degrees go beyond 7.
@@ -39,6 +42,27 @@ fn unwrap(course: &mut Signal) {
         };
         latest = *angle;
     }
+}
+
+/// Rows before and after one between whose places the car travels in its direction.
+const APART: usize = 5;
+
+/// The direction of travel of a car that was at these places; left turns are positive. `None` of a car that stays.
+fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
+    let rows = APART..x.time.len().checked_sub(APART).filter(|end| *end > APART)?;
+    let moved = |k: usize| [x, y].map(|it| it.value[k + APART] - it.value[k - APART]);
+    let stays = rows.clone().all(|k| moved(k) == [0.0; 2]);
+    if x.time != y.time || stays {
+        return None;
+    }
+    let direction = |k: usize| {
+        let [along, across] = moved(k);
+        across.atan2(along)
+    };
+    let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect());
+    let mut course = Signal { time, value };
+    unwrap(&mut course);
+    Some(("course", course))
 }
 
 /// Gravity [m/s²].
@@ -77,6 +101,8 @@ pub(crate) struct Case {
     pub is_one_sided: bool,
     /// Sensors whose end cuts the motion off.
     pub cut_off: Vec<&'static str>,
+    /// By how much the yaw rate was moved against all other channels [s].
+    pub r_moved: f64,
     /// Whether the steering ratio was found, and so is known roughly only.
     pub is_ratio_rough: bool,
 }
@@ -86,13 +112,18 @@ impl Case {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let mut signals: BTreeMap<_, _> =
             names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
-        signals.get_mut("course").into_iter().for_each(unwrap);
+        let places = signals.remove("x").zip(signals.remove("y"));
+        match signals.get_mut("course") {
+            Some(course) => unwrap(course),
+            None => signals.extend(places.and_then(|(x, y)| travelled(&x, &y))),
+        }
         Self {
             signals,
             car,
             found: Examination::default(),
             is_one_sided: false,
             cut_off: Vec::new(),
+            r_moved: 0.0,
             is_ratio_rough: false,
         }
     }

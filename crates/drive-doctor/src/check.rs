@@ -7,6 +7,7 @@ mod force;
 mod stuck;
 mod swapped;
 mod time;
+pub(crate) mod understeer;
 mod units;
 mod values;
 
@@ -24,6 +25,7 @@ pub(crate) const CHECKS: &[Check] = &[
     swapped::wheels,
     force::check,
     clocks::check,
+    understeer::check,
     bank::check,
     calibration::check,
 ];

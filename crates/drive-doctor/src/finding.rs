@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use crate::check::understeer::Understeer;
 use crate::correction::Correction;
 
 /// How sure a finding is.
@@ -85,6 +86,9 @@ pub struct Examination {
     pub findings: Vec<Finding>,
     /// Open questions.
     pub not_told: Vec<NotTold>,
+    /// What steering tells of the tires.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub understeer: Option<Understeer>,
     /// Whether the log has too few rows for its motion to be looked at.
     pub too_short: bool,
 }

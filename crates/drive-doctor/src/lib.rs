@@ -16,10 +16,14 @@ mod correction;
 mod finding;
 mod motion;
 mod statistics;
+mod steering_map;
 
 pub use case::{CHANNELS, KnownCar};
+pub use check::understeer::Understeer;
 pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
+pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
+
 use preparation::DriveLog;
 
 /// Fewest rows in which the motion of a car is looked for.

@@ -17,6 +17,7 @@ extern crate self as drive_inference;
 
 mod adequacy;
 mod algebra;
+pub mod calibration;
 mod car;
 pub mod cause;
 mod coordinates;

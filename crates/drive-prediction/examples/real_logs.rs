@@ -66,7 +66,7 @@ struct Without(Predicting);
 
 impl Predictor for Without {
     fn name(&self) -> &str {
-        "trackside, without past"
+        "identified, without past"
     }
 
     fn steering(&self, drive: &Drive) -> Vec<f64> {

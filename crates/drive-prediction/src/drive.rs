@@ -40,6 +40,8 @@ pub struct Sensors {
     pub r: Vec<f64>,
     /// Lateral specific force [m/s²].
     pub a_y: Option<Vec<f64>>,
+    /// Longitudinal specific force [m/s²].
+    pub a_x: Option<Vec<f64>>,
     /// Which rows have a new sample.
     pub new: Vec<bool>,
 }

@@ -10,6 +10,7 @@ pub mod baseline;
 pub mod car;
 pub mod curve;
 pub mod drive;
+pub mod hidden;
 pub mod lag;
 pub mod predictor;
 pub mod recorded;

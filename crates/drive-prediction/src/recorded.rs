@@ -25,6 +25,8 @@ pub struct Recorded<'a> {
     pub r: Channel<'a>,
     /// Lateral acceleration [m/s²]; without it that of the motion, v_y' + v_x r.
     pub a_y: Option<Channel<'a>>,
+    /// Longitudinal acceleration [m/s²].
+    pub a_x: Option<Channel<'a>>,
     /// Steering angle of the front wheels [rad].
     pub delta: Channel<'a>,
     /// Number of the lap.
@@ -96,7 +98,12 @@ impl std::error::Error for Unusable {}
 /// If a channel is empty, no stretch has all of them, or no row is fast enough.
 pub fn drives(recorded: &Recorded, sampling: &Sampling) -> Result<Vec<Drive>, Unusable> {
     let channels = [("v_x", Some(recorded.v_x)), ("r", Some(recorded.r))];
-    let others = [("delta", Some(recorded.delta)), ("v_y", recorded.v_y), ("a_y", recorded.a_y)];
+    let others = [
+        ("delta", Some(recorded.delta)),
+        ("v_y", recorded.v_y),
+        ("a_y", recorded.a_y),
+        ("a_x", recorded.a_x),
+    ];
     let mut given = Vec::new();
     for (name, channel) in channels.into_iter().chain(others) {
         let Some(channel) = channel else { continue };
@@ -256,6 +263,7 @@ fn drive(
             v: v_x_raw,
             r: r_raw.clone(),
             a_y: a_y_raw.clone(),
+            a_x: raw("a_x"),
         }),
         r_dot: derivative(&r, step),
         v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),

@@ -87,7 +87,7 @@ impl<S> Expression<S> {
             Node::Reduced(index) => {
                 let reduction = &self.reductions[*index];
                 if PICKS.contains(&reduction.reducer.name) {
-                    self.side(&reduction.argument, value, bounds);
+                    reduction.arguments.iter().for_each(|it| self.side(it, value, bounds));
                 }
             }
             _ => {}

@@ -23,6 +23,10 @@ pub(crate) enum UnitRule {
     ToAngle,
     /// An angle of two values of one unit.
     AngleOfTwo,
+    /// A plain number of values of one unit, whose zero means nothing at all.
+    OneUnit,
+    /// A plain number of curves and their tolerances: those of x in turn with those of y.
+    Curves,
     /// A plain number of anything.
     Plain,
     /// The angle, or the rate of one, in degrees.

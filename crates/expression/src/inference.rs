@@ -262,6 +262,11 @@ impl<'a> Rules<'a> {
                 arguments.iter().try_for_each(|part| self.unshifted(part))?;
                 Ok((self.alike(arguments, &done)?.0, Dimension::radian()))
             }
+            UnitRule::OneUnit => {
+                arguments.iter().try_for_each(|part| self.unshifted(part))?;
+                Ok((self.alike(arguments, &done)?.0, Dimension::plain()))
+            }
+            UnitRule::Curves => Ok((self.curves(arguments)?, Dimension::plain())),
             UnitRule::Plain => {
                 Ok((arguments.into_iter().map(|part| part.node).collect(), Dimension::plain()))
             }
@@ -271,6 +276,18 @@ impl<'a> Rules<'a> {
                 Ok((vec![node], dimension))
             }
         }
+    }
+
+    /// Values of x in turn with values of y, all x in one unit, and all y.
+    fn curves(self, arguments: Vec<Part>) -> Typed<Vec<Node>> {
+        arguments.iter().try_for_each(|part| self.unshifted(part))?;
+        let places = arguments.into_iter().enumerate();
+        let (x, y): (Vec<_>, Vec<_>) = places.partition(|(place, _)| place % 2 == 0);
+        let of = |axis: Vec<(usize, Part)>, done| {
+            self.alike(axis.into_iter().map(|(_, part)| part).collect(), done)
+        };
+        let ((x, _), (y, _)) = (of(x, "x of one curve")?, of(y, "y of one curve")?);
+        Ok(x.into_iter().zip(y).flat_map(|(x, y)| [x, y]).collect())
     }
 
     /// The same of one argument.

@@ -19,7 +19,8 @@
 //!
 //! Per sample: `abs sqrt sin cos tan atan exp ln sign deg rad isfinite` of one argument, `atan2
 //! hypot` of two, `min max` of two or more. Over the window: `max min mean rms std sum first last
-//! count` of one argument and `quantile(x, p)`.
+//! count` of one argument, `quantile(x, p)`, `rating(x, reference)` with its parts by ISO/TS 18571, and `corridor` and
+//! `corridor_share(x, y, x_ref, y_ref, dx, dy)` by ISO 19364.
 #![forbid(unsafe_code)]
 
 mod bound;
@@ -204,7 +205,8 @@ struct Reduction {
     reducer: &'static Reducer,
     /// Its constant argument, when it has one.
     parameter: f64,
-    argument: Node,
+    /// Its quantities, at least one.
+    arguments: Vec<Node>,
 }
 
 impl<S> Expression<S> {
@@ -254,7 +256,8 @@ impl<S> Expression<S> {
     fn indices(&self, collect: fn(&Node, &mut Vec<usize>)) -> impl Iterator<Item = usize> + use<S> {
         let mut indices = Vec::new();
         collect(&self.root, &mut indices);
-        self.reductions.iter().for_each(|it| collect(&it.argument, &mut indices));
+        let arguments = self.reductions.iter().flat_map(|it| &it.arguments);
+        arguments.for_each(|it| collect(it, &mut indices));
         indices.into_iter()
     }
 }

@@ -214,21 +214,25 @@ struct Accumulator {
     samples: u64,
     /// Time of the first value that is not a number [s].
     not_a_number: Option<f64>,
+    /// The quantities at the last sample.
+    values: Vec<f64>,
     state: Box<dyn reducer::Accumulator>,
 }
 
 impl Accumulator {
     fn new(reduction: &Reduction) -> Self {
         let state = (reduction.reducer.start)(reduction.parameter);
-        Accumulator { samples: 0, not_a_number: None, state }
+        Accumulator { samples: 0, not_a_number: None, values: Vec::new(), state }
     }
 
-    fn push(&mut self, time: f64, value: f64) {
-        if value.is_nan() {
+    fn push(&mut self, time: f64, values: impl Iterator<Item = f64>) {
+        self.values.clear();
+        self.values.extend(values);
+        if self.values.iter().any(|value| value.is_nan()) {
             self.not_a_number.get_or_insert(time);
         }
         self.samples += 1;
-        self.state.push(time, value);
+        self.state.push(time, &self.values);
     }
 
     fn result(&self) -> f64 {
@@ -308,10 +312,9 @@ impl<S> Monitor<S> {
             let reductions = self.expression.reductions.iter();
             let alone = self.accumulators.len() == 1;
             for (reduction, accumulator) in reductions.zip(&mut self.accumulators) {
-                let value = sample.value(&reduction.argument);
-                accumulator.push(time, value);
-                if alone {
-                    self.trace.push(time, value, self.limit);
+                accumulator.push(time, reduction.arguments.iter().map(|it| sample.value(it)));
+                if let ([value], true) = (accumulator.values.as_slice(), alone) {
+                    self.trace.push(time, *value, self.limit);
                 }
             }
             return None;

@@ -292,9 +292,9 @@ impl<'a, S> Parser<'a, S> {
         }
         self.bare.truncate(bare);
         self.reduced.push(whole.clone());
-        arguments.truncate(1);
-        let (mut nodes, dimension) = self.rules.call(name, reducer.units, arguments)?;
-        self.reductions.push(Reduction { reducer, parameter, argument: nodes.swap_remove(0) });
+        arguments.truncate(reducer.quantities);
+        let (arguments, dimension) = self.rules.call(name, reducer.units, arguments)?;
+        self.reductions.push(Reduction { reducer, parameter, arguments });
         Ok(Part { node: Node::Reduced(self.reductions.len() - 1), dimension, span: whole })
     }
 }
@@ -323,15 +323,21 @@ fn reduction(
     whole: &Range<usize>,
 ) -> Result<Option<(&'static Reducer, f64)>, ParseError> {
     let Some(reducer) = reducer::find(name) else { return Ok(None) };
-    if let Some(parameter) = &reducer.parameter {
-        return match arguments {
-            [_, Part { node: Node::Number(number), dimension: Dimension::Number, .. }]
-                if (parameter.accepts)(*number) =>
+    if let Some(form) = &reducer.form {
+        let constant = arguments.get(reducer.quantities);
+        let parameter = match (form.parameter, constant.map(|part| (&part.node, &part.dimension))) {
+            (None, None) if arguments.len() == reducer.quantities => Some(f64::NAN),
+            (Some(accepts), Some((Node::Number(number), Dimension::Number)))
+                if arguments.len() == reducer.quantities + 1 && accepts(*number) =>
             {
-                Ok(Some((reducer, *number)))
+                Some(*number)
             }
-            _ => Err(ParseError::new(whole.clone(), format!("expected {}", parameter.expected))
-                .help(parameter.example)),
+            _ => None,
+        };
+        let wrong = || ParseError::new(whole.clone(), format!("expected {}", form.expected));
+        return match parameter {
+            Some(parameter) => Ok(Some((reducer, parameter))),
+            None => Err(wrong().help(form.example)),
         };
     }
     match arguments.len() {

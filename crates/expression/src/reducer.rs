@@ -1,24 +1,30 @@
 //! Lists the reductions over the window of a check. A new reduction is a line in [`REDUCERS`] and its accumulator.
 
+mod series;
+
 use std::fmt::Debug;
 
 use crate::dimension::UnitRule;
+use series::{Series, banded, rated};
 
-/// A reduction of one quantity over the window.
+/// A reduction of one or more quantities over the window.
 #[derive(Debug)]
 pub(crate) struct Reducer {
     pub name: &'static str,
-    /// The second argument, a constant, when there is one.
-    pub parameter: Option<Parameter>,
+    /// Arguments that have a value at each sample.
+    pub quantities: usize,
+    /// The form of the call, when it has other arguments than one quantity.
+    pub form: Option<Form>,
     pub units: UnitRule,
     /// The accumulator before the first sample; its argument is the parameter.
     pub start: fn(f64) -> Box<dyn Accumulator>,
 }
 
-/// The constant argument of a reduction.
+/// The form of a call.
 #[derive(Debug)]
-pub(crate) struct Parameter {
-    pub accepts: fn(f64) -> bool,
+pub(crate) struct Form {
+    /// What the last argument may be, if it is a constant.
+    pub parameter: Option<fn(f64) -> bool>,
     /// The expected form of the call.
     pub expected: &'static str,
     /// An example with its meaning.
@@ -34,8 +40,8 @@ impl PartialEq for Reducer {
 
 /// The state of a reduction.
 pub(crate) trait Accumulator: Debug + Send + Sync {
-    /// Takes the value of one sample at a time [s].
-    fn push(&mut self, time: f64, value: f64);
+    /// Takes the values of the quantities of one sample at a time [s].
+    fn push(&mut self, time: f64, values: &[f64]);
 
     /// The result after at least one sample.
     fn result(&self) -> f64;
@@ -73,22 +79,54 @@ pub(crate) static REDUCERS: &[Reducer] = &[
     of("std", UnitRule::Spread, |_| Box::new(Spread::default())),
     Reducer {
         name: "quantile",
-        parameter: Some(Parameter {
-            accepts: |p| (0.0..=1.0).contains(&p),
+        quantities: 1,
+        form: Some(Form {
+            parameter: Some(|p| (0.0..=1.0).contains(&p)),
             expected: "`quantile(x, p)` with a number p from 0 to 1",
             example: "`quantile(x, 0.95)` is the value that 95 % of the samples do not exceed",
         }),
         units: UnitRule::Kept,
         start: |share| Box::new(Quantile { share, samples: Vec::new() }),
     },
+    rating("rating", |_| Series::of(2, |it| rated(it, |rating| rating.overall))),
+    rating("rating_corridor", |_| Series::of(2, |it| rated(it, |rating| rating.corridor))),
+    rating("rating_phase", |_| Series::of(2, |it| rated(it, |rating| rating.phase))),
+    rating("rating_magnitude", |_| Series::of(2, |it| rated(it, |rating| rating.magnitude))),
+    rating("rating_slope", |_| Series::of(2, |it| rated(it, |rating| rating.slope))),
+    corridor("corridor", |_| {
+        Series::of(6, |it| banded(it, |inside| (inside.deviation, Some(inside.worst))))
+    }),
+    corridor("corridor_share", |_| {
+        Series::of(6, |it| banded(it, |inside| (inside.share, inside.first_outside)))
+    }),
 ];
+
+/// A part of the rating by ISO/TS 18571.
+const fn rating(name: &'static str, start: fn(f64) -> Box<dyn Accumulator>) -> Reducer {
+    let form = Form {
+        parameter: None,
+        expected: "a signal and its reference, as in `rating(x, reference)`",
+        example: "it says by ISO/TS 18571 how well the signal agrees with the reference: 1 is the best",
+    };
+    Reducer { name, quantities: 2, form: Some(form), units: UnitRule::OneUnit, start }
+}
+
+/// A statement about the band of ISO 19364.
+const fn corridor(name: &'static str, start: fn(f64) -> Box<dyn Accumulator>) -> Reducer {
+    let form = Form {
+        parameter: None,
+        expected: "`(x, y, x_ref, y_ref, dx, dy)`: a curve, its reference, and the tolerances of that",
+        example: "tolerances are as `0.1 m/s2 + 0.06 * abs(x_ref)`",
+    };
+    Reducer { name, quantities: 6, form: Some(form), units: UnitRule::Curves, start }
+}
 
 const fn of(
     name: &'static str,
     units: UnitRule,
     start: fn(f64) -> Box<dyn Accumulator>,
 ) -> Reducer {
-    Reducer { name, parameter: None, units, start }
+    Reducer { name, quantities: 1, form: None, units, start }
 }
 
 /// The reduction of this name.
@@ -104,6 +142,11 @@ fn adds(term: fn(f64) -> f64, result: fn(f64, f64) -> f64) -> Box<dyn Accumulato
     Box::new(Sum { term, result, sum: 0.0, count: 0.0 })
 }
 
+/// The only quantity of a reduction.
+fn first(values: &[f64]) -> f64 {
+    values.first().copied().unwrap_or(f64::NAN)
+}
+
 /// Keeps the value of one sample.
 #[derive(Debug, Clone)]
 struct Pick {
@@ -114,7 +157,8 @@ struct Pick {
 }
 
 impl Accumulator for Pick {
-    fn push(&mut self, time: f64, value: f64) {
+    fn push(&mut self, time: f64, values: &[f64]) {
+        let value = first(values);
         if self.picked.is_none_or(|(_, kept)| (self.replaces)(value, kept)) {
             self.picked = Some((time, value));
         }
@@ -157,9 +201,9 @@ struct Sum {
 }
 
 impl Accumulator for Sum {
-    fn push(&mut self, _: f64, value: f64) {
+    fn push(&mut self, _: f64, values: &[f64]) {
         self.count += 1.0;
-        self.sum += (self.term)(value);
+        self.sum += (self.term)(first(values));
     }
 
     fn result(&self) -> f64 {
@@ -191,7 +235,8 @@ struct Spread {
 }
 
 impl Accumulator for Spread {
-    fn push(&mut self, _: f64, value: f64) {
+    fn push(&mut self, _: f64, values: &[f64]) {
+        let value = first(values);
         self.count += 1.0;
         let distance = value - self.mean;
         self.mean += distance / self.count;
@@ -226,8 +271,8 @@ struct Quantile {
 }
 
 impl Accumulator for Quantile {
-    fn push(&mut self, _: f64, value: f64) {
-        self.samples.push(value);
+    fn push(&mut self, _: f64, values: &[f64]) {
+        self.samples.push(first(values));
     }
 
     fn result(&self) -> f64 {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use super::*;
 
+mod agreement;
 mod dimensions;
 mod memory;
 mod traces;
@@ -318,6 +319,10 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("atan2(a.x) < 1", "atan2(a.x)", "2 argument(s) for `atan2`, found 1", ""),
     ("mean(a.x, 1) < 1", "mean(a.x, 1)", "one argument for `mean`, found 2", ""),
     ("quantile(a.x, 2) < 1", "quantile(a.x, 2)", "from 0 to 1", "95 %"),
+    ("rating(a.x) > 0.8", "rating(a.x)", "expected a signal and its reference", "18571"),
+    ("rating(a.x, max(a.y)) > 0", "max(a.y)", "and so does what is inside", ""),
+    ("corridor(a.x, a.y) < 1", "corridor(a.x, a.y)", "`(x, y, x_ref, y_ref, dx, dy)`", "abs(x_ref)"),
+    ("ratings(a.x, a.y) > 0", "ratings", "unknown function", "did you mean `rating`?"),
     ("a.x < 1e999", "1e999", "finite number", ""),
     ("a.x < .", ".", "finite number", ""),
     ("`a.x < 1", "`a.x < 1", "closing backtick", ""),

@@ -48,7 +48,7 @@ pub use noise::NoiseOf;
 pub use offset::{Offset, OffsetSource, Offsets};
 pub use outlier::Outliers;
 pub use pipeline::{Axle, PreparationReport, Prepared};
-pub use points::{Counts, Points};
+pub use points::{Counts, Points, Series};
 pub use recording::{DriveLog, SIGNALS, Signal};
 pub use resample::Interpolation;
 pub use row::{Row, SignalFilters};

@@ -8,7 +8,6 @@ use serde::Serialize;
 use crate::car::AxleRow;
 use crate::direction::Direction;
 use crate::error::Error;
-use crate::outlier::filtered;
 use crate::samples::Samples;
 use crate::settings::Pipeline;
 use crate::shift::{Shift, Shifts, from_line};
@@ -19,6 +18,8 @@ use crate::stage::{Column, Stage};
 pub struct Points {
     /// What to fit; not shifted.
     pub samples: Samples,
+    /// All points but outliers in the order of time, before their density was evened out.
+    pub series: Series,
     /// What the fit is to hold S_h and S_v at, if they were asked for beforehand.
     pub shift: Option<Shift>,
     /// Where they come from.
@@ -74,26 +75,45 @@ impl Curve {
         }
     }
 
-    /// Force over load [-].
-    fn force(self, row: &AxleRow) -> f64 {
-        let force = match self.direction {
-            Direction::Lateral => row.force.F_y,
-            Direction::Longitudinal => row.force.F_x,
+    /// Force over load [-], in the direction of the curve and in the other one.
+    fn forces(self, row: &AxleRow) -> (f64, f64) {
+        let [own, other] = match self.direction {
+            Direction::Lateral => [row.force.F_y, row.force.F_x],
+            Direction::Longitudinal => [row.force.F_x, row.force.F_y],
         };
-        force[self.axle] / row.F_z[self.axle]
+        let load = row.F_z[self.axle];
+        (own[self.axle] / load, other[self.axle] / load)
     }
 }
 
-/// Points with their time stamps.
-struct Timed {
-    time: Vec<f64>,
-    samples: Samples,
+/// Points in the order of time, and what else the axle did. All columns are of the same length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Time stamps [s].
+    pub time: Vec<f64>,
+    /// The points.
+    pub samples: Samples,
+    /// Load of the axle [N].
+    pub load: Vec<f64>,
+    /// Force in the other direction over the load [-].
+    pub other: Vec<f64>,
 }
 
-impl Timed {
+impl Series {
     fn filtered(&self, keep: &[bool]) -> Self {
-        let time = self.time.iter().zip(keep).filter(|(_, k)| **k).map(|(t, _)| *t).collect();
-        Self { time, samples: filtered(&self.samples, keep) }
+        let rows: Vec<usize> = (0..keep.len()).filter(|&row| keep[row]).collect();
+        self.pick(&rows)
+    }
+
+    /// The points of some rows, in their order.
+    pub fn pick(&self, rows: &[usize]) -> Self {
+        let of = |column: &[f64]| rows.iter().map(|&row| column[row]).collect();
+        Self {
+            time: of(&self.time),
+            samples: self.samples.pick(rows),
+            load: of(&self.load),
+            other: of(&self.other),
+        }
     }
 
     fn columns(&self, slip_unit: &'static str) -> Vec<Column> {
@@ -122,17 +142,17 @@ pub fn collect(
     let axle = curve.axle;
     let least = LEAST_LOAD * pipeline.car.body.static_loads()[axle];
     let carries: Vec<bool> = rows.iter().map(|row| row.F_z[axle] > least).collect();
-    let force = rows.iter().map(|row| curve.force(row)).collect();
-    let loads: Vec<f64> = rows.iter().map(|row| row.F_z[axle]).collect();
-    let weight = pipeline.noise.weights(&loads);
+    let (force, other) = rows.iter().map(|row| curve.forces(row)).unzip();
+    let load: Vec<f64> = rows.iter().map(|row| row.F_z[axle]).collect();
+    let weight = pipeline.noise.weights(&load);
     let samples = Samples { weight, ..Samples::new(slip.to_vec(), force) };
-    let all = Timed { time: time.to_vec(), samples };
+    let all = Series { time: time.to_vec(), samples, load, other };
     let loaded = all.filtered(&carries);
     let inliers = loaded.filtered(&pipeline.outliers.keep(&loaded.samples));
     let used = pipeline.slip_resampling.apply(&inliers.samples);
     let selected: Vec<bool> =
         pipeline.slip_resampling.weights(&inliers.samples).iter().map(|w| *w > 0.0).collect();
-    let resampled = Timed { samples: used, ..inliers.filtered(&selected) };
+    let resampled = Series { samples: used, ..inliers.filtered(&selected) };
 
     let [inputs, passed, outputs] =
         [&loaded, &inliers, &resampled].map(|p| p.columns(curve.slip_unit()));
@@ -146,15 +166,15 @@ pub fn collect(
             Some(from_line(&inliers.samples, limit, horizontal_share, &name)?)
         }
     };
-    let [rows, loaded, inliers] = [&all, &loaded, &inliers].map(|p| p.samples.len());
+    let [rows, loaded, kept] = [&all, &loaded, &inliers].map(|p| p.samples.len());
     let counts = Counts {
         axle: AXLES[axle],
         direction: curve.direction,
         rows,
         unloaded: rows - loaded,
-        outliers: loaded - inliers,
+        outliers: loaded - kept,
         used: resampled.samples.len(),
         slip_range: resampled.samples.slip_range(),
     };
-    Ok(Points { samples: resampled.samples, shift, counts })
+    Ok(Points { samples: resampled.samples, series: inliers, shift, counts })
 }

@@ -1,4 +1,4 @@
-//! The rows and events of a run go in through the trait [`Sink`]; MCAP, CSV and Parquet files come out. Readers take such files, and those
+//! The rows and events of a run go in through the trait [`Sink`]; MCAP, CSV, Parquet and MDF files come out. Readers take such files, and those
 //! of other programs, and return rows or columns over time. An index fits only one kind of row ([`Full`] or [`Recorded`]) and one kind
 //! of value ([`Number`] or [`Text`]).
 #![forbid(unsafe_code)]
@@ -11,6 +11,7 @@ pub mod recover;
 mod row;
 mod selection;
 mod sink;
+pub mod survey;
 pub mod table;
 pub mod view;
 
@@ -25,6 +26,7 @@ pub use row::{Full, Recorded, Row, fits_number};
 pub use selection::Selection;
 pub use sink::csv::CsvSink;
 pub use sink::mcap::McapSink;
+pub use sink::mdf::MdfSink;
 pub use sink::parquet::ParquetSink;
 pub use sink::threaded_sink::ThreadedSink;
 pub use sink::{

@@ -10,6 +10,7 @@ use crate::view::View;
 
 pub mod csv;
 pub mod mcap;
+pub mod mdf;
 pub mod parquet;
 pub mod threaded_sink;
 

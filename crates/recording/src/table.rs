@@ -1,13 +1,16 @@
-//! Plays columns of a CSV file or an MCAP recording back.
+//! Plays columns of a CSV file, an MCAP recording or the log of a data logger back.
 
 mod csv;
 mod error;
 mod gaps;
+mod join;
 mod kept;
+mod logged;
 mod mcap;
+mod surveyed;
+mod title;
 mod wanted;
 
-use std::io::Read as _;
 use std::path::Path;
 
 use schemars::JsonSchema;
@@ -19,6 +22,7 @@ pub use self::error::TableError;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
+pub use self::surveyed::survey;
 pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.
@@ -57,7 +61,7 @@ struct Series {
     gap: Option<String>,
 }
 
-/// The title of a column of a CSV file.
+/// The title of a column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ColumnTitle {
     /// As it stands in the file.
@@ -68,16 +72,64 @@ pub struct ColumnTitle {
     pub unit: Option<String>,
 }
 
-/// The titles of a CSV file; none of an MCAP recording.
+/// The titles of a file.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Titles {
+    /// Those of its columns; of an MCAP recording, only reading it tells, and there are none.
+    pub columns: Vec<ColumnTitle>,
+    /// Whether it has times without a column that is named.
+    pub has_time: bool,
+}
+
+/// The titles of a file.
 ///
 /// # Errors
 /// When the file cannot be read, or has no titles.
-pub fn titles(path: impl AsRef<Path>) -> Result<Vec<ColumnTitle>, TableError> {
+pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     let path = path.as_ref();
-    let bytes = csv::bytes(path)?;
-    match bytes.starts_with(mcap::MAGIC) {
-        true => Ok(Vec::new()),
-        false => csv::titles(path, &bytes),
+    Ok(match File::open(path)? {
+        File::Mcap => Titles { columns: Vec::new(), has_time: true },
+        File::Log(log) => {
+            let found = logged::Found::new(path, &log);
+            Titles { columns: found.titles(), has_time: found.has_times() }
+        }
+        File::Csv => Titles { columns: csv::titles(path)?, has_time: false },
+    })
+}
+
+/// Whether a file has each of these columns, by their names in it; where not, what is wrong.
+///
+/// # Errors
+/// When the file cannot be read, or has no titles.
+pub fn look_up(
+    path: &Path,
+    names: &[&str],
+    dialect: &Dialect,
+) -> Result<Vec<Result<(), TableError>>, TableError> {
+    match File::open(path)? {
+        File::Mcap => mcap::look_up(path, names),
+        File::Log(log) => {
+            let found = logged::Found::new(path, &log);
+            Ok(names.iter().map(|name| found.place(name).map(drop)).collect())
+        }
+        File::Csv => csv::look_up(path, names, dialect),
+    }
+}
+
+/// The format of a file, by its contents.
+enum File {
+    Mcap,
+    Log(Box<log_file::Log>),
+    Csv,
+}
+
+impl File {
+    fn open(path: &Path) -> Result<Self, TableError> {
+        let open = |source| TableError::Open { path: path.to_owned(), source };
+        if mcap::is(path).map_err(open)? {
+            return Ok(File::Mcap);
+        }
+        Ok(logged::open(path)?.map_or(File::Csv, |log| File::Log(Box::new(log))))
     }
 }
 
@@ -92,6 +144,8 @@ pub struct Table {
     origin: f64,
     interpolation: Interpolation,
     warnings: Vec<String>,
+    /// Of logs one after another, a stamp in the pause before each but the first one [s].
+    logs: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -136,19 +190,17 @@ impl Table {
     ///
     /// A file that begins like an MCAP recording is read as one: the time is `log_time` (also when absent)
     /// or `publish_time`, and a column is `/topic.field`, or `node.variable` in a recording of a run.
-    /// Anything else is read as CSV, of which the time is a column too.
+    /// The log of a data logger has the time of its own, or in the column that is named, and a column is `channel`, or
+    /// `group.channel`. Anything else is read as CSV, of which the time is a column too.
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column or has a value that cannot be played back.
     pub fn read(path: impl AsRef<Path>, wanted: &Wanted) -> Result<Self, TableError> {
         let path = path.as_ref();
-        let open = |source| TableError::Open { path: path.to_owned(), source };
-        let mut file = std::fs::File::open(path).map_err(open)?;
-        let mut magic = Vec::new();
-        (&mut file).take(mcap::MAGIC.len() as u64).read_to_end(&mut magic).map_err(open)?;
-        let mut recorded = match magic == mcap::MAGIC {
-            true => mcap::read(path, wanted)?,
-            false => csv::read(path, wanted)?,
+        let mut recorded = match File::open(path)? {
+            File::Mcap => mcap::read(path, wanted)?,
+            File::Log(log) => logged::read(path, *log, wanted)?,
+            File::Csv => csv::read(path, wanted)?,
         };
         gaps::fill(path, &mut recorded, &wanted.columns)?;
         Self::new(recorded, wanted)
@@ -178,6 +230,7 @@ impl Table {
             origin: 0.0,
             interpolation: Interpolation::default(),
             warnings: recorded.warnings,
+            logs: Vec::new(),
         };
         table.set_origin(None);
         Ok(table)

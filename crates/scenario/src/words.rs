@@ -1,5 +1,6 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
+mod aliases;
 mod annotated;
 mod baseline;
 mod change;
@@ -30,6 +31,7 @@ use serde::Deserialize;
 
 use crate::schema;
 use crate::signal::Part;
+pub(crate) use aliases::Aliases;
 pub(crate) use annotated::Annotated;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
@@ -41,9 +43,10 @@ pub use fault::Fault;
 pub use manoeuvre::Manoeuvre;
 pub use nodes::{Fmu, OnFailure, Table, Unconnected, Unused};
 pub use one_or_more::OneOrMore;
+use one_or_more::one_or_more;
 pub(crate) use read::merged;
-pub use recorded_file::Column;
 pub(crate) use recorded_file::RecordedFile;
+pub use recorded_file::{Column, ColumnWord};
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};
@@ -199,14 +202,22 @@ impl Scenario {
     pub fn data_files(&self) -> impl Iterator<Item = &Spanned<String>> {
         let played = self.document.table.iter().map(|table| &table.path);
         let logs = self.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
-        played.chain(logs.map(|log| &log.path))
+        played.chain(logs.map(|log| &log.path)).flatten()
+    }
+
+    /// The words that name files of aliases.
+    fn alias_files(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let played = self.document.table.iter().filter_map(|table| table.aliases.as_ref());
+        let logs = self.document.analysis.iter().filter_map(|analysis| analysis.table.as_ref());
+        played.chain(logs.filter_map(|log| log.aliases.as_ref()))
     }
 
     /// The words that name files which the run reads: recorded files, recordings to compare with, texts for analyses, parameters.
     pub fn read_files(&self) -> impl Iterator<Item = &Spanned<String>> {
         let baselines = self.document.baseline.iter().map(|baseline| &baseline.recording);
         let texts = self.document.analysis.iter().flat_map(|analysis| analysis.files.values());
-        self.data_files().chain(baselines).chain(texts).chain(self.parameter_files())
+        let data = self.data_files().chain(self.alias_files());
+        data.chain(baselines).chain(texts).chain(self.parameter_files())
     }
 
     /// The words that name files of parameters, of FMUs and of analyses.

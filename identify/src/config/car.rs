@@ -76,12 +76,16 @@ pub struct LoggedCar {
     exact: bool,
 }
 
-/// The car of a prediction: constant loads, so its height is not needed.
+/// The car of a prediction. `body` and `drive_front_share` are needed.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SteeredCar {
     /// Mass, inertia and lengths: plain numbers, or tables of `value` and `std`.
     body: Option<Masses>,
+    /// Share of the driving force at the front axle [-]; 0 for rear-wheel drive.
+    drive_front_share: Option<f64>,
+    /// Share of the braking force at the front axle [-]; usually 0.5.
+    brake_front_share: Option<f64>,
 }
 
 /// A missing datum: its key, and its use.
@@ -266,17 +270,19 @@ impl DrivenCar {
 }
 
 impl SteeredCar {
-    /// Mass, inertia and lengths.
+    /// Mass, inertia and lengths, and the shares of driving and braking force at the front axle.
     ///
     /// # Errors
     /// With all that are missing, or the first that makes no sense.
-    pub fn read(&self) -> Result<Body, ConfigError> {
-        let given = self.body.unwrap_or_default();
-        // At rest nothing moves the load: any height does.
-        let masses = Masses { h: given.h.or(Some(Known { value: 0.0, std: None })), ..given };
+    pub fn read(&self) -> Result<(Body, [f64; 2]), ConfigError> {
         let mut asked = Asked::default();
-        let body = asked.body(Some(masses), false)?;
-        body.map(|(body, _)| body).ok_or_else(|| asked.needed())
+        let body = asked.body(self.body, false)?;
+        let drive = asked.take(self.drive_front_share, DRIVE);
+        let (Some((body, _)), Some(drive)) = (body, drive) else { return Err(asked.needed()) };
+        let brake = self.brake_front_share.unwrap_or(0.5);
+        share("drive_front_share", drive)?;
+        share("brake_front_share", brake)?;
+        Ok((body, [drive, brake]))
     }
 }
 

@@ -1,11 +1,11 @@
 //! Configuration of `task = "prediction"`.
 
 use drive_prediction::Drive;
+use drive_prediction::car::{Car, Steering, Variation};
 use drive_prediction::recorded::Sampling;
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use vehicle::Body;
 
 use super::car::SteeredCar;
 use super::rules::{self, demand};
@@ -16,6 +16,11 @@ use super::rules::{self, demand};
 pub struct Prediction {
     /// The car; `body` is needed.
     car: SteeredCar,
+    /// What the signal `delta` is: the angle of the wheels `"measured"` there, or what an actuator is `"commanded"`, which follows late and
+    /// with an offset of the day.
+    steering: Source,
+    /// How far apart the logs are: `"laps"` of one day, or `"days"` with other floors, tires and trims.
+    logs: Apart,
     /// Rows per second [Hz]; by default that of the slowest signal, at most 100.
     rate: Option<f64>,
     /// Corner of the zero-phase low pass of velocities, yaw rate and acceleration [Hz]; 0 for signals that are smooth already.
@@ -33,6 +38,26 @@ pub struct Prediction {
     pub node: String,
     /// Seed of what is drawn.
     pub seed: u64,
+}
+
+/// What the steering signal is.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Source {
+    /// The angle of the road wheels, measured there.
+    Measured,
+    /// What an actuator is told.
+    Commanded,
+}
+
+/// How far apart logs are.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum Apart {
+    /// Laps of one day.
+    Laps,
+    /// Days.
+    Days,
 }
 
 /// A part of the logs: what all of its keys say.
@@ -53,6 +78,8 @@ impl Default for Prediction {
     fn default() -> Self {
         Self {
             car: SteeredCar::default(),
+            steering: Source::Measured,
+            logs: Apart::Laps,
             rate: None,
             smooth: 5.0,
             least_speed: 5.0,
@@ -71,7 +98,7 @@ const LONGEST: f64 = 60.0;
 
 impl Prediction {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        self.body()?;
+        self.car()?;
         if let Some(rate) = self.rate {
             let fits = rate > 0.0 && rate <= FASTEST;
             demand(fits, "rate", &format!("a rate above 0, at most {FASTEST} Hz"), rate)?;
@@ -86,12 +113,22 @@ impl Prediction {
         self.hold_out.iter().enumerate().try_for_each(|(index, part)| part.check(index))
     }
 
-    /// Mass, inertia and lengths.
+    /// What is known of the car before any log.
     ///
     /// # Errors
     /// With all that are missing, or the first that makes no sense.
-    pub fn body(&self) -> Result<Body, ConfigError> {
-        self.car.read().map_err(|error| error.within("car"))
+    pub fn car(&self) -> Result<Car, ConfigError> {
+        let (body, [front_drive, front_brake]) =
+            self.car.read().map_err(|error| error.within("car"))?;
+        let steering = match self.steering {
+            Source::Measured => Steering::Measured,
+            Source::Commanded => Steering::Commanded,
+        };
+        let variation = match self.logs {
+            Apart::Laps => Variation::Laps,
+            Apart::Days => Variation::Days,
+        };
+        Ok(Car { body, front_drive, front_brake, steering, variation })
     }
 
     /// How signals become rows.
@@ -147,7 +184,7 @@ mod tests {
     use super::*;
     use crate::config::Config;
 
-    const CAR: &str = "task = \"prediction\"\ncar = { body = { m = 982.0, I_zz = 1605.0, l_f = 1.33, l_r = 1.07 } }\n";
+    const CAR: &str = "task = \"prediction\"\ncar = { drive_front_share = 0.0, body = { m = 982.0, I_zz = 1605.0, l_f = 1.33, l_r = 1.07, h = 0.45 } }\n";
 
     fn read(more: &str) -> Result<Box<Prediction>, (Vec<String>, String)> {
         match Config::read(&format!("{CAR}{more}")).map_err(|it| (it.path.clone(), it.message))? {
@@ -187,6 +224,7 @@ mod tests {
         assert_eq!(wrong("least_speed = nan").0, ["least_speed"]);
         let missing = Config::read("task = \"prediction\"\n").expect_err("no car").message;
         assert!(missing.contains("`body.m`") && missing.contains("`body.l_r`"), "{missing}");
-        assert!(!missing.contains("`body.h`"), "{missing}");
+        assert!(missing.contains("`drive_front_share`"), "{missing}");
+        assert_eq!(wrong("steering = \"guessed\"").0, ["steering"]);
     }
 }

@@ -39,12 +39,14 @@ const DIFFERENTIAL: [Row; 5] = [
     ("body.track_r", "car.differential.track"),
 ];
 
-const STEERED: [Row; 5] = [
+const STEERED: [Row; 7] = [
     ("body.m", "car.body.m"),
     ("body.I_zz", "car.body.I_zz"),
     ("body.l_f", "car.body.l_f"),
     ("body.l_r", "car.body.l_r"),
     ("body.h", "car.body.h"),
+    ("brake.front_share", "car.brake_front_share"),
+    ("drive.front_share", "car.drive_front_share"),
 ];
 
 const DOCTOR: [Row; 3] = [("body.m", "m"), ("body.l_f", "l_f"), ("body.l_r", "l_r")];

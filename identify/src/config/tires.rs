@@ -10,6 +10,7 @@ use tire_inference::variational::Optimiser;
 
 use super::car::LoggedCar;
 use super::curve::Curve;
+use super::stretches::{Drift, Windows};
 use super::{methods, plant, rules};
 use crate::prior_from_file::Files;
 
@@ -38,6 +39,11 @@ pub struct Tires {
     /// distribution within the bounds, or within `goblirsch2025` where that is narrower.
     #[serde(default)]
     pub axle_coupling: f64,
+    /// Drift of stiffness and friction of both axles over the log.
+    #[serde(default)]
+    pub drift: Drift,
+    /// Judges windows of the log by themselves, if it is there: whether each tells the lateral curves.
+    pub windows: Option<Windows>,
     /// Node that gets the start values in `tires.toml`.
     #[serde(default = "plant")]
     pub node: String,
@@ -55,6 +61,9 @@ impl Tires {
         rules::methods(&self.methods)?;
         rules::not_negative("axle_coupling", self.axle_coupling)?;
         rules::svi(&self.svi)?;
+        self.drift.check().map_err(|error| error.within("drift"))?;
+        let mut windows = self.windows.iter();
+        windows.try_for_each(Windows::check).map_err(|error| error.within("windows"))?;
         // The car has its own errors.
         let prepare = Pipeline { car: Car::default(), ..self.prepare.clone() };
         prepare.check().map_err(|error| match &error {

@@ -15,7 +15,7 @@ pub fn page(found: &Examination) -> String {
     html_page::page("What is wrong with the log", "", &html)
 }
 
-/// A table of all findings, and what could not be told; empty where there is neither.
+/// A table of all findings, the understeer gradient, and what could not be told; empty where there is none of them.
 pub fn section(found: &Examination) -> String {
     let mut html = String::new();
     if !found.findings.is_empty() {
@@ -36,6 +36,9 @@ pub fn section(found: &Examination) -> String {
             );
         }
         html.push_str("</table>\n");
+    }
+    if let Some(it) = &found.understeer {
+        let _ = writeln!(html, "<p>{}</p>", escape(&it.sentence));
     }
     for it in &found.not_told {
         let _ = writeln!(

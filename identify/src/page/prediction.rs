@@ -4,15 +4,20 @@ use std::fmt::Write;
 
 use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
-use numerics::text::significant;
+use numerics::text::{significant, with_std};
 
-use crate::plugin::prediction::{Judged, Trace};
+use crate::plugin::prediction::{Found, Judged, Trace};
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 260.0];
 
 /// The page: the first model is the one that is judged.
-pub fn page(judged: &[Judged], traces: &[Trace], summary: &[String], parts: &str) -> String {
+pub fn page(
+    (judged, found): (&[Judged], &[Found]),
+    traces: &[Trace],
+    summary: &[String],
+    parts: &str,
+) -> String {
     let mut html = String::new();
     let mut sentences = summary.iter();
     if let Some(first) = sentences.next() {
@@ -31,12 +36,13 @@ pub fn page(judged: &[Judged], traces: &[Trace], summary: &[String], parts: &str
     if let (false, Some(model)) = (traces.is_empty(), judged.first()) {
         let _ = writeln!(
             html,
-            "<h2>Predictions of {}</h2>\n<p class=\"faint\">Each begins with the measured state and sees speed and steering alone. 95 % of \
+            "<h2>Predictions of the {} car</h2>\n<p class=\"faint\">Each begins with the measured state and sees speed and steering alone. 95 % of \
              what happens is meant to lie within the band.</p>",
             escape(&model.name)
         );
         traces.iter().for_each(|trace| drawn(&mut html, trace));
     }
+    parameters(&mut html, found);
     html_page::page("Prediction of drives", "td.best { font-weight: 700; }\n", &html)
 }
 
@@ -109,6 +115,30 @@ fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
             cell(score.position, interval(2), best[2]),
             100.0 * score.spun,
             score.count
+        );
+    }
+    html.push_str("</table>\n");
+}
+
+fn parameters(html: &mut String, found: &[Found]) {
+    html.push_str(
+        "<h2>The car</h2>\n<table class=\"stack\">\n<tr><th>Parameter</th><th>Value</th><th>95 % interval</th><th>Differs between logs by</th>\
+         <th>Verdict</th><th>Why</th></tr>\n",
+    );
+    for it in found {
+        let between = if it.between > 0.0 { significant(it.between, 2) } else { "–".to_owned() };
+        let _ = writeln!(
+            html,
+            "<tr><th>{} [{}]</th><td class=\"number\">{}</td><td class=\"number\">{} to {}</td><td>{between}</td>\
+             <td class=\"{}\">{}</td><td>{}</td></tr>",
+            it.what,
+            if it.unit.is_empty() { "–" } else { it.unit },
+            with_std(it.value, it.std),
+            significant(it.interval[0], 3),
+            significant(it.interval[1], 3),
+            it.verdict,
+            it.verdict.replace('_', " "),
+            escape(&it.reason)
         );
     }
     html.push_str("</table>\n");

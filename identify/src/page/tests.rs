@@ -88,6 +88,7 @@ fn page(found: &Found, title: &str) -> String {
         car: &[("mass".to_owned(), "982 ± 20 kg".to_owned())],
         excitation: Some(&found.study),
         sensitivity: Some(&sensitivity),
+        drift: &[],
     })
 }
 

@@ -90,6 +90,9 @@ pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
 /// Puts what is found into what is told.
 pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
+    // Where no stiffness is to be had from the log, this is what it says of the tires.
+    let gradient = found.understeer.as_ref().filter(|_| found.refusal().is_some());
+    overall.log.extend(gradient.map(|it| format!("Log: {}", it.sentence)));
     let refusal = found.refusal().map(|it| &it.sentence);
     let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.

@@ -1,16 +1,20 @@
 //! Identifies a car that predicts drives, and judges it, beside simple models, on parts that were not fitted.
 
 use drive_prediction::baseline::baselines;
+use drive_prediction::car::fit::Fitted;
+use drive_prediction::car::parameters::{COUNT, LAG, Prior};
+use drive_prediction::car::{Predicting, Steering};
 use drive_prediction::predictor::State;
 use drive_prediction::recorded::{Channel, Recorded, drives};
 use drive_prediction::rollout::rollouts;
-use drive_prediction::score::{LateralScore, RolloutScore, lateral, open_loop};
+use drive_prediction::score::{BAND, LateralScore, RolloutScore, lateral, open_loop};
 use drive_prediction::{Drive, Predictor};
+use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::go_on;
+use super::{go_on, sideslip};
 use crate::config::Prediction;
 use crate::page;
 
@@ -50,25 +54,43 @@ pub(super) fn prediction(
             "expected rows in `hold_out`, found none: look at its times, laps and logs".to_owned()
         );
     }
-    let body = config.body().map_err(|error| error.to_string())?;
-    go_on(host, 0.1, "fitting the simple models")?;
-    let models = baselines(&fitted, &body, 0.0);
+    let car = config.car().map_err(|error| error.to_string())?;
+    if config.hide_v_y || request.signal("v_y").is_none() {
+        return sideslip::sideslip(&car, config, [&fitted, &held], host);
+    }
+    go_on(host, 0.1, "fitting the car")?;
+    let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
+    go_on(host, 0.6, "fitting the simple models")?;
+    let lag = match car.steering {
+        Steering::Measured => 0.0,
+        Steering::Commanded => identified.fitted.common[LAG],
+    };
+    let simple = baselines(&fitted, &car.body, lag);
+    let found = parameters(&identified.fitted);
+    let mut models: Vec<&dyn Predictor> = vec![&identified];
+    models.extend(simple.iter().map(AsRef::as_ref));
     go_on(host, 0.8, "letting the models go")?;
     let judged_on = if held.is_empty() { &fitted } else { &held };
     let judged: Vec<Judged> =
-        models.iter().map(|model| judge(model.as_ref(), judged_on, &config.horizons)).collect();
-    let summary = summary(&judged, !held.is_empty());
+        models.iter().map(|model| judge(*model, judged_on, &config.horizons)).collect();
+    let summary = summary((&judged, &found), !held.is_empty());
     let longest = config.horizons.iter().copied().fold(0.0, f64::max);
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
-    let traces: Vec<Trace> =
-        drawn.filter_map(|drive| trace(models[0].as_ref(), drive, longest)).collect();
-    let html =
-        page::prediction::page(&judged, &traces, &summary, &parts(judged_on, !held.is_empty()));
+    let traces: Vec<Trace> = drawn.filter_map(|drive| trace(models[0], drive, longest)).collect();
+    let html = page::prediction::page(
+        (&judged, &found),
+        &traces,
+        &summary,
+        &parts(judged_on, !held.is_empty()),
+    );
     host.file("prediction.html", &html);
     let scores: Map<String, Value> =
         judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
-    let words = Words { sound: !held.is_empty(), tables: vec![table(&judged)], summary };
-    Ok(json!(Outcome { words, held_out: !held.is_empty(), scores }))
+    let words =
+        Words { sound: !held.is_empty(), tables: vec![table(&judged), told(&found)], summary };
+    let car: Map<String, Value> =
+        found.into_iter().map(|it| (it.name.clone(), json!(it))).collect();
+    Ok(json!(Outcome { words, held_out: !held.is_empty(), scores, car }))
 }
 
 /// The result of the task.
@@ -78,7 +100,97 @@ struct Outcome {
     words: Words,
     /// Whether the scores are of parts that were not fitted.
     held_out: bool,
+    /// By the name of the model.
     scores: Map<String, Value>,
+    /// By the name of the parameter.
+    car: Map<String, Value>,
+}
+
+/// What was found of a parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct Found {
+    /// As `front_K`.
+    #[serde(skip)]
+    pub name: String,
+    /// For people.
+    #[serde(skip)]
+    pub what: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value: of logs in common.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+    /// The standard deviation of what one log has of its own; 0 where logs do not differ.
+    pub between: f64,
+    /// The verdict.
+    pub verdict: &'static str,
+    /// Why.
+    pub reason: String,
+}
+
+/// Shares of the width before any data below which a parameter is identified, and is weak.
+const IDENTIFIED: f64 = 0.3;
+const WEAK: f64 = 0.7;
+
+/// Name, what it is, unit and whether it is estimated as a logarithm, in the order of the estimate.
+const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
+    ("front_K", "cornering stiffness over load, front", "1/rad", true),
+    ("rear_K", "cornering stiffness over load, rear", "1/rad", true),
+    ("front_D", "peak friction coefficient, front", "", true),
+    ("rear_D", "peak friction coefficient, rear", "", true),
+    ("I_zz", "yaw moment of inertia", "kg.m2", true),
+    ("offset", "offset of the steering angle", "rad", false),
+    ("rear_shift", "shift of the rear slip angle", "rad", false),
+    ("lag", "time constant of the steering", "s", false),
+    ("front_C", "shape factor, front", "", false),
+    ("rear_C", "shape factor, rear", "", false),
+    ("h", "height of the centre of gravity that moves forces", "m", false),
+    ("combined", "share of the friction ellipse", "", false),
+];
+
+/// The parameters with their verdicts.
+fn parameters(fitted: &Fitted) -> Vec<Found> {
+    let prior = Prior::new(&fitted.car);
+    let of =
+        |(i, (name, what, unit, logarithm)): (usize, (&str, &'static str, &'static str, bool))| {
+            let (mean, std) = (fitted.common[i], fitted.common_std[i]);
+            let ends = [-BAND[0], BAND[0]].map(|it| mean + it * std);
+            let [value, low, high] =
+                [mean, ends[0], ends[1]].map(|it| if logarithm { it.exp() } else { it });
+            let factor = if logarithm { value } else { 1.0 };
+            let share = std / prior.std[i];
+            let verdict = match share {
+                share if share < IDENTIFIED => "identified",
+                share if share < WEAK => "weak",
+                _ => "not_identifiable",
+            };
+            let reason = format!(
+                "The logs leave {:.0} % of the width that was plausible before.",
+                100.0 * share
+            );
+            let between = prior.between[i] * factor;
+            let (name, std, interval) = (name.to_owned(), std * factor, [low, high]);
+            Found { name, what, unit, value, std, interval, between, verdict, reason }
+        };
+    PARAMETERS.into_iter().enumerate().map(of).collect()
+}
+
+/// A row for each parameter.
+fn told(found: &[Found]) -> Table {
+    let row = |it: &Found| {
+        let value = with_std(it.value, it.std);
+        [
+            it.name.clone(),
+            value,
+            it.unit.to_owned(),
+            it.verdict.replace('_', " "),
+            it.reason.clone(),
+        ]
+    };
+    Table::new(["parameter", "value", "unit", "verdict", "reason"], found.iter().map(row))
 }
 
 /// Whether the signals are here that nothing works without.
@@ -102,13 +214,14 @@ fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
     };
     let needed = |name: &str| channel(name).unwrap_or_default();
     let [v_x, r, delta] = NEEDED.map(needed);
-    let [v_y, a_y, lap, log] = ["v_y", "a_y", "lap", "log"].map(channel);
-    Recorded { v_x, v_y, r, a_y, delta, lap, log }
+    let [v_y, a_y, a_x, lap, log] = ["v_y", "a_y", "a_x", "lap", "log"].map(channel);
+    Recorded { v_x, v_y, r, a_y, a_x, delta, lap, log }
 }
 
 fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
     let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
-    let (name, open_loop) = (model.name().to_owned(), ahead.collect());
+    let open_loop = ahead.collect();
+    let name = model.name().to_owned();
     Judged { name, a_y: lateral(model, drives), open_loop }
 }
 
@@ -183,8 +296,15 @@ fn parts(drives: &[Drive], held_out: bool) -> String {
     )
 }
 
-fn summary(judged: &[Judged], held_out: bool) -> Vec<String> {
-    let mut summary = Vec::new();
+fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
+    let mut summary = vec![verdict(judged)];
+    let named = |verdict: &str| -> Vec<&str> {
+        found.iter().filter(|it| it.verdict == verdict).map(|it| it.name.as_str()).collect()
+    };
+    let unknown = named("not_identifiable");
+    if !unknown.is_empty() {
+        summary.push(format!("The logs do not tell {}.", unknown.join(", ")));
+    }
     if !held_out {
         let doubt = "The scores are of the data that were fitted: they say little of other drives. Name a part that is kept by `hold_out`.";
         summary.push(doubt.to_owned());
@@ -201,6 +321,29 @@ fn summary(judged: &[Judged], held_out: bool) -> Vec<String> {
         }
     }
     summary
+}
+
+/// How the identified car does beside the best of the simple models.
+fn verdict(judged: &[Judged]) -> String {
+    let longest = |it: &Judged| it.open_loop.last().copied();
+    let Some((car, score)) = judged.first().and_then(|it| Some((it, longest(it)?))) else {
+        return "No stretch is long enough for a prediction.".to_owned();
+    };
+    let others = || judged[1..].iter().filter_map(longest);
+    let best =
+        |of: fn(&RolloutScore) -> f64| others().map(|it| of(&it)).fold(f64::INFINITY, f64::min);
+    let a_y = car.a_y.map_or(String::new(), |it| format!(", a_y to {:.3} m/s2", it.rmse));
+    format!(
+        "Over {} s the car predicts v_y to {:.3} m/s, the yaw rate to {:.3} rad/s and the place to {:.2} m (best simple model: {:.3}, {:.3}, \
+         {:.2}){a_y}.",
+        score.horizon,
+        score.v_y,
+        score.r,
+        score.position,
+        best(|it| it.v_y),
+        best(|it| it.r),
+        best(|it| it.position)
+    )
 }
 
 /// A row for each model.

@@ -23,6 +23,7 @@ use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
 use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
 use crate::start_values::Tire;
+use crate::stretches;
 use crate::told::{Overall, Told, forget_absent_peak};
 use crate::widening::{Widening, perturbed};
 
@@ -113,13 +114,20 @@ pub(super) fn tires(
     if !perturbed(&car, &uncertainty).is_empty() {
         overall.widened = CAR_ADDED;
     }
+    let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
+    let drift = stretches::drift(config.drift.length, signal, (&prepared, &pipeline));
     let car = page::car::logged(&car, &uncertainty);
     let of_plant = of_plant(config, &curves, &found);
     overall.remarks.extend(draws::missing(&of_plant));
     // Each curve has its own data: what they leave open is independent.
     leave_start_values((&of_plant, Draws::Apart), &overall.verdict(), config.seed, host);
-    leave_page((&curves, &found, &overall), (&prepared, &car, &log), host);
-    Ok(report(config, (&curves, &found, &overall), (&prepared, &log)))
+    leave_page((&curves, &found, &overall), (&prepared, &car, &log), &drift, host);
+    let mut result = report(config, (&curves, &found, &overall), (&prepared, &log));
+    result["drift"] = stretches::report(&drift);
+    if let Some(windows) = &config.windows {
+        result["windows"] = stretches::windows(windows, (&prepared, &pipeline));
+    }
+    Ok(result)
 }
 
 /// How far each curve moves with the uncertain data of the car.
@@ -243,6 +251,7 @@ fn of_plant<'a>(
 fn leave_page(
     (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
+    drift: &[stretches::Drifting],
     host: &mut dyn Host,
 ) {
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
@@ -259,6 +268,7 @@ fn leave_page(
         car,
         facts: &facts,
         log: Some(log),
+        drift,
         sections: sections.collect(),
         ..Page::default()
     };

@@ -1,10 +1,10 @@
-//! `trackside convert`: writes the signals of a recording as a table, Parquet or CSV.
+//! `trackside convert`: writes the signals of a recording as a table, Parquet or CSV, or as MDF 4.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use recording::{CsvSink, ParquetSink, Recording, Sink};
+use recording::{CsvSink, MdfSink, ParquetSink, Recording, Sink};
 
 use super::{print, tell};
 
@@ -13,7 +13,7 @@ use super::{print, tell};
 pub struct Arguments {
     /// The folder of the run, or its run.mcap.
     run: PathBuf,
-    /// The new file; its ending, `.parquet` or `.csv`, says which form it gets [default: run.parquet beside the recording].
+    /// The new file; its ending, `.parquet`, `.csv` or `.mf4`, says which form it gets [default: run.parquet beside the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -44,8 +44,9 @@ fn sink(recording: &Recording, out: &Path) -> Result<Box<dyn Sink>, Error> {
     match ending.as_deref() {
         Some("parquet") => Ok(Box::new(ParquetSink::create(header, out)?)),
         Some("csv") => Ok(Box::new(CsvSink::create(header, out)?)),
+        Some("mf4") => Ok(Box::new(MdfSink::create(header, out)?)),
         _ => Err(Error::input(format!(
-            "--out: expected a file that ends in .parquet or .csv, found {}",
+            "--out: expected a file that ends in .parquet, .csv or .mf4, found {}",
             out.display()
         ))),
     }

@@ -20,7 +20,7 @@ use super::{print, progress, tell};
 /// signal: `--v_x "Speed:km/h"`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The log: CSV, or MCAP with all columns given.
+    /// The log: CSV, MoTeC, VBOX, Parquet, Arrow or MAT, or MCAP with all columns given.
     log: PathBuf,
     #[command(flatten)]
     columns: Columns,
@@ -77,6 +77,12 @@ struct Columns {
     /// Direction of travel over ground, as of GNSS; positive to the left [rad].
     #[arg(long, value_name = "COLUMN")]
     course: Option<String>,
+    /// Place on the ground along any axis, as of GNSS [m]; with `y` it stands for the course.
+    #[arg(long, value_name = "COLUMN")]
+    x: Option<String>,
+    /// Place on the ground across that axis, to its left [m].
+    #[arg(long, value_name = "COLUMN")]
+    y: Option<String>,
 }
 
 /// What is known of the car; none of it is needed.
@@ -97,9 +103,9 @@ struct Car {
 }
 
 impl Columns {
-    fn given(&self) -> [(&'static str, &Option<String>); 14] {
+    fn given(&self) -> [(&'static str, &Option<String>); 16] {
         let Self { time, v_x, v_y, r, a_x, a_y, delta, F_x, omega_fl, .. } = self;
-        let Self { omega_fr, omega_rl, omega_rr, roll, course, .. } = self;
+        let Self { omega_fr, omega_rl, omega_rr, roll, course, x, y, .. } = self;
         [
             ("time", time),
             ("v_x", v_x),
@@ -115,6 +121,8 @@ impl Columns {
             ("omega_rr", omega_rr),
             ("roll", roll),
             ("course", course),
+            ("x", x),
+            ("y", y),
         ]
     }
 }
@@ -228,6 +236,9 @@ fn lines(chosen: &[Chosen], result: &Value) -> String {
         if let Some(note) = it["correction_note"].as_str() {
             let _ = writeln!(lines, "         ({note})");
         }
+    }
+    if let Some(sentence) = result["doctor"]["understeer"]["sentence"].as_str() {
+        let _ = writeln!(lines, "\n{sentence}");
     }
     for it in all("not_told") {
         let [check, reason, advice] = ["check", "reason", "advice"].map(|key| text(&it[key]));

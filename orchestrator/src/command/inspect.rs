@@ -1,5 +1,7 @@
-//! `trackside inspect`: prints the description of an FMU, or the coupling of a scenario.
+//! `trackside inspect`: prints the description of an FMU, the coupling of a scenario, or the channels of a log.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -7,6 +9,7 @@ use diagnostics::Error;
 use fmu_import::Fmu;
 use orchestrator::inspect;
 use orchestrator::package::{self, BuildProgress};
+use recording::table;
 use scenario::Scenario;
 use scenario::plan::System;
 use scenario::resolve::Overrides;
@@ -17,7 +20,7 @@ use super::{print, print_json};
 /// Arguments of `trackside inspect`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The archive of an FMU, a scenario, or a system of SSP.
+    /// The archive of an FMU, a scenario, a system of SSP, or a log: MCAP, CSV, MoTeC, VBOX, Parquet, Arrow, MAT.
     file: PathBuf,
     /// Print JSON instead of lines.
     #[arg(long)]
@@ -49,12 +52,27 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         );
         return Err(Error::input(message));
     }
+    if !is(&["fmu"]) && !is_archive(&arguments.file) {
+        let survey = table::survey(&arguments.file).map_err(|it| Error::input(it.to_string()))?;
+        match arguments.json {
+            true => print_json(&survey.json()),
+            false => print(&survey.lines()),
+        }
+        return Ok(0);
+    }
     let fmu = Fmu::open(&arguments.file).map_err(|error| Error::input(error.to_string()))?;
     match arguments.json {
         true => print_json(&inspect::json(&fmu)),
         false => print(&inspect::lines(&fmu)),
     }
     Ok(0)
+}
+
+/// Whether a file begins as a ZIP archive does, such as that of an FMU.
+fn is_archive(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(4).read_to_end(&mut head));
+    read.is_ok() && head.starts_with(b"PK\x03\x04")
 }
 
 fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {

@@ -20,7 +20,8 @@ use super::print;
 use super::progress::BuildLine;
 
 /// The packages whose FMUs make the closed loop.
-const FMUS: [&str; 5] = ["plant-fmu", "controller", "estimator", "plant-dual-fmu", "driver-fmu"];
+const FMUS: [&str; 6] =
+    ["plant-fmu", "controller", "estimator", "friction-fmu", "plant-dual-fmu", "driver-fmu"];
 
 /// The folder of the archives when none is named.
 const FOLDER: &str = "target/fmu";
@@ -28,7 +29,7 @@ const FOLDER: &str = "target/fmu";
 /// Arguments of `trackside pack`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The packages [default: plant-fmu controller estimator plant-dual-fmu driver-fmu], or with `--ssp` the scenario files, with `--fmu` one of them.
+    /// The packages [default: plant-fmu controller estimator friction-fmu plant-dual-fmu driver-fmu], or with `--ssp` the scenario files, with `--fmu` one of them.
     #[arg(value_name = "PACKAGES|SCENARIOS")]
     packages: Vec<String>,
     /// Pack each scenario as an archive of SSP: its FMUs, start values and connections, and the scenario itself for this program.

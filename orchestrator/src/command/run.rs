@@ -28,6 +28,9 @@ pub struct Arguments {
     /// Write run.parquet too, a table for pandas, polars, DuckDB and MATLAB.
     #[arg(long)]
     parquet: bool,
+    /// Write run.mf4 too, a measurement file of ASAM MDF 4 for tools such as CANape, asammdf and MATLAB.
+    #[arg(long)]
+    mf4: bool,
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
@@ -198,6 +201,7 @@ impl Arguments {
             out: None,
             csv: self.csv,
             parquet: self.parquet,
+            mf4: self.mf4,
             bless: self.bless,
             variant: self.variant.clone(),
             overrides: Overrides {

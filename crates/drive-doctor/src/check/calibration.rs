@@ -7,6 +7,7 @@
 
 mod causes;
 mod terms;
+mod witnesses;
 
 use causes::{CAUSES, Kind};
 use terms::{Measured, NUISANCES, Relation, Terms};
@@ -99,7 +100,7 @@ pub(crate) fn check(case: &mut Case) {
     }
     let Some(found) = found else { return };
     for (place, &cause) in found.causes.iter().enumerate() {
-        report(case, &found, place, cause);
+        report(case, &measured, &found, place, cause);
     }
 }
 
@@ -210,6 +211,12 @@ fn balanced(measured: &[Measured], columns: &[usize]) -> Blocks {
     Blocks::weighted(&parts)
 }
 
+/// A sentence within another one.
+fn lower(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or(String::new(), |first| first.to_lowercase().chain(letters).collect())
+}
+
 fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
     match columns.is_empty() {
         true => Some(all.left(&[], &[])),
@@ -217,7 +224,7 @@ fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
     }
 }
 
-fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
+fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, index: usize) {
     let (cause, at) = (&CAUSES[index], found.before + place);
     let (value, interval) = (found.fit.values[at], found.fit.interval(at));
     if case.is_ratio_rough && (cause.channel, cause.kind) == ("delta", Kind::Scale) {
@@ -226,8 +233,13 @@ fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
     let rivals: Vec<String> =
         found.rivals[place].iter().map(|&rival| CAUSES[rival].check()).collect();
     let constant = found.fit.agrees(at);
+    let contradiction = match (cause.channel, cause.kind) {
+        ("v_y", Kind::Arm | Kind::Delay) => witnesses::contradiction(measured, found, place),
+        _ => None,
+    };
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
         _ if cause.kind == Kind::Relaxation => Sure::Possible,
+        _ if contradiction.is_some() => Sure::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (cause.channel, cause.kind) == ("v_y", Kind::Scale) => Sure::Possible,
         _ if value.abs() < cause.least => Sure::Possible,
@@ -249,8 +261,19 @@ fn report(case: &mut Case, found: &Found, place: usize, index: usize) {
         (None, _) => sentence += " One half of the log alone does not tell it.",
         _ => (),
     }
-    let correction = match constant {
-        Some(false) => Correction::advice("None: no constant corrects it."),
+    if let Some(contradiction) = &contradiction {
+        sentence += &format!(" {contradiction}.");
+        case.cannot_tell(
+            "place and clock of v_y",
+            format!("its witnesses differ: {}", lower(contradiction)),
+            "Drive slaloms to both sides at two speeds and moderate lateral acceleration, and measure the place of the sensor with a tape.",
+        );
+    }
+    let correction = match (constant, sure) {
+        (Some(false), _) => Correction::advice("None: no constant corrects it."),
+        (_, Sure::Possible) if cause.kind != Kind::Relaxation => {
+            Correction::advice("None as long as it is only possible.")
+        }
         _ => cause.correction(value),
     };
     case.report(Finding {

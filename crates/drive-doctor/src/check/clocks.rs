@@ -17,6 +17,8 @@ const LEAST_TIME: f64 = 20.0;
 /// Delays of the yaw rate that a car has of its own behind its wheels, and behind its steering [s].
 const OF_WHEELS: f64 = 0.04;
 const OF_CAR: f64 = 0.15;
+/// What a clock has of its own [s], by its filter and its place in the car.
+const OF_CLOCKS: f64 = 0.015;
 /// Delays of an accelerometer that are looked for elsewhere, with all other small errors [s].
 const OF_SENSORS: f64 = 0.1;
 /// No car turns that long after its steering [s].
@@ -40,6 +42,23 @@ impl Delay {
         let apart = (self.halves[0] - self.halves[1]).abs();
         apart < 2.5 * self.half_stds[0].hypot(self.half_stds[1])
             || apart < ONE_CONSTANT * self.value.abs()
+    }
+
+    /// What several clocks say together: none is right to less than [`OF_CLOCKS`], and where they differ by more, nothing is.
+    fn of_all(all: &[Self]) -> Option<Self> {
+        let weights: Vec<f64> =
+            all.iter().map(|it| 1.0 / (it.std.powi(2) + OF_CLOCKS.powi(2))).collect();
+        let total: f64 = weights.iter().sum();
+        let mean = |of: &dyn Fn(&Self) -> f64| {
+            all.iter().zip(&weights).map(|(it, weight)| weight * of(it)).sum::<f64>() / total
+        };
+        let half = |k: usize| mean(&|it| it.halves[k]);
+        let half_std = |k: usize| mean(&|it| it.half_stds[k].powi(2)).sqrt();
+        let value = mean(&|it| it.value);
+        let apart = mean(&|it| (it.value - value).powi(2)) / (all.len() as f64 - 1.0).max(1.0);
+        let first = all.first()?;
+        let std = if all.len() == 1 { first.std } else { apart.max(1.0 / total).sqrt() };
+        Some(Self { value, std, halves: [half(0), half(1)], half_stds: [half_std(0), half_std(1)] })
     }
 
     /// Whether it is beyond `usual` for sure.
@@ -72,11 +91,12 @@ pub(crate) fn check(case: &mut Case) {
         );
     }
     let steering = steering(&motion);
-    let wheels = [("omega_rl", "omega_rr"), ("omega_fl", "omega_fr")]
+    let [front, rear] = [("omega_fl", "omega_fr"), ("omega_rl", "omega_rr")]
         .map(|(left, right)| wheels(&motion, left, right));
-    let wheels = wheels.into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
+    // Two axles are two witnesses: the rear ones can be driven by what the front ones are not.
+    let wheels = [front, rear].into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
     let (course, acceleration) = (course(case, &motion), acceleration(case, &motion));
-    let clocks = Clocks { steering, wheels, course, acceleration };
+    let clocks = Clocks { steering, wheels, front, rear, course, acceleration };
     if let Some((delay, sure)) = clocks.judged() {
         report(case, delay, &clocks, sure);
     }
@@ -85,7 +105,10 @@ pub(crate) fn check(case: &mut Case) {
 /// The delay of the yaw rate against other channels.
 struct Clocks {
     steering: Option<Delay>,
+    /// The surer of both axles.
     wheels: Option<Delay>,
+    front: Option<Delay>,
+    rear: Option<Delay>,
     course: Option<Delay>,
     acceleration: Option<Delay>,
 }
@@ -97,9 +120,10 @@ impl Clocks {
         // something.
         let behind = |clock: Option<Delay>, usual: f64| clock.filter(|it| it.interval()[0] > usual);
         let wheels = self.wheels.filter(|wheels| wheels.beyond(OF_WHEELS));
+        let axles = [self.front, self.rear].map(|axle| axle.filter(|it| it.beyond(OF_WHEELS)));
         let others = [behind(self.course, OF_WHEELS), behind(self.acceleration, OF_SENSORS)];
-        let found: Vec<Delay> = [wheels].into_iter().chain(others).flatten().collect();
-        let Some(delay) = found.iter().copied().min_by(|a, b| a.std.total_cmp(&b.std)) else {
+        let found: Vec<Delay> = axles.into_iter().chain(others).flatten().collect();
+        let Some(delay) = Delay::of_all(&found) else {
             return match self.steering? {
                 _ if self.wheels.is_some() => None,
                 // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
@@ -134,7 +158,8 @@ impl Clocks {
         let apart = |it: &Delay| it.value.abs() > OF_WHEELS;
         let all = [
             (self.acceleration.filter(apart), "the lateral acceleration"),
-            (self.wheels, "the difference of the wheel speeds"),
+            (self.front, "the difference of the front wheel speeds"),
+            (self.rear, "that of the rear wheels"),
             (self.course, "the course"),
             (self.steering, "steering"),
         ];
@@ -196,17 +221,15 @@ fn acceleration(case: &Case, motion: &Motion) -> Option<Delay> {
     search(motion, &[turn, motion.smooth(&motion.raw("r"), 0.15, 1)], &target)
 }
 
-/// The course turns by r + (v_y/v_x)'.
+/// The course turns by r, but for a sideslip that comes and goes.
 fn course(case: &Case, motion: &Motion) -> Option<Delay> {
     if !case.has(&["course"]) {
         return None;
     }
-    let rate = |column: &[f64]| motion.smooth(column, 0.15, 1);
-    let slip =
-        motion.combine("v_y", "v_x", |v_y, v_x| if v_y.is_finite() { v_y / v_x } else { 0.0 });
-    let moved = motion.combine("v_x", "r", |v_x, r| v_x * r);
-    let second = if case.has(&["v_y"]) { rate(&slip) } else { moved };
-    search(motion, &[motion.raw("r"), second], &rate(&motion.raw("course")))
+    // Its sideslip is no matter: that of a wrong v_y would make the course one that agrees with it.
+    let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    let rate = motion.smooth(&motion.raw("course"), 0.15, 1);
+    search(motion, &[motion.raw("r"), turn], &rate)
 }
 
 /// The delay of columns, whose values at t + delay make the target at t, with a constant.
@@ -321,5 +344,6 @@ fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
     });
     if sure.is_serious() {
         case.correct("r", 1.0, delay.value);
+        case.r_moved = delay.value;
     }
 }

@@ -116,6 +116,11 @@ impl Blocks {
         })
     }
 
+    /// Covariance of all unknowns by the curvature, or by the scatter of parts where that is wider.
+    pub fn widest(&self) -> DMatrix<f64> {
+        largest(&self.covariance, &self.scattered()).unwrap_or_else(|| self.covariance.clone())
+    }
+
     /// What intervals have to be widened to; nothing unless blocks that were not fitted are predicted badly.
     pub fn scatter(&self) -> Option<Scatter> {
         if self.held_out()?.passed() {

@@ -12,7 +12,7 @@ use crate::drive::Drive;
 use crate::predictor::{Predictor, State};
 
 /// For people.
-pub(super) const NAME: &str = "trackside";
+pub(super) const NAME: &str = "identified";
 /// Predictions that tell how it goes start this often [s] and last this long [s].
 const EVERY: f64 = 0.5;
 const HORIZON: f64 = 0.6;

@@ -18,7 +18,7 @@ pub const LEAST_LAG: f64 = 2e-3;
 /// Place of the steering offset in a [`Vector`].
 pub(super) const OFFSET: usize = 5;
 /// Place of the steering lag in a [`Vector`].
-pub(super) const LAG: usize = 7;
+pub const LAG: usize = 7;
 /// Names of the parameters, with units, in the order of a [`Vector`].
 pub const NAMES: [&str; COUNT] = [
     "ln K_f", "ln K_r", "ln D_f", "ln D_r", "ln I_zz", "offset", "S_r", "lag", "C_f", "C_r", "h",

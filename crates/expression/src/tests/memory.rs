@@ -2,7 +2,7 @@
 
 use super::*;
 
-const CONDITIONS: [&str; 12] = [
+const CONDITIONS: [&str; 15] = [
     "a.x < 2",
     "a.x < 9 and a.y > -4",
     "a.on == 0 or a.x > 1",
@@ -15,6 +15,9 @@ const CONDITIONS: [&str; 12] = [
     "std(a.x) < 1",
     "quantile(a.x, 0.3) < 1",
     "max(a.x) > min(a.y)",
+    "rating(a.x, a.y) > 0.5",
+    "corridor(a.x, a.y, a.y, a.x, 0.1, 0.1 + 0.1 * abs(a.x)) < 1",
+    "corridor_share(a.x, a.y, a.y, 1, 0.1, 0.1) > rating_slope(a.x, b.x)",
 ];
 
 fn sample(monitor: &mut Monitor<Tested>, k: u32) {

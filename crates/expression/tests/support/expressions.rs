@@ -15,10 +15,10 @@ pub const TARGET: Target = Target {
     words: &[
         "abs", "sqrt", "sin", "cos", "tan", "atan", "exp", "ln", "sign", "deg", "rad", "isfinite",
         "atan2", "hypot", "min", "max", "mean", "rms", "std", "sum", "first", "last", "count",
-        "quantile", " and ", " or ", " not ", "||", "&&", "!", "==", "!=", "<=", ">=", "<", ">",
-        "+", "-", "*", "/", "^", "(", ")", ",", "'", "\"", "`", " m", " km/h", " deg", " degC",
-        " 1/s", " ms", "time", "pi", "true", "a.x", "b.x", "a.state", "r.either", "a.angle",
-        "c.no", "0", "1e308", "1e-320", "0.5",
+        "quantile", "rating", "corridor", " and ", " or ", " not ", "||", "&&", "!", "==", "!=",
+        "<=", ">=", "<", ">", "+", "-", "*", "/", "^", "(", ")", ",", "'", "\"", "`", " m",
+        " km/h", " deg", " degC", " 1/s", " ms", "time", "pi", "true", "a.x", "b.x", "a.state",
+        "r.either", "a.angle", "c.no", "0", "1e308", "1e-320", "0.5",
     ],
     own: None,
     attempt,
@@ -36,6 +36,8 @@ fn sound() -> Vec<Vec<u8>> {
         "r.either == 'x' and r.either != a.state",
         "atan2(a.x, b.x) < 10 deg",
         "std(a.flag) + mean(b.flag) < sum(sign(a.flag))",
+        "rating(a.x, b.x) > 0.8 and rating_phase(abs(a.x), 2 km) > 0.5",
+        "corridor(a.x, a.angle, b.x, 3 deg, 0.1 + 0.06 * abs(b.x), 5 deg) <= 1",
     ];
     texts.map(|text| text.as_bytes().to_vec()).to_vec()
 }

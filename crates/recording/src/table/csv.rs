@@ -3,67 +3,69 @@
 mod cell;
 mod error;
 mod file;
+mod growing;
 mod header;
 mod numbers;
-mod title;
+mod survey;
+mod text;
 
 use std::collections::HashSet;
 use std::path::Path;
 
-use diagnostics::read_bounded;
-
 pub use self::error::CsvError;
 use self::file::CsvFile;
-use self::numbers::Cells;
-use super::wanted::{Dialect, Reading, Separator, Wanted};
+use self::numbers::{Cells, Form};
+pub(super) use self::survey::csv_tallies;
+use self::text::Text;
+use super::wanted::{Dialect, Reading, Separator, Wanted, WantedColumn};
 use super::{ColumnTitle, Kept, Recorded, Series, TableError};
 
-/// Reads the time stamps [s] and the wanted columns by their titles.
+/// Reads the time stamps [s] and the wanted columns by their titles. Of a file of any size, these alone are in memory.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
-    let read = read_bounded(path, LARGEST);
-    let bytes = read.map_err(|source| CsvError::Read { path: path.to_owned(), source })?;
-    parse(path, &bytes, wanted)
+    parse(path, &text_at(path)?, wanted)
 }
 
-fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableError> {
+fn text_at(path: &Path) -> Result<Text, TableError> {
+    Text::at(path).map_err(|source| TableError::Open { path: path.to_owned(), source })
+}
+
+fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableError> {
     let mut titles = wanted.titles();
     titles.extend(wanted.time.as_deref());
-    let file = CsvFile::open(path, bytes, &titles, &wanted.dialect)?;
+    let file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
     if wanted.time.is_none() {
-        return Err(TableError::NoTime { path: path.to_owned(), present: file.names() });
+        let (path, format, present) = (path.to_owned(), "CSV", file.names());
+        return Err(TableError::NoTime { path, format, present });
     }
     let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
     let places: Vec<usize> =
         found.iter().filter_map(|place| place.as_ref().ok().copied()).collect();
-    let mut rows = match file.rows(&places) {
-        Ok(rows) => rows,
+    let forms = wanted.columns.iter().map(|column| Form::of(column.reading));
+    let found_forms = found.iter().zip(forms.chain([Form::Time]));
+    let found_forms: Vec<Form> =
+        found_forms.filter_map(|(place, form)| place.is_ok().then_some(form)).collect();
+    let given = wanted.dialect.decimal;
+    let mut cells = match Cells::read(&file, &places, (given, &found_forms)) {
+        Ok(cells) => cells,
         // Columns that are not there say more about a file without rows.
         Err(error) if found.iter().all(Result::is_ok) => return Err(error.into()),
         Err(_) => return Err(TableError::all(found.into_iter().filter_map(Result::err))),
     };
-    let warnings = rows.warning.take().into_iter().collect();
-    let readings = wanted.columns.iter().map(|column| column.reading);
-    let found_readings: Vec<Reading> = (found.iter().zip(readings.clone()))
-        .filter_map(|(place, reading)| place.is_ok().then_some(reading))
-        .collect();
-    let cells = Cells::new(&file, &rows, &places, (wanted.dialect.decimal, &found_readings))?;
-    let mut next = 0..;
-    let column = |(place, reading): (Result<usize, TableError>, Reading)| {
-        let (place, k) = (place?, next.next().unwrap_or_default());
-        let (numbers, kept) = match reading {
-            Reading::Number => (cells.numbers(k)?, Kept::Nothing),
-            Reading::Integer => cells.integers(k)?,
-            Reading::Text => cells.texts(k),
-        };
-        let gap = cells.first_gap(&numbers);
-        let unit = if reading == Reading::Text { None } else { file.unit(place)? };
-        Ok(Series { clock: 0, values: numbers.values, kept, unit, gap })
-    };
+    cells.decide(given)?;
     let mut found = found.into_iter();
     let time = found.next_back();
-    let columns: Vec<Result<Series, TableError>> = found.zip(readings).map(column).collect();
+    let mut next = 0..;
+    let column = |(place, wanted): (Result<usize, TableError>, &WantedColumn)| {
+        let (place, k) = (place?, next.next().unwrap_or_default());
+        let (values, kept) = cells.take(k)?;
+        let gap = cells.first_gap(k);
+        let unit = if wanted.reading == Reading::Text { None } else { file.unit(place)? };
+        Ok(Series { clock: 0, values, kept, unit, gap })
+    };
+    let columns: Vec<Result<Series, TableError>> = found.zip(&wanted.columns).map(column).collect();
     let stamps =
         time.map_or(Ok(0), |time| time).and_then(|_| Ok(cells.stamps(places.len() - 1, wanted)?));
+    let warnings = cells.warning.take().into_iter().collect();
     match stamps {
         Ok(stamps) => Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings }),
         Err(error) => {
@@ -72,18 +74,32 @@ fn parse(path: &Path, bytes: &[u8], wanted: &Wanted) -> Result<Recorded, TableEr
     }
 }
 
-/// The largest file [B]: it is read as a whole.
-const LARGEST: u64 = 2 << 30;
-
-/// The contents of a file.
-pub(super) fn bytes(path: &Path) -> Result<Vec<u8>, TableError> {
-    read_bounded(path, LARGEST).map_err(|source| TableError::Open { path: path.to_owned(), source })
+impl Form {
+    fn of(reading: Reading) -> Self {
+        match reading {
+            Reading::Number => Form::Number,
+            Reading::Integer => Form::Integer,
+            Reading::Text => Form::Text,
+        }
+    }
 }
 
 /// The titles of a file.
-pub(super) fn titles(path: &Path, bytes: &[u8]) -> Result<Vec<ColumnTitle>, TableError> {
-    let file = CsvFile::open(path, bytes, &[], &Dialect::default())?;
+pub(super) fn titles(path: &Path) -> Result<Vec<ColumnTitle>, TableError> {
+    let text = text_at(path)?;
+    let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     Ok(file.titles()?)
+}
+
+/// Whether the file has each of these columns.
+pub(super) fn look_up(
+    path: &Path,
+    names: &[&str],
+    dialect: &Dialect,
+) -> Result<Vec<Result<(), TableError>>, TableError> {
+    let text = text_at(path)?;
+    let file = CsvFile::open(path, &text, names, dialect)?;
+    Ok(names.iter().map(|name| file.place(name).map(drop)).collect())
 }
 
 /// Reads the wanted columns of a file whose rows have no time, such as the points of a line; `kept` is its text where a
@@ -96,14 +112,14 @@ pub fn columns(
     kept: Option<&str>,
     wanted: &[&str],
 ) -> Result<Vec<Vec<f64>>, TableError> {
-    let bytes = match kept {
-        Some(text) => text.as_bytes().to_owned(),
-        None => bytes(path)?,
+    let text = match kept {
+        Some(text) => Text::Memory(text.as_bytes().to_owned()),
+        None => text_at(path)?,
     };
-    let file = CsvFile::open(path, &bytes, wanted, &Dialect::default())?;
+    let file = CsvFile::open(path, &text, wanted, &Dialect::default())?;
     let places = file.places(wanted)?;
-    let rows = file.rows(&places)?;
-    let cells = Cells::new(&file, &rows, &places, (None, &[]))?;
+    let mut cells = Cells::read(&file, &places, (None, &[]))?;
+    cells.decide(None)?;
     Ok((0..places.len()).map(|k| cells.complete(k)).collect::<Result<_, _>>()?)
 }
 
@@ -126,46 +142,54 @@ pub(crate) struct CsvColumn {
 
 /// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
 pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
-    let bytes = bytes(path)?;
-    let file = CsvFile::open(path, &bytes, &[], &Dialect::default())?;
+    let text = text_at(path)?;
+    let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
     for title in file.header.titles.iter().skip(1).filter(|title| !title.plain.is_empty()) {
         file.only(&title.plain)?;
     }
     let places: Vec<_> = (0..file.header.titles.len()).collect();
-    let rows = file.rows(&places)?;
-    let cells = Cells::new(&file, &rows, &places, (None, &[]))?;
+    let mut forms = vec![Form::Number; places.len()];
+    forms[0] = Form::Time;
+    let mut cells = Cells::read(&file, &places, (None, &forms))?;
+    cells.decide(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
-    let column = |place: usize| {
-        let name = file.header.titles[place].plain.clone();
-        let is_text = texts.contains(name.as_str());
-        let numbers = cells.numbers(place).ok().filter(|_| !is_text);
-        let numbers = numbers.map(|numbers| numbers.values);
-        let texts = match &numbers {
-            Some(_) => Vec::new(),
-            None => rows.column(place).map(str::to_owned).collect(),
-        };
-        Ok(CsvColumn { name, unit: file.unit(place)?, numbers, texts })
+    let name = |place: usize| file.header.titles[place].plain.as_str();
+    let is_number = |place: &usize| *place > 0 && !texts.contains(name(*place));
+    let numbers = places.iter().map(|place| {
+        let values = is_number(place).then(|| cells.take(*place)).and_then(Result::ok);
+        values.map(|(values, _)| values)
+    });
+    let numbers: Vec<Option<Vec<f64>>> = numbers.collect();
+    let no_numbers: Vec<usize> =
+        places.iter().skip(1).filter(|place| numbers[**place].is_none()).copied().collect();
+    let mut found = match no_numbers.is_empty() {
+        true => None,
+        false => {
+            Some(Cells::read(&file, &no_numbers, (None, &vec![Form::Text; no_numbers.len()]))?)
+        }
     };
-    let times = cells.stamps(0, &Wanted::default())?;
-    let columns: Result<_, CsvError> = (1..places.len()).map(column).collect();
-    Ok(Whole { times, columns: columns? })
-}
-
-/// A text of the file, which may be of Western Windows.
-fn text(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
+    let mut columns = Vec::new();
+    for (place, numbers) in numbers.into_iter().enumerate().skip(1) {
+        let of_texts = no_numbers.iter().position(|it| *it == place).zip(found.as_mut());
+        let texts = match of_texts.map(|(k, found)| found.take(k)).transpose()? {
+            Some((_, Kept::Texts(texts))) => texts,
+            _ => Vec::new(),
+        };
+        let (name, unit) = (name(place).to_owned(), file.unit(place)?);
+        columns.push(CsvColumn { name, unit, numbers, texts });
     }
+    let times = cells.stamps(0, &Wanted::default())?;
+    Ok(Whole { times, columns })
 }
 
-fn reader(bytes: &[u8], separator: Separator) -> ::csv::Reader<&[u8]> {
+fn reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {
     ::csv::ReaderBuilder::new()
         .delimiter(separator.byte())
         .has_headers(false)
         .flexible(true)
-        .from_reader(bytes)
+        .buffer_capacity(1 << 16)
+        .from_reader(text)
 }
 
 #[cfg(test)]

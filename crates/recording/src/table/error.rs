@@ -33,22 +33,26 @@ pub enum TableError {
         /// The question whether the closest of them was meant.
         hint: Option<String>,
     },
-    /// The scenario does not say which column of a CSV file is the time.
+    /// The scenario does not say which column is the time, and the file does not tell.
     #[error(
-        "{} is read as CSV, which needs `time`, the column of the time stamps [s]: it has {}",
+        "{} is read as {format}, which needs `time`, the column of the time stamps [s]: it has {}",
         path.display(), shortened(present)
     )]
     NoTime {
         /// The file.
         path: PathBuf,
+        /// Its format.
+        format: &'static str,
         /// The columns of the file.
         present: Vec<String>,
     },
-    /// A word of the scenario is about CSV, and the file is MCAP.
-    #[error("{} is MCAP: `{key}` is about CSV files, leave it out", path.display())]
+    /// A word of the scenario is about CSV, and the file is none.
+    #[error("{} is {format}: `{key}` is about CSV files, leave it out", path.display())]
     NotCsv {
         /// The file.
         path: PathBuf,
+        /// Its format.
+        format: &'static str,
         /// The key.
         key: &'static str,
     },
@@ -84,6 +88,34 @@ pub enum TableError {
         path: PathBuf,
         /// The columns of the scenario.
         columns: String,
+    },
+    /// Several channels of a log have the name of a wanted column.
+    #[error("`{column}` can be any of {} in {}: name it with its group", shortened(each), path.display())]
+    Ambiguous {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+        /// The channels.
+        each: Vec<String>,
+    },
+    /// A channel of a log has values that are not what is wanted.
+    #[error("`{column}` of {}: {what}", path.display())]
+    Values {
+        /// The file.
+        path: PathBuf,
+        /// The column of the scenario.
+        column: String,
+        /// What was expected, and what was found.
+        what: String,
+    },
+    /// The log of a data logger cannot be read.
+    #[error("{}: {what}", path.display())]
+    Log {
+        /// The file.
+        path: PathBuf,
+        /// What was expected, and what was found.
+        what: String,
     },
     /// The CSV file cannot be played back.
     #[error(transparent)]
@@ -126,6 +158,8 @@ impl TableError {
     pub fn word(&self) -> Option<&str> {
         match self {
             TableError::MissingColumn { column, .. }
+            | TableError::Ambiguous { column, .. }
+            | TableError::Values { column, .. }
             | TableError::Gaps { column, .. }
             | TableError::NoValue { column, .. } => Some(column),
             TableError::Csv(error) => error.word(),

@@ -4,18 +4,21 @@ mod catalogue;
 mod error;
 mod field;
 mod file;
+mod survey;
 
+use std::io::Read as _;
 use std::path::Path;
 use std::sync::Arc;
 
 use ::mcap::Channel;
-pub(super) use ::mcap::MAGIC;
+use ::mcap::MAGIC;
 use ::mcap::records::MessageHeader;
 
 use self::catalogue::Catalogue;
 pub use self::error::RecordingError;
 use self::field::{Dead, Field, Reader};
 pub(crate) use self::file::Mcap;
+pub(super) use self::survey::mcap_tallies;
 use super::{Kept, Recorded, Series, TableError, Wanted};
 
 /// The time stamp that counts.
@@ -70,12 +73,39 @@ struct Track {
 /// A column: the track, the field of it, and the unit.
 type Place = (usize, usize, Option<String>);
 
+/// Whether a file begins as a recording does. Of a pipe, which can be read once, nobody looks.
+pub(super) fn is(path: &Path) -> std::io::Result<bool> {
+    let mut magic = Vec::new();
+    let file = std::fs::File::open(path)?;
+    if !file.metadata()?.is_file() {
+        return Ok(false);
+    }
+    file.take(MAGIC.len() as u64).read_to_end(&mut magic)?;
+    Ok(magic == MAGIC)
+}
+
+/// Whether the recording has each of these columns. Of messages in JSON, the first one tells.
+pub(super) fn look_up(
+    path: &Path,
+    names: &[&str],
+) -> Result<Vec<Result<(), TableError>>, TableError> {
+    let file = Mcap::open(path)?;
+    let channels = file.channels()?;
+    let catalogue = Catalogue::new(&file, &channels);
+    let one = |name: &&str| {
+        let (channel, field) = catalogue.find(name)?;
+        want(&file, name, channel, &field, &mut Vec::new())?;
+        catalogue::sampled(&file, channel, name, &field)
+    };
+    Ok(names.iter().map(one).collect())
+}
+
 /// Reads the wanted columns; stamps count from the earliest one, so that times of day keep their digits.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
     let stamp = Stamp::of(path, wanted.time.as_deref())?;
     let csv = wanted.time_unit.map(|_| "time_unit").or(wanted.dialect.first_key());
     if let Some(key) = csv {
-        return Err(TableError::NotCsv { path: path.to_owned(), key });
+        return Err(TableError::NotCsv { path: path.to_owned(), format: "MCAP", key });
     }
     let file = Mcap::open(path)?;
     let channels = file.channels()?;

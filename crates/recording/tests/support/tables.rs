@@ -86,7 +86,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
         }
     }
     if let Ok(titles) = table::titles(&path) {
-        assert!(titles.iter().all(|title| !title.name.is_empty()));
+        assert!(titles.columns.iter().all(|title| !title.name.is_empty()));
     }
     let _ = table::columns(&path, None, &["v_x"]);
     if let Ok(whole) = Golden::read(&path, &["state"]) {

@@ -44,6 +44,7 @@ pub(super) fn each<'a>(
 ) {
     let lists = [
         ("table", "path"),
+        ("table", "aliases"),
         ("baseline", "recording"),
         ("analysis", "path"),
         ("analysis", "python"),
@@ -70,7 +71,11 @@ pub(super) fn each<'a>(
     }
     for analysis in entries(root, "analysis") {
         if let Some(table) = inner(analysis, "table") {
-            one(table, "path", Role::File, take);
+            match table.get_mut("path").map(Spanned::get_mut) {
+                Some(DeValue::Array(logs)) => logs.iter_mut().for_each(|it| take(Role::File, it)),
+                _ => one(table, "path", Role::File, take),
+            }
+            one(table, "aliases", Role::File, take);
         }
         if let Some(files) = inner(analysis, "files") {
             files.iter_mut().for_each(|(_, file)| take(Role::File, file));

@@ -1,12 +1,13 @@
 //! Finds the plugins and the signals of `[[analysis]]`, and asks each plugin what it thinks of its part of the scenario.
 
+mod from_log;
 mod loaded;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
 
-use diagnostics::{Error, Mistakes, Spanned, suggest};
+use diagnostics::{Error, Mistakes, Source, Spanned, suggest};
 use expression::SignalUnit;
 use fmu_import::during_plugin;
 use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
@@ -15,13 +16,14 @@ use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
 use self::loaded::Loaded;
+use super::Notes;
+use super::logs;
 use super::parameters::Parameters;
 use super::signal_units::{SignalUnits, cure};
-use super::{Notes, logs};
 use crate::build_request::BuildRequest;
 use crate::plan::{AnalysisPlan, Origin, Wired};
 use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisSignal, AnalysisTable, Column, ScaledSignal, Scenario};
+use crate::words::{Analysis, AnalysisSignal, AnalysisTable, ScaledSignal, Scenario};
 
 /// The columns of the run and their units.
 type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
@@ -67,10 +69,20 @@ fn plan(
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = Mistakes::default();
-    let read = |table: &AnalysisTable| logs::read(scenario, table.file(), warnings);
-    let log = analysis.table.as_ref().map(read);
+    let aliases = analysis.table.as_ref().map(|table| logs::aliases(scenario, table.file()));
+    let aliases = mistakes.take(aliases.transpose());
+    let sound_aliases = aliases.is_some();
+    let aliases = aliases.flatten().flatten();
+    let loaded = mistakes.take(loaded::load(scenario, analysis, plugins, aliases.as_ref()));
+    let needs = loaded.as_ref().map_or(&[][..], |loaded| &loaded.needs);
+    let asked = needs.iter().filter(|need| !given(&analysis.signals, &need.name));
+    let asked: Vec<Wanted> = asked.cloned().collect();
+    let read = |table: &AnalysisTable| {
+        from_log::read(scenario, (table, aliases.as_ref()), &asked, warnings)
+    };
+    let log = analysis.table.as_ref().filter(|_| sound_aliases).map(read);
     let log = mistakes.take(log.transpose()).flatten();
-    let Some(loaded) = mistakes.take(loaded::load(scenario, analysis, plugins)) else {
+    let Some(loaded) = loaded else {
         return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
     let mut wired = Vec::new();
@@ -78,40 +90,26 @@ fn plan(
         let wanted = wanted(scenario, &loaded, name);
         let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
             let index = column(scenario, signals.0, (full, place.clone()))?;
-            Ok((index, (place, full), scaling))
+            Ok((index, (&scenario.source, place, full), scaling))
         });
         let made = Mistakes::both(wanted, taken).and_then(|(wanted, (index, written, scaling))| {
-            let full = written.1;
+            let full = written.2;
             let found = (Origin::Run(index), signals.1.of(full));
             let cure = |unit: &str| cure(scenario, full, unit);
-            Ok(scaled(wire(scenario, wanted, found, written, &cure)?, scaling))
+            Ok(scaled(wire(wanted, found, written, &cure)?, scaling))
         });
         wired.extend(mistakes.take(made));
     }
-    for (place, (name, entry)) in analysis.table.iter().flat_map(|table| &table.columns).enumerate()
-    {
-        let wanted = wanted(scenario, &loaded, name)
-            .and_then(|wanted| from_log(scenario, analysis, name, wanted));
-        let unit = log.as_ref().map(|log| log.units[place].as_deref());
-        let made = Mistakes::both(wanted, unit.ok_or_else(Error::follow_up));
-        let made = made.and_then(|(wanted, unit)| {
-            let Column { column, unit: word, .. } = entry.get_ref();
-            let written = (word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
-            let cure = |unit: &str| {
-                format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
-            };
-            let unit = match unit {
-                None => SignalUnit::Missing,
-                Some(name) => {
-                    let unit = read_unit(scenario, &written, name);
-                    SignalUnit::Known(unit.map_err(|it| it.help(cure("m/s")))?, name.to_owned())
-                }
-            };
-            wire(scenario, wanted, (Origin::Log(place), unit), written, &cure)
-        });
-        wired.extend(mistakes.take(made));
+    for name in analysis.table.iter().flat_map(|table| table.columns.keys()) {
+        let named = wanted(scenario, &loaded, name);
+        mistakes.take(named.and_then(|wanted| not_of_run(scenario, analysis, name, wanted)));
     }
-    mistakes.take(complete(scenario, analysis, &loaded));
+    if let Some(log) = &log {
+        wired.extend(from_log::wired(log, &loaded.needs, &mut mistakes));
+    }
+    if analysis.table.is_none() || log.is_some() {
+        mistakes.take(complete(scenario, analysis, &loaded, &wired));
+    }
     let sound = mistakes.finish();
     let texts = texts(scenario, analysis, parameters);
     let config = texts.and_then(|texts| {
@@ -126,6 +124,11 @@ fn plan(
         wired,
         log: log.map(|log| log.table),
     })
+}
+
+/// Whether a signal of the run is named.
+fn given(signals: &BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>, name: &str) -> bool {
+    signals.keys().any(|it| it.get_ref() == name)
 }
 
 /// The number that a word names.
@@ -143,7 +146,7 @@ fn column(
 }
 
 /// Refuses a column of a file under the name of a signal of the run.
-fn from_log<'a>(
+fn not_of_run<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,
@@ -183,7 +186,7 @@ fn taken<'a>(
     match signal.get_ref() {
         AnalysisSignal::Name(name) => Ok((name, signal.span(), Scaling::default())),
         AnalysisSignal::Scaled(ScaledSignal { from, gain, offset, sign }) => {
-            let scaling = logs::scaling(scenario, [gain, offset, sign])?;
+            let scaling = logs::scaling(&scenario.source, [gain, offset, sign])?;
             Ok((from.get_ref(), from.span(), scaling))
         }
     }
@@ -202,12 +205,14 @@ fn scaled(wired: Wired, scaling: Scaling) -> Wired {
     }
 }
 
+/// A name, and the file and the place where it is written.
+type Written<'a> = (&'a Source, Range<usize>, &'a str);
+
 /// Converts to the unit that the plugin wants. `cure` says where a missing unit is declared.
 fn wire(
-    scenario: &Scenario,
     wanted: &Wanted,
     (origin, unit): (Origin, SignalUnit),
-    written: (Range<usize>, &str),
+    written: Written,
     cure: &dyn Fn(&str) -> String,
 ) -> Result<Wired, Error> {
     let wired = |unit: &str, (factor, offset)| Wired {
@@ -222,45 +227,49 @@ fn wire(
         let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
         return Ok(wired(own, (1.0, 0.0)));
     }
-    let known = read_unit(scenario, &written, to)?;
-    let (place, signal) = written;
+    let known = read_unit(&written, to)?;
+    let (source, place, signal) = written;
     match unit {
         SignalUnit::Known(from, own) => {
             let conversion = Unit::conversion(&from, &known).ok_or_else(|| {
                 let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{own}]");
                 let help = format!("{} is not {}", from.dimension(), known.dimension());
-                scenario.source.error(place, message, "").help(help)
+                source.error(place, message, "").help(help)
             })?;
             Ok(wired(to, conversion))
         }
         SignalUnit::Missing if known != Unit::ONE => {
             let message = format!("`{name}` is wanted in [{to}], and `{signal}` has no unit");
-            Err(scenario.source.error(place, message, "").help(cure(to)))
+            Err(source.error(place, message, "").help(cure(to)))
         }
         SignalUnit::Missing | SignalUnit::Plain => Ok(wired(to, (1.0, 0.0))),
     }
 }
 
 /// A unit that a signal or a plugin has.
-fn read_unit(
-    scenario: &Scenario,
-    (place, signal): &(Range<usize>, &str),
-    unit: &str,
-) -> Result<Unit, Error> {
+fn read_unit((source, place, signal): &Written, unit: &str) -> Result<Unit, Error> {
     Unit::parse(unit)
-        .map_err(|error| scenario.source.error(place.clone(), format!("`{signal}`: {error}"), ""))
+        .map_err(|error| source.error(place.clone(), format!("`{signal}`: {error}"), ""))
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(scenario: &Scenario, analysis: &Analysis, loaded: &Loaded) -> Result<(), Error> {
+fn complete(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    loaded: &Loaded,
+    wired: &[Wired],
+) -> Result<(), Error> {
     let from_log = analysis.table.iter().flat_map(|table| table.columns.keys());
     let given: Vec<_> = analysis.signals.keys().chain(from_log).map(Spanned::get_ref).collect();
-    let missing = loaded.needs.iter().filter(|it| it.required && !given.contains(&&it.name));
+    let is_wired = |name: &String| wired.iter().any(|it| it.name == *name);
+    let missing = loaded.needs.iter();
+    let missing =
+        missing.filter(|it| it.required && !given.contains(&&it.name) && !is_wired(&it.name));
     let errors = missing.map(|Wanted { name, description, unit, .. }| {
         let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         scenario.error(&analysis.name, message).help(format!(
-            "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", or to the columns of [analysis.table]"
+            "add it{unit} to [analysis.signals], such as {name} = \"node.variable\", to the columns of [analysis.table], or to its aliases"
         ))
     });
     errors.collect::<Mistakes>().finish()

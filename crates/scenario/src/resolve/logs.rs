@@ -1,32 +1,65 @@
 //! Reads the recorded files of a scenario, and points at the word that does not fit the file.
 
-use std::path::Path;
+mod columns;
+mod units;
 
-use diagnostics::{Error, Mistakes, Spanned};
+use std::path::{Path, PathBuf};
+
+use ::units::Unit;
+use diagnostics::{Error, Mistakes, Source, Spanned};
+use plugin::Wanted as Need;
 use recording::table::{Reading, Scaling, Table, TableError, Wanted, WantedColumn};
-use units::Unit;
 
-use crate::words::{Column, RecordedFile, Scenario};
+use self::columns::{Chosen, Entry};
+use crate::words::{Aliases, Column, RecordedFile, Scenario};
 
-/// A file, as it was wanted.
+/// A recorded file, or several one after another, as it was wanted.
 pub(super) struct Log {
     /// The columns, in the order of their names.
     pub table: Table,
-    /// Their units.
-    pub units: Vec<Option<String>>,
+    /// Where they come from.
+    pub columns: Vec<LogColumn>,
+}
+
+/// A column of a recorded file.
+pub(super) struct LogColumn {
+    /// Its name in the scenario.
+    pub name: String,
+    /// The words about it, of the scenario or of an alias.
+    pub column: Column,
+    /// The file that these words stand in.
+    pub source: Source,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// The path of the file, as in the scenario.
+    pub path: String,
+}
+
+/// What aliases are asked for.
+#[derive(Clone, Copy)]
+pub(super) enum Asked<'a> {
+    /// What an analysis takes, as far as the file has it; what it needs must be there.
+    Needs(&'a [Need]),
+    /// All, if no column is named.
+    All,
 }
 
 /// Reads the columns as numbers over rising times.
 pub(super) fn read(
     scenario: &Scenario,
-    words: RecordedFile,
+    (words, aliases): (RecordedFile, Option<&Aliases>),
+    asked: Asked,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    read_as(scenario, (words, None), warnings)
+    let reader = Reader { scenario, words, aliases, asked, readings: None };
+    let mut logs = Vec::new();
+    let each = words.paths.iter().map(|path| reader.read(path, warnings));
+    logs.extend(Mistakes::all(each)?);
+    units::join(scenario, words, logs, warnings)
 }
 
-/// The form in which a column is read, by its name in the scenario.
-pub(super) type Readings<'r> = &'r dyn Fn(&str) -> Reading;
+/// The form in which a column is read, by its name in the scenario and the words about it.
+pub(super) type Readings<'r> = &'r dyn Fn(&str, &Column) -> Reading;
 
 /// Reads the columns to play them back, each in its form; two rows may have one time.
 pub(super) fn read_again(
@@ -34,93 +67,148 @@ pub(super) fn read_again(
     (words, readings): (RecordedFile, Readings),
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    read_as(scenario, (words, Some(readings)), warnings)
+    let [path] = words.paths else {
+        let message = "several logs one after another are for analyses: expected one to play back";
+        let place = words.paths.get(1);
+        return Err(place.map_or_else(Error::follow_up, |second| scenario.error(second, message)));
+    };
+    let aliases = aliases(scenario, words)?;
+    let (aliases, readings) = (aliases.as_ref(), Some(readings));
+    let reader = Reader { scenario, words, aliases, asked: Asked::All, readings };
+    let mut log = reader.read(path, warnings)?;
+    set_origin(scenario, words, &mut log.table)?;
+    Ok(log)
 }
 
-fn read_as(
-    scenario: &Scenario,
-    (words, readings): (RecordedFile, Option<Readings>),
-    warnings: &mut Vec<String>,
-) -> Result<Log, Error> {
-    let path = scenario.source.resolve(words.path);
-    let units = Mistakes::all(words.columns.values().map(|column| {
-        let word = column.get_ref().unit.as_ref();
-        word.map(|word| super::unit::unit(scenario, word)).transpose()
-    }));
-    let table =
-        wanted(scenario, words, readings).and_then(|wanted| whole(scenario, words, &path, &wanted));
-    let (units, mut table) = Mistakes::both(units, table)?;
+/// The aliases of a file, if it has some.
+pub(super) fn aliases(scenario: &Scenario, words: RecordedFile) -> Result<Option<Aliases>, Error> {
+    let read = |word: &Spanned<String>| {
+        Aliases::read(&scenario.source.resolve(word))
+            .map_err(|error| error.unwrap_or_else(|message| scenario.error(word, message)))
+    };
+    let Some(aliases) = words.aliases.map(read).transpose()? else { return Ok(None) };
+    let sound = aliases.all().map(|Column { unit: word, gain, offset, sign, delay, .. }| {
+        let source = &aliases.source;
+        word.as_ref().map(|word| unit(source, word)).transpose()?;
+        delay.as_ref().map(|word| finite(source, word)).transpose()?;
+        scaling(source, [gain, offset, sign]).map(drop)
+    });
+    Mistakes::all(sound)?;
+    Ok(Some(aliases))
+}
+
+fn set_origin(scenario: &Scenario, words: RecordedFile, table: &mut Table) -> Result<(), Error> {
     if let Some(origin) = words.origin.filter(|origin| !origin.get_ref().is_finite()) {
         let message = format!("`origin`: expected a time in s, found {}", origin.get_ref());
         return Err(scenario.error(origin, message));
     }
     table.set_origin(words.origin.map(|origin| *origin.get_ref()));
-    warnings.extend_from_slice(table.warnings());
-    let units = words.columns.values().zip(units).zip(0..);
-    let units = units.map(|((column, unit), place)| {
-        agreed(scenario, (column.get_ref(), unit), table.unit(place))
-    });
-    Ok(Log { units: Mistakes::all(units)?, table })
+    Ok(())
 }
 
-/// The table with all columns, or what is wrong with each of them.
-fn whole(
-    scenario: &Scenario,
-    words: RecordedFile,
-    path: &Path,
-    wanted: &Wanted,
-) -> Result<Table, Error> {
-    Table::read(path, wanted).map_err(|error| {
-        let each = error.each().into_iter();
-        let each =
-            each.map(|error| scenario.error(wrong_word(words, &error), error.to_string())).map(Err);
-        // Errors alone make an error.
-        Mistakes::all::<Table>(each).err().unwrap_or_else(Error::follow_up)
-    })
+/// What reads one file after another.
+struct Reader<'r> {
+    scenario: &'r Scenario,
+    words: RecordedFile<'r>,
+    aliases: Option<&'r Aliases>,
+    asked: Asked<'r>,
+    readings: Option<Readings<'r>>,
 }
 
-fn wanted(
-    scenario: &Scenario,
-    words: RecordedFile,
-    readings: Option<Readings>,
-) -> Result<Wanted, Error> {
-    let column = |(name, column): (&Spanned<String>, &Spanned<Column>)| {
-        let Column { column, gain, offset, sign, delay, gaps, .. } = column.get_ref();
-        Ok(WantedColumn {
-            name: name.get_ref().clone(),
-            column: column.get_ref().clone(),
-            reading: readings.map_or(Reading::Number, |reading| reading(name.get_ref())),
-            gaps: gaps.unwrap_or(words.gaps),
-            scaling: scaling(scenario, [gain, offset, sign])?,
-            delay: delay.as_ref().map_or(Ok(0.0), |word| finite(scenario, word))?,
+impl Reader<'_> {
+    fn read(&self, word: &Spanned<String>, warnings: &mut Vec<String>) -> Result<Log, Error> {
+        let Self { scenario, .. } = *self;
+        let path = scenario.source.resolve(word);
+        let chosen = columns::choose(self, (word, &path))?;
+        let units = Mistakes::all(chosen.entries.iter().map(|entry| {
+            let word = entry.column.unit.as_ref();
+            word.map(|word| unit(&entry.source, word)).transpose()
+        }));
+        let table = self.wanted(&chosen);
+        let table = table.and_then(|wanted| self.whole((word, &path), &wanted, &chosen));
+        let (units, table) = Mistakes::both(units, table)?;
+        warnings.extend_from_slice(table.warnings());
+        let columns = chosen.entries.into_iter().zip(units).zip(0..);
+        let columns = columns.map(|((entry, unit), place)| {
+            let unit = units::agreed(&entry, unit, table.unit(place))?;
+            let Entry { name, column, source } = entry;
+            Ok(LogColumn { name, column, source, unit, path: word.get_ref().clone() })
+        });
+        Ok(Log { columns: Mistakes::all(columns)?, table })
+    }
+
+    /// The table with all columns, or what is wrong with each of them.
+    fn whole(
+        &self,
+        (word, path): (&Spanned<String>, &PathBuf),
+        wanted: &Wanted,
+        chosen: &Chosen,
+    ) -> Result<Table, Error> {
+        Table::read(path, wanted).map_err(|error| {
+            let each = error.each().into_iter().map(|error| self.wrong(word, chosen, &error));
+            // Errors alone make an error.
+            Mistakes::all::<Table>(each.map(Err)).err().unwrap_or_else(Error::follow_up)
         })
-    };
-    Ok(Wanted {
-        time: words.time.map(|time| time.get_ref().clone()),
-        time_unit: words.time_unit.map(|word| time_unit(scenario, word)).transpose()?,
-        columns: Mistakes::all(words.columns.iter().map(column))?,
-        jumps: readings.is_some(),
-        dialect: words.dialect,
-    })
+    }
+
+    fn wanted(&self, chosen: &Chosen) -> Result<Wanted, Error> {
+        let Self { words, readings, .. } = *self;
+        let column = |Entry { name, column: words_of, source, .. }: &Entry| {
+            let Column { column, gain, offset, sign, delay, gaps, .. } = words_of;
+            Ok(WantedColumn {
+                name: name.clone(),
+                column: column.get_ref().clone(),
+                reading: readings.map_or(Reading::Number, |reading| reading(name, words_of)),
+                gaps: gaps.unwrap_or(words.gaps),
+                scaling: scaling(source, [gain, offset, sign])?,
+                delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,
+            })
+        };
+        let time_unit = |(source, word): &(Source, Spanned<String>)| time_unit(source, word);
+        Ok(Wanted {
+            time: chosen.time.as_ref().map(|(_, time)| time.get_ref().clone()),
+            time_unit: chosen.time_unit.as_ref().map(time_unit).transpose()?,
+            columns: Mistakes::all(chosen.entries.iter().map(column))?,
+            jumps: readings.is_some(),
+            dialect: words.dialect,
+        })
+    }
+
+    /// An error at the word that does not fit the file, of the scenario or of an alias.
+    fn wrong(&self, path: &Spanned<String>, chosen: &Chosen, error: &TableError) -> Error {
+        let columns = chosen.entries.iter().map(|entry| (&entry.source, &entry.column.column));
+        let time = chosen.time.iter().map(|(source, word)| (source, word));
+        let is =
+            |(_, word): &(&Source, &Spanned<String>)| Some(word.get_ref().as_str()) == error.word();
+        match columns.chain(time).find(is) {
+            Some((source, word)) => source.error(word.span(), error.to_string(), ""),
+            None => self.scenario.error(path, error.to_string()),
+        }
+    }
 }
 
-fn time_unit(scenario: &Scenario, word: &Spanned<String>) -> Result<Unit, Error> {
-    let unit = super::unit::unit(scenario, word)?;
+fn unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
+    Unit::parse(word.get_ref()).map_err(|error| source.error(word.span(), error.to_string(), ""))
+}
+
+fn time_unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
+    let unit = unit(source, word)?;
     match unit.dimension().as_str() {
         "s" => Ok(unit),
         found => {
             let message = format!("`{}` is a unit of {found}, not of time", word.get_ref());
-            Err(scenario.error(word, message).help("expected s, ms, us, min or h"))
+            let error = source.error(word.span(), message, "");
+            Err(error.help("expected s, ms, us, min or h"))
         }
     }
 }
 
 /// Gain, offset and sign, which are numbers that keep the values apart.
 pub(super) fn scaling(
-    scenario: &Scenario,
+    source: &Source,
     [gain, offset, sign]: [&Option<Spanned<f64>>; 3],
 ) -> Result<Scaling, Error> {
-    let wrong = |word: &Spanned<f64>, message: String| Err(scenario.error(word, message));
+    let wrong = |word: &Spanned<f64>, message: String| Err(source.error(word.span(), message, ""));
     let mut scaling = Scaling::default();
     if let Some(word) = gain {
         scaling.gain = *word.get_ref();
@@ -129,7 +217,7 @@ pub(super) fn scaling(
         }
     }
     if let Some(word) = offset {
-        scaling.offset = finite(scenario, word)?;
+        scaling.offset = finite(source, word)?;
     }
     if let Some(word) = sign {
         scaling.sign = *word.get_ref();
@@ -142,45 +230,22 @@ pub(super) fn scaling(
     Ok(scaling)
 }
 
-fn finite(scenario: &Scenario, word: &Spanned<f64>) -> Result<f64, Error> {
+fn finite(source: &Source, word: &Spanned<f64>) -> Result<f64, Error> {
     match *word.get_ref() {
         number if number.is_finite() => Ok(number),
-        number => Err(scenario.error(word, format!("expected a number, found {number}"))),
+        number => Err(source.error(word.span(), format!("expected a number, found {number}"), "")),
     }
 }
 
-/// The word of the scenario that does not fit the file.
-fn wrong_word<'a>(wanted: RecordedFile<'a>, error: &TableError) -> &'a Spanned<String> {
-    let columns = wanted.columns.values().map(|column| &column.get_ref().column);
-    let mut words = columns.chain(wanted.time);
-    let wrong = words.find(|word| Some(word.get_ref().as_str()) == error.word());
-    wrong.unwrap_or(wanted.path)
+/// The titles of a file that can be one of its columns.
+fn looked_up(
+    reader: &Reader,
+    (word, path): (&Spanned<String>, &Path),
+    names: &[&str],
+) -> Result<Vec<Result<(), TableError>>, Error> {
+    let found = recording::table::look_up(path, names, &reader.words.dialect);
+    found.map_err(|error| reader.scenario.error(word, error.to_string()))
 }
 
-/// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
-/// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
-/// Loggers write g for g0, too.
-fn agreed(
-    scenario: &Scenario,
-    (column, unit): (&Column, Option<Unit>),
-    recorded: Option<&str>,
-) -> Result<Option<String>, Error> {
-    let (Some(word), Some(known)) = (&column.unit, unit) else {
-        return Ok(recorded.map(str::to_owned));
-    };
-    let (written, name) = (word.get_ref(), column.column.get_ref());
-    match recorded.map(|recorded| (recorded, Unit::parse(recorded))) {
-        Some(("g", _)) if written == "g0" => Ok(Some(written.clone())),
-        Some((_, Ok(unit))) if column.gain.is_some() && !unit.same_dimension(&known) => {
-            Ok(Some(written.clone()))
-        }
-        Some((recorded, Ok(unit))) if unit != known => {
-            let message =
-                format!("`{name}` was recorded in [{recorded}], and is said to be in [{written}]");
-            let help = "leave `unit` out: the recording's is taken, and connections convert; if the file is wrong, \
-                        correct its values by a `gain`";
-            Err(scenario.error(word, message).help(help))
-        }
-        _ => Ok(Some(written.clone())),
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -14,7 +14,7 @@ use units::Unit;
 
 use super::archives::{Opened, archive, open_for};
 use super::declared_units::with_declared_units;
-use super::logs::{self, Log};
+use super::logs::{self, Log, LogColumn};
 use super::ports::{Port, Side, port, references};
 use super::starts::{Given, starts};
 use super::{Notes, isolation::isolation, manoeuvres, overrides, readings};
@@ -237,13 +237,14 @@ fn table(
     fmus: &[UnplacedNode],
     warnings: &mut Vec<String>,
 ) -> Result<UnplacedNode, Error> {
-    let columns = &table.columns;
-    let reading = |column: &str| readings::wanted(scenario, table, column, fmus);
-    let Log { table: mut read, units } =
+    let reading = |column: &str, words: &words::Column| {
+        readings::wanted(scenario, table, (column, words), fmus)
+    };
+    let Log { table: mut read, columns } =
         logs::read_again(scenario, (table.file(), &reading), warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
-    for (place, ((name, column), unit)) in columns.iter().zip(units).enumerate() {
+    for (place, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
         let (kind, storage) = match read.reading(place) {
             Reading::Number => (Type::Real, Storage::Float64),
             Reading::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
@@ -251,7 +252,7 @@ fn table(
             Reading::Text => (Type::String, Storage::String),
         };
         outputs.push(Port {
-            name: name.get_ref().clone(),
+            name,
             kind,
             typed: false,
             items: Vec::new(),
@@ -259,11 +260,7 @@ fn table(
             dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
             unit,
             wrong_unit: false,
-            description: Some(format!(
-                "column {} of {}",
-                column.get_ref().column.get_ref(),
-                table.path.get_ref()
-            )),
+            description: Some(format!("column {} of {path}", column.column.get_ref())),
             reference: 0,
             storage,
             element: (0, 1),

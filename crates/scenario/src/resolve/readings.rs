@@ -5,13 +5,13 @@ use recording::table::Reading;
 
 use super::nodes::UnplacedNode;
 use super::ports::Port;
-use crate::words::{Connect, Scenario, Table};
+use crate::words::{Column, Connect, Scenario, Table};
 
 /// The form of a column: texts for an input of texts or bytes; integers for one of 64 bits that gets them as they are.
 pub(super) fn wanted(
     scenario: &Scenario,
     table: &Table,
-    column: &str,
+    (column, words): (&str, &Column),
     fmus: &[UnplacedNode],
 ) -> Reading {
     let name = format!("{}.{column}", table.name.get_ref());
@@ -21,7 +21,7 @@ pub(super) fn wanted(
         Some(match (input.kind, input.storage) {
             (Type::String | Type::Binary, _) => Reading::Text,
             (_, Storage::Int64 | Storage::UInt64)
-                if is_plain(scenario, connect) && !is_scaled(table, column) =>
+                if is_plain(scenario, connect) && !is_scaled(words) =>
             {
                 Reading::Integer
             }
@@ -48,8 +48,6 @@ fn is_plain(scenario: &Scenario, connect: &Connect) -> bool {
         })
 }
 
-fn is_scaled(table: &Table, column: &str) -> bool {
-    let mut columns = table.columns.iter();
-    let words = columns.find(|(name, _)| name.get_ref() == column).map(|(_, it)| it.get_ref());
-    words.is_some_and(|it| it.gain.is_some() || it.offset.is_some() || it.sign.is_some())
+fn is_scaled(words: &Column) -> bool {
+    words.gain.is_some() || words.offset.is_some() || words.sign.is_some()
 }

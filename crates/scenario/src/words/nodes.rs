@@ -144,7 +144,7 @@ pub(super) fn build_request(
 }
 
 recorded_file! {
-    /// A CSV file or an MCAP recording that is played back.
+    /// A recorded file that is played back: the log of a data logger, a CSV file or an MCAP recording.
     ///
     /// ```toml
     /// [[table]]

@@ -1,16 +1,21 @@
 //! The words about recorded files, whether they are played back or analysed, and about their columns.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use diagnostics::Spanned;
 use recording::table::{Dialect, Gaps};
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 /// The words of a recorded file, whoever reads it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RecordedFile<'a> {
-    pub path: &'a Spanned<String>,
+    /// At least one.
+    pub paths: &'a [Spanned<String>],
+    pub aliases: Option<&'a Spanned<String>>,
     pub time: Option<&'a Spanned<String>>,
     pub time_unit: Option<&'a Spanned<String>>,
     pub origin: Option<&'a Spanned<f64>>,
@@ -27,10 +32,17 @@ macro_rules! recorded_file {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($own)*
-            /// CSV file or MCAP recording, relative to the scenario file.
-            #[schemars(example = &"drive.csv")]
-            pub path: diagnostics::Spanned<String>,
-            /// Column of the time. MCAP has `log_time`, which needs no mention, and `publish_time`.
+            /// Log of a data logger, CSV file or MCAP recording, relative to the scenario file. An analysis can have a list: the logs
+            /// follow one another, each 10 s behind the end of the one before.
+            #[serde(deserialize_with = "crate::words::one_or_more")]
+            #[schemars(with = "crate::words::OneOrMore", example = &"drive.csv")]
+            pub path: Vec<diagnostics::Spanned<String>>,
+            /// File of aliases, relative to the scenario file: other names of columns, so that one scenario serves logs of several
+            /// loggers. `v_x = ["Ground Speed", { column = "VehSpd", unit = "km/h" }]`: the first column that the log has is taken.
+            #[schemars(example = &"aliases.toml")]
+            pub aliases: Option<diagnostics::Spanned<String>>,
+            /// Column of the time. A log of a data logger that has one of its own needs no mention of it; MCAP has `log_time`, which
+            /// needs none either, and `publish_time`.
             #[schemars(example = &"t_s")]
             pub time: Option<diagnostics::Spanned<String>>,
             /// Unit of the time; that of the file without it, or else s.
@@ -52,16 +64,20 @@ macro_rules! recorded_file {
             /// Whether a line of units follows the titles of a CSV file; detected without it.
             #[schemars(example = true)]
             pub unit_row: Option<bool>,
-            /// Columns by the names of the node's outputs, or of the signals of the plugin.
+            /// Columns by the names of the node's outputs, or of the signals of the plugin: a name of the file or of an alias, or a table.
+            /// They may be left out where there are `aliases`: what the plugin takes and the log has is taken, and of a node all of them.
+            #[serde(default, deserialize_with = "crate::words::recorded_file::columns")]
+            #[schemars(with = "std::collections::BTreeMap<String, crate::words::recorded_file::ColumnWord>")]
             pub columns: std::collections::BTreeMap<diagnostics::Spanned<String>, diagnostics::Spanned<$crate::words::Column>>,
         }
 
         impl $name {
             pub(crate) fn file(&self) -> $crate::words::RecordedFile<'_> {
-                let $name { path, time, time_unit, origin, gaps, columns, .. } = self;
+                let $name { path, aliases, time, time_unit, origin, gaps, columns, .. } = self;
                 let $name { separator, decimal, unit_row, .. } = *self;
                 $crate::words::RecordedFile {
-                    path,
+                    paths: path,
+                    aliases: aliases.as_ref(),
                     time: time.as_ref(),
                     time_unit: time_unit.as_ref(),
                     origin: origin.as_ref(),
@@ -75,7 +91,7 @@ macro_rules! recorded_file {
 }
 pub(super) use recorded_file;
 
-/// A column of a recorded file: `v_x = { column = "vx_mps", unit = "m/s" }`.
+/// A column of a recorded file: `v_x = { column = "vx_mps", unit = "m/s" }`, or `v_x = "vx_mps"`.
 ///
 /// Its value is `sign * gain * recorded value + offset`, at the recorded time less `delay`.
 ///
@@ -88,7 +104,7 @@ pub(super) use recorded_file;
 /// sign = -1     # the logger counts to the right
 /// delay = 0.02  # [s]
 /// ```
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
     /// Title of the column in the file, with or without its unit; in MCAP `/topic.field`, or `node.variable` of a recorded run.
@@ -112,4 +128,95 @@ pub struct Column {
     /// Rows without a value; the rule of the table without it.
     #[schemars(example = &"interpolate")]
     pub gaps: Option<Gaps>,
+}
+
+/// A column by its name, or a table.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum ColumnWord {
+    /// Its name.
+    Name(String),
+    /// Its name, with unit, gain and more.
+    Whole(Box<Column>),
+}
+
+/// Serde's own choice between a text and a table would lose the places in the file.
+impl<'de> Deserialize<'de> for ColumnWord {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = ColumnWord;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a column, or a table with `column`")
+            }
+
+            fn visit_str<E>(self, text: &str) -> Result<ColumnWord, E> {
+                Ok(ColumnWord::Name(text.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColumnWord, A::Error> {
+                let table = MapAccessDeserializer::new(map);
+                Column::deserialize(table).map(|it| ColumnWord::Whole(Box::new(it)))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Column {
+    /// The column of a word.
+    pub(crate) fn of(word: Spanned<ColumnWord>) -> Spanned<Self> {
+        let place = word.span();
+        let column = match word.into_inner() {
+            ColumnWord::Whole(column) => *column,
+            ColumnWord::Name(name) => Column {
+                column: Spanned::new(place.clone(), name),
+                unit: None,
+                gain: None,
+                offset: None,
+                sign: None,
+                delay: None,
+                gaps: None,
+            },
+        };
+        Spanned::new(place, column)
+    }
+
+    /// Whether it says anything but a name and a rule for gaps.
+    pub(crate) fn says_more(&self) -> bool {
+        let numbers = [&self.gain, &self.offset, &self.sign, &self.delay];
+        self.unit.is_some() || numbers.iter().any(|it| it.is_some())
+    }
+
+    /// The column of an alias, with what this one says itself; all words are then at the place of this one's name.
+    pub(crate) fn over(&self, alias: &Column) -> Column {
+        fn both<T: Clone>(
+            own: &Option<Spanned<T>>,
+            alias: &Option<Spanned<T>>,
+            at: &Spanned<String>,
+        ) -> Option<Spanned<T>> {
+            let moved = |it: &Spanned<T>| Spanned::new(at.span(), it.get_ref().clone());
+            own.clone().or_else(|| alias.as_ref().map(moved))
+        }
+        let at = &self.column;
+        Column {
+            column: Spanned::new(at.span(), alias.column.get_ref().clone()),
+            unit: both(&self.unit, &alias.unit, at),
+            gain: both(&self.gain, &alias.gain, at),
+            offset: both(&self.offset, &alias.offset, at),
+            sign: both(&self.sign, &alias.sign, at),
+            delay: both(&self.delay, &alias.delay, at),
+            gaps: self.gaps.or(alias.gaps),
+        }
+    }
+}
+
+/// Columns by their names.
+type Columns = BTreeMap<Spanned<String>, Spanned<Column>>;
+
+/// Reads columns, each as its name or a table.
+pub(super) fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Columns, D::Error> {
+    let words = BTreeMap::<Spanned<String>, Spanned<ColumnWord>>::deserialize(deserializer)?;
+    Ok(words.into_iter().map(|(name, word)| (name, Column::of(word))).collect())
 }

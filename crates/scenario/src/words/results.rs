@@ -127,7 +127,7 @@ impl<'de> Deserialize<'de> for AnalysisSignal {
 }
 
 recorded_file! {
-    /// A CSV file or an MCAP recording whose rows the plugin gets.
+    /// A recorded file whose rows the plugin gets: the log of a data logger, a CSV file or an MCAP recording.
     pub struct AnalysisTable {}
 }
 

@@ -84,5 +84,8 @@ fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
     for window in [[60.0, 160.0], [260.0, 360.0]] {
         is_refused(&found(&columns, window, true));
     }
-    is_refused(&found(&columns, [160.0, 360.0], false));
+    let long = found(&columns, [160.0, 360.0], false);
+    is_refused(&long);
+    let summary = long["summary"].to_string();
+    assert!(summary.contains("understeer gradient is 0.00"), "{summary}");
 }

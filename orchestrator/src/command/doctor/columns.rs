@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnostics::suggest::{shortened, unknown};
 use diagnostics::{Error, Mistakes};
-use recording::table::ColumnTitle;
+use recording::table::{ColumnTitle, Titles};
 use units::Unit;
 
 /// A column of the log.
@@ -23,7 +23,7 @@ pub struct Chosen {
 }
 
 /// Signals with their units and usual titles, in small letters without signs between them.
-const USUAL: [(&str, &str, &[&str]); 14] = [
+const USUAL: [(&str, &str, &[&str]); 16] = [
     ("time", "s", &["t", "time", "timestamp", "elapsedtime", "logtime"]),
     (
         "v_x",
@@ -37,13 +37,23 @@ const USUAL: [(&str, &str, &[&str]); 14] = [
             "speed",
             "vehiclespeed",
             "gpsspeed",
+            "groundspeed",
+            "velocity",
             "v",
         ],
     ),
     ("v_y", "m/s", &["vy", "velocityy", "lateralvelocity", "vlat"]),
     ("r", "rad/s", &["r", "yawrate", "omegaz", "wz", "gyroz", "psidot", "omega"]),
-    ("a_x", "m/s2", &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx"]),
-    ("a_y", "m/s2", &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely"]),
+    (
+        "a_x",
+        "m/s2",
+        &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx", "gforcelong"],
+    ),
+    (
+        "a_y",
+        "m/s2",
+        &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely", "gforcelat"],
+    ),
     (
         "delta",
         "rad",
@@ -65,6 +75,8 @@ const USUAL: [(&str, &str, &[&str]); 14] = [
     ("omega_rr", "rad/s", &["omegarr", "wheelrr", "wheelspeedrr"]),
     ("roll", "rad", &["roll", "rollangle"]),
     ("course", "rad", &["course", "cog", "courseoverground", "gpscourse", "trackangle"]),
+    ("x", "m", &["x", "posx", "positionx", "east", "easting"]),
+    ("y", "m", &["y", "posy", "positiony", "north", "northing"]),
 ];
 
 /// The unit of a signal.
@@ -78,9 +90,10 @@ pub fn unit_of_signal(name: &str) -> &'static str {
 /// When the file has no such column, a unit is none, or time or any signal is missing.
 pub fn choose(
     log: &Path,
-    titles: &[ColumnTitle],
+    titles: &Titles,
     given: &[(&'static str, &Option<String>)],
 ) -> Result<Vec<Chosen>, Error> {
+    let Titles { columns: titles, has_time } = titles;
     let one = |(name, written): &(&'static str, &Option<String>)| match written {
         Some(written) => named(log, titles, name, written).map(Some),
         None => Ok(guessed(titles, name)),
@@ -88,7 +101,7 @@ pub fn choose(
     let chosen: Vec<Chosen> = Mistakes::all(given.iter().map(one))?.into_iter().flatten().collect();
     let names: Vec<&str> = titles.iter().map(|title| title.name.as_str()).collect();
     let there = |name: &str| chosen.iter().any(|it| it.name == name);
-    if !titles.is_empty() && !there("time") {
+    if !has_time && !there("time") {
         return Err(missing(log, "time", &names));
     }
     match chosen.iter().any(|it| it.name != "time") {
@@ -195,13 +208,13 @@ fn bare(title: &str, wanted: &str) -> (String, Option<String>) {
 mod tests {
     use super::*;
 
-    fn titles(names: &[&str]) -> Vec<ColumnTitle> {
+    fn titles(names: &[&str]) -> Titles {
         let title = |name: &&str| ColumnTitle {
             text: (*name).to_owned(),
             name: (*name).to_owned(),
             unit: None,
         };
-        names.iter().map(title).collect()
+        Titles { columns: names.iter().map(title).collect(), has_time: false }
     }
 
     fn all(

@@ -1,122 +1,89 @@
-//! Holds a CSV file: its titles, units and rows.
+//! Holds a CSV file: its titles and units, and goes through its rows.
 
+use std::borrow::Cow;
+use std::cell::Cell as Shared;
 use std::collections::HashMap;
+use std::io::{self, Read as _};
 use std::path::Path;
+
+use ::csv::ByteRecord;
 
 use super::cell::{self, Cell};
 use super::error::CsvError;
 use super::header::{self, Header};
-use super::title::{spelled, unit_cell};
-use super::{reader, text};
+use super::reader;
+use super::text::Text;
+use crate::table::title::{spelled, unit_cell};
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
 
 /// First bytes of files that are given for CSV at times, and a remedy.
-const FORMATS: [(&[u8], &str, &str); 8] = [
-    (
-        b"\xff\xfe",
-        "text in UTF-16",
-        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
-    ),
-    (
-        b"\xfe\xff",
-        "text in UTF-16",
-        "convert it, as in `iconv -f UTF-16 -t UTF-8 log.csv > utf8.csv`",
-    ),
+const FORMATS: [(&[u8], &str, &str); 2] = [
     (b"MDF ", "an MDF measurement", "export it as CSV"),
     (
         b"PK\x03\x04",
         "a ZIP archive or an Excel workbook",
         "export the sheet as CSV, or unpack the archive",
     ),
-    (b"\x1f\x8b", "compressed by gzip", "unpack it, as in `gunzip -k log.csv.gz`"),
-    (b"MATLAB", "a MAT file", "write its signals as CSV, as with `writetable` in MATLAB"),
-    (b"\x89HDF", "an HDF5 file", "export its signals as CSV"),
-    (b"PAR1", "a Parquet file", "export it as CSV, as with `to_csv` in pandas"),
 ];
+
+/// What is looked at to find the titles and the units has at most so many bytes [B].
+const LARGEST_HEAD: u64 = 64 << 20;
 
 /// A CSV file whose titles are known.
 pub(super) struct CsvFile<'a> {
     pub path: &'a Path,
-    bytes: &'a [u8],
+    text: &'a Text,
     pub header: Header,
     /// The units of the line below the titles.
     units: Vec<Option<String>>,
     /// The places of each whole title, and of each title without its unit.
     by_title: [HashMap<String, Vec<usize>>; 2],
     /// The first byte of the rows.
-    begin: usize,
+    begin: u64,
 }
 
-/// The rows of a file, with the cells of the wanted columns.
-pub(super) struct Rows {
-    /// The first byte of each row.
-    pub begins: Vec<usize>,
-    columns: Vec<Texts>,
-    pub warning: Option<String>,
-}
-
-/// Texts, one behind the other: millions of them are too many to have a place of their own.
-#[derive(Clone, Default)]
-struct Texts {
-    all: String,
-    ends: Vec<usize>,
-}
-
-impl Texts {
-    fn push(&mut self, text: &str) {
-        self.all.push_str(text);
-        self.ends.push(self.all.len());
-    }
-}
-
-impl Rows {
-    /// The cells of a wanted column.
-    pub fn column(&self, column: usize) -> impl Iterator<Item = &str> {
-        let Texts { all, ends } = &self.columns[column];
-        let begins = std::iter::once(0).chain(ends.iter().copied());
-        begins.zip(ends).map(|(begin, end)| &all[begin..*end])
-    }
-}
+/// Takes the first byte of a row and its cells, and says whether it wants more.
+pub(super) type TakeRow<'t> = &'t mut dyn FnMut(u64, &ByteRecord) -> bool;
 
 impl<'a> CsvFile<'a> {
     /// Finds the titles and the units.
     pub fn open(
         path: &'a Path,
-        bytes: &'a [u8],
+        text: &'a Text,
         titles: &[&str],
         dialect: &Dialect,
     ) -> Result<Self, CsvError> {
-        let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        let named = FORMATS.iter().find(|(magic, ..)| bytes.starts_with(magic));
-        let binary = bytes.iter().take(1 << 12).any(|byte| *byte == 0);
+        let unreadable = |source| CsvError::Read { path: path.to_owned(), source };
+        let head = head(text).map_err(unreadable)?;
+        let named = FORMATS.iter().find(|(magic, ..)| head.starts_with(magic));
+        let binary = head.iter().take(1 << 12).any(|byte| *byte == 0);
         let zeros: (&[u8], _, _) = (&[], "no text, or text in UTF-16", "save it as UTF-8");
         if let Some((_, found, cure)) = named.copied().or(binary.then_some(zeros)) {
             return Err(CsvError::NoText { path: path.to_owned(), found, cure });
         }
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
-        let header = header::find(bytes, titles, dialect.separator).ok_or_else(empty)?;
-        let begin = header.end;
-        let mut file =
-            CsvFile { path, bytes, by_title: by_title(&header), header, units: Vec::new(), begin };
+        let header = header::find(&head, titles, dialect.separator).ok_or_else(empty)?;
+        let (by_title, units, begin) = (by_title(&header), Vec::new(), header.end as u64);
+        let mut file = CsvFile { path, text, by_title, header, units, begin };
         if file.header.is_numbers {
             let names = (1..file.header.titles.len()).map(|k| format!("x{k}"));
             let example =
                 std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
-            let line = file.line(file.header.begin);
+            let line = file.line(file.header.begin as u64);
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
-        file.take_units(dialect.unit_row);
+        file.take_units(&head[file.header.end..], dialect.unit_row);
         Ok(file)
     }
 
     /// Takes the line below the titles as units, if it is said or seen to be one.
-    fn take_units(&mut self, said: Option<bool>) {
-        let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
-        let mut record = ::csv::ByteRecord::new();
+    fn take_units(&mut self, below: &[u8], said: Option<bool>) {
+        let mut reader = reader(below, self.header.separator);
+        let mut record = ByteRecord::new();
         let found = reader.read_byte_record(&mut record).unwrap_or(false);
         let cells: Vec<_> =
-            record.iter().map(|cell| (text(cell), unit_cell(&text(cell)))).collect();
+            record.iter().map(|cell| (text(cell).into_owned(), unit_cell(&text(cell)))).collect();
         let seen = || {
             let proper = |unit: &Option<Option<String>>| unit.as_ref().is_some_and(Option::is_some);
             let any = cells.iter().any(|(_, unit)| proper(unit));
@@ -129,7 +96,7 @@ impl<'a> CsvFile<'a> {
             unit.unwrap_or_else(|| Some(spelled(&cell)))
         };
         self.units = cells.into_iter().map(unit).collect();
-        self.begin += reader.position().byte() as usize;
+        self.begin += reader.position().byte();
     }
 
     /// The unit of a column: that in its title, or that of the line below.
@@ -139,22 +106,27 @@ impl<'a> CsvFile<'a> {
         match (title.unit.clone(), below) {
             (Some(title), Some(below)) if title != below => {
                 let (path, column) = (self.path.to_owned(), self.header.titles[place].text.clone());
-                let line = self.line(self.header.end);
+                let line = self.line(self.header.end as u64);
                 Err(CsvError::TwoUnits { path, column, title, below, line })
             }
             (title, below) => Ok(title.or(below)),
         }
     }
 
-    /// The number of the line that a row begins in; blank lines before it are skipped.
-    pub fn line(&self, begin: usize) -> usize {
-        let blank = self.bytes[begin..].iter().take_while(|byte| matches!(byte, b'\n' | b'\r'));
-        let before = &self.bytes[..begin + blank.count()];
-        let count = |end: u8| before.iter().filter(|byte| **byte == end).count();
-        1 + match count(b'\n') {
-            0 => count(b'\r'),
-            lines => lines,
+    /// The number of the line that a row begins in; blank lines before it are skipped. The file is read again up to there.
+    pub fn line(&self, begin: u64) -> usize {
+        let (mut ends, mut returns, mut at) = (0, 0, 0u64);
+        let Ok(text) = self.text.open() else { return 1 };
+        for byte in io::BufReader::with_capacity(1 << 16, text).bytes().map_while(Result::ok) {
+            match byte {
+                b'\n' => ends += 1,
+                b'\r' => returns += 1,
+                _ if at >= begin => break,
+                _ => {}
+            }
+            at += 1;
         }
+        1 + if ends == 0 { returns } else { ends }
     }
 
     /// Where the columns are.
@@ -203,50 +175,63 @@ impl<'a> CsvFile<'a> {
         plain.filter(|title| !title.is_empty()).collect()
     }
 
-    /// The cells of the wanted columns. Rows without any content are left out, and so is a last one that was cut off.
-    pub fn rows(&self, places: &[usize]) -> Result<Rows, CsvError> {
-        let mut rows = Rows {
-            begins: Vec::new(),
-            columns: vec![Texts::default(); places.len()],
-            warning: None,
-        };
-        let mut reader = reader(&self.bytes[self.begin..], self.header.separator);
-        let mut record = ::csv::ByteRecord::new();
+    /// Goes through the rows until `take` wants no more, and warns of a last one that was cut off, which is left out. So are rows
+    /// without any content.
+    pub fn rows(&self, take: TakeRow) -> Result<Option<String>, CsvError> {
+        let unreadable = |source| CsvError::Read { path: self.path.to_owned(), source };
+        let last = Shared::new(b'\n');
+        let text =
+            Watched { from: self.text.open_at(self.begin).map_err(unreadable)?, last: &last };
+        let mut reader = reader(text, self.header.separator);
+        let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.header.titles.len();
-        while reader.read_byte_record(&mut record).unwrap_or(false) {
-            let begin = self.begin + record.position().map_or(0, |at| at.byte() as usize);
+        let mut count = 0;
+        let mut more = |into: &mut ByteRecord| {
+            reader.read_byte_record(into).map_err(|error| unreadable(error.into()))
+        };
+        while more(&mut record)? {
+            let begin = self.begin + record.position().map_or(0, ::csv::Position::byte);
             let empty = |cell: &[u8]| cell.trim_ascii().is_empty();
             if record.get(0).is_some_and(is_comment) || record.iter().all(empty) {
                 continue;
             }
-            let more = record.iter().skip(expected).any(|cell| !empty(cell));
-            if record.len() < expected && self.is_cut(&reader) && !rows.begins.is_empty() {
+            let wider = record.iter().skip(expected).any(|cell| !empty(cell));
+            if record.len() < expected
+                && count > 0
+                && !more(&mut next)?
+                && ![b'\n', b'\r'].contains(&last.get())
+            {
                 let (path, line) = (self.path.display(), self.line(begin));
                 let what = "the file was cut off in this line";
-                rows.warning = Some(format!("line {line} of {path} is left out: {what}"));
-                break;
+                return Ok(Some(format!("line {line} of {path} is left out: {what}")));
             }
-            if record.len() < expected || more {
+            if record.len() < expected || wider {
                 return Err(self.ragged(begin, record.len()));
             }
-            rows.begins.push(begin);
-            for (place, cells) in places.iter().zip(&mut rows.columns) {
-                cells.push(&text(&record[*place]));
+            count += 1;
+            if !take(begin, &record) {
+                return Ok(None);
             }
         }
-        match rows.begins.is_empty() {
-            true => Err(CsvError::Empty { path: self.path.to_owned(), found: "only a header" }),
-            false => Ok(rows),
+        match count {
+            0 => Err(CsvError::Empty { path: self.path.to_owned(), found: "only a header" }),
+            _ => Ok(None),
         }
     }
 
-    /// Whether the reader is at the end of a file that does not end with a line.
-    fn is_cut(&self, reader: &::csv::Reader<&[u8]>) -> bool {
-        let end = self.begin + reader.position().byte() as usize;
-        end >= self.bytes.len() && !self.bytes.ends_with(b"\n") && !self.bytes.ends_with(b"\r")
+    /// The first byte of a row.
+    pub fn begin_of(&self, row: usize) -> u64 {
+        let (mut number, mut found) = (0, self.begin);
+        // What is wrong with the rows before it is told already.
+        let _ = self.rows(&mut |begin, _| {
+            found = begin;
+            number += 1;
+            number <= row
+        });
+        found
     }
 
-    fn ragged(&self, begin: usize, found: usize) -> CsvError {
+    fn ragged(&self, begin: u64, found: usize) -> CsvError {
         let (path, line, expected) =
             (self.path.to_owned(), self.line(begin), self.header.titles.len());
         let hint = match self.header.separator {
@@ -256,6 +241,37 @@ impl<'a> CsvFile<'a> {
             _ => "; if a text has an opening quotation mark only, remove it",
         };
         CsvError::Ragged { path, line, expected, found, hint }
+    }
+}
+
+/// The lines among which the titles and the units are.
+fn head(text: &Text) -> io::Result<Vec<u8>> {
+    let mut text = text.open()?.take(LARGEST_HEAD);
+    let (mut head, mut lines) = (Vec::new(), 0);
+    while lines <= 2 * header::HEAD {
+        let before = head.len();
+        (&mut text).take(1 << 16).read_to_end(&mut head)?;
+        if head.len() == before {
+            break;
+        }
+        lines += head[before..].iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count();
+    }
+    Ok(head)
+}
+
+/// Remembers the last byte that was read.
+struct Watched<'l, R> {
+    from: R,
+    last: &'l Shared<u8>,
+}
+
+impl<R: io::Read> io::Read for Watched<'_, R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.from.read(into)?;
+        if let Some(last) = into[..count].last() {
+            self.last.set(*last);
+        }
+        Ok(count)
     }
 }
 
@@ -271,6 +287,14 @@ fn by_title(header: &Header) -> [HashMap<String, Vec<usize>>; 2] {
 
 /// Whether a row that begins with this cell is a comment. `#N/A` is a gap.
 fn is_comment(cell: &[u8]) -> bool {
-    let gap = cell::cell(&text(cell), Decimal::Point) == Cell::Gap;
-    cell.trim_ascii_start().starts_with(b"#") && !gap
+    cell.trim_ascii_start().starts_with(b"#")
+        && cell::cell(&text(cell), Decimal::Point) != Cell::Gap
+}
+
+/// A text of the file, which may be of Western Windows.
+pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect::<String>().into(),
+    }
 }

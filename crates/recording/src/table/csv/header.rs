@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::title::Title;
+use crate::table::title::Title;
 use crate::table::wanted::Separator;
 
 /// The lines at the beginning of a file among which the titles are looked for.
-const HEAD: usize = 400;
+pub const HEAD: usize = 400;
 
 /// The line of titles.
 #[derive(Debug, Clone)]
@@ -87,6 +87,11 @@ fn lines(bytes: &[u8]) -> impl Iterator<Item = Line<'_>> {
     lines.take(HEAD)
 }
 
+/// The text of a cell.
+fn text(cell: &[u8]) -> String {
+    super::file::text(cell).into_owned()
+}
+
 impl Line<'_> {
     fn is_comment(&self) -> bool {
         self.text.trim_ascii_start().starts_with(b"#")
@@ -95,13 +100,13 @@ impl Line<'_> {
     fn cells(&self, separator: Separator) -> Vec<String> {
         // A reader for each line takes longer than all the rest.
         if !self.text.contains(&b'"') {
-            return self.text.split(|byte| *byte == separator.byte()).map(super::text).collect();
+            return self.text.split(|byte| *byte == separator.byte()).map(text).collect();
         }
         let mut reader = super::reader(self.text, separator);
         let mut record = ::csv::ByteRecord::new();
         // Memory can be read, and any bytes are some record.
         let _ = reader.read_byte_record(&mut record);
-        record.iter().map(super::text).collect()
+        record.iter().map(text).collect()
     }
 
     /// The line as a line of titles; numpy writes it as a comment.

@@ -2,164 +2,122 @@
 
 use units::Unit;
 
-use super::cell::{self, Cell, Mark, cell, clock, mark};
 use super::error::CsvError;
-use super::file::{CsvFile, Rows};
-use super::title::spelled;
+use super::file::{CsvFile, text};
+pub(super) use super::growing::Form;
+use super::growing::{At, Growing, Wrong, index};
 use crate::table::kept::Kept;
-use crate::table::wanted::{Decimal, Reading, Separator, Wanted};
+use crate::table::title::spelled;
+use crate::table::wanted::{Decimal, Separator, Wanted};
 
 /// The cells of some columns, with their file.
 pub(super) struct Cells<'a> {
     file: &'a CsvFile<'a>,
-    rows: &'a Rows,
     /// Where the columns are in the file.
     places: &'a [usize],
+    columns: Vec<Growing>,
     decimal: Decimal,
-}
-
-/// The numbers of a column. Gaps are NaN.
-pub(super) struct Numbers {
-    pub values: Vec<f64>,
-    /// Row and text of the first gap.
-    gap: Option<(usize, String)>,
+    /// What is odd about the rows.
+    pub warning: Option<String>,
 }
 
 impl<'a> Cells<'a> {
-    /// Takes the decimal mark that is given, or the one that the cells of columns without texts show.
-    pub fn new(
+    /// Reads the cells, and nothing but these into memory. The decimal mark is the given one, or open until it is [decided](Self::decide).
+    pub fn read(
         file: &'a CsvFile<'a>,
-        rows: &'a Rows,
         places: &'a [usize],
-        (given, readings): (Option<Decimal>, &[Reading]),
+        (given, forms): (Option<Decimal>, &[Form]),
     ) -> Result<Self, CsvError> {
-        let mut cells = Cells { file, rows, places, decimal: Decimal::Point };
-        cells.decimal = given.map_or_else(|| cells.detected(readings), Ok)?;
-        Ok(cells)
+        let form = |k: usize| forms.get(k).copied().unwrap_or(Form::Number);
+        let mut columns: Vec<_> = (0..places.len()).map(|k| Growing::new(form(k), given)).collect();
+        let warning = file.rows(&mut |begin, record| {
+            for (column, place) in columns.iter_mut().zip(places) {
+                column.take(begin, text(&record[*place]));
+            }
+            true
+        })?;
+        let decimal = given.unwrap_or(Decimal::Point);
+        Ok(Cells { file, places, columns, decimal, warning })
     }
 
-    fn detected(&self, readings: &[Reading]) -> Result<Decimal, CsvError> {
+    /// Takes the decimal mark that is given, or the one that the cells of columns without texts show.
+    pub fn decide(&mut self, given: Option<Decimal>) -> Result<(), CsvError> {
+        self.decimal = given.map_or_else(|| self.detected(), Ok)?;
+        Ok(())
+    }
+
+    fn detected(&self) -> Result<Decimal, CsvError> {
         let commas_separate = self.file.header.separator == Separator::Comma;
-        let (mut either, mut point) = (None, false);
-        let is_text = |column: &usize| readings.get(*column) == Some(&Reading::Text);
-        for column in (0..self.places.len()).filter(|column| !is_text(column)) {
-            for (row, text) in self.rows.column(column).enumerate() {
-                match mark(text) {
-                    Mark::Decimal(Decimal::Comma) if !commas_separate => {
-                        return Ok(Decimal::Comma);
-                    }
-                    Mark::Decimal(_) => point = true,
-                    Mark::Either => either = either.or(Some((row, column, text))),
-                    Mark::Nothing => {}
-                }
-            }
+        let columns = || self.columns.iter().enumerate().filter(|(_, it)| it.form != Form::Text);
+        let shows = |decimal| columns().any(|(_, column)| column.shows[index(decimal)]);
+        if shows(Decimal::Comma) && !commas_separate {
+            return Ok(Decimal::Comma);
         }
-        let Some((row, column, text)) = either.filter(|_| !point) else {
+        let either = columns().find_map(|(k, column)| Some((k, column.either.as_ref()?)));
+        // A comma between quotation marks says as much as a point.
+        let Some((column, at)) =
+            either.filter(|_| !shows(Decimal::Point) && !shows(Decimal::Comma))
+        else {
             return Ok(Decimal::Point);
         };
-        let (path, line, column) = self.place(row, column);
-        Err(CsvError::Comma { path, line, column, text: text.trim().to_owned() })
+        let (path, line, column) = self.place(at.begin, column);
+        Err(CsvError::Comma { path, line, column, text: at.text.clone() })
     }
 
     /// The file, the line of a row, and the title of a column.
-    fn place(&self, row: usize, column: usize) -> (std::path::PathBuf, usize, String) {
+    fn place(&self, begin: u64, column: usize) -> (std::path::PathBuf, usize, String) {
         let title = self.file.header.titles[self.places[column]].text.clone();
-        (self.file.path.to_owned(), self.file.line(self.rows.begins[row]), title)
+        (self.file.path.to_owned(), self.file.line(begin), title)
     }
 
-    fn wrong(
-        &self,
-        (row, column): (usize, usize),
-        text: &str,
-        expected: &'static str,
-        hint: &'static str,
-    ) -> CsvError {
-        let text = text.trim().to_owned();
-        let (path, line, column) = self.place(row, column);
-        CsvError::Cell { path, line, column, expected, text, hint }
+    fn wrong(&self, column: usize, Wrong { at, expected, hint }: &Wrong) -> CsvError {
+        let (path, line, column) = self.place(at.begin, column);
+        CsvError::Cell { path, line, column, expected, text: at.text.trim().to_owned(), hint }
     }
 
-    /// The numbers of a column.
-    pub fn numbers(&self, column: usize) -> Result<Numbers, CsvError> {
-        let mut values = Vec::with_capacity(self.rows.begins.len());
-        let mut gap = None;
-        for (row, text) in self.rows.column(column).enumerate() {
-            let wrong = |expected, hint| self.wrong((row, column), text, expected, hint);
-            values.push(match cell(text, self.decimal) {
-                Cell::Number(value) => value,
-                Cell::Gap => {
-                    gap.get_or_insert_with(|| (row, text.to_owned()));
-                    f64::NAN
-                }
-                Cell::Infinite => {
-                    return Err(wrong("a finite number", "; remove the row or empty the cell"));
-                }
-                Cell::Other => return Err(wrong("a number", cell::hint(text, self.decimal))),
-            });
+    /// The values of a column, and what it keeps beside them; gaps are NaN.
+    pub fn take(&mut self, column: usize) -> Result<(Vec<f64>, Kept), CsvError> {
+        if let Some(wrong) = self.columns[column].wrong(self.decimal) {
+            return Err(self.wrong(column, wrong));
         }
-        Ok(Numbers { values, gap })
-    }
-
-    /// The integers of a column, exactly, and their places.
-    pub fn integers(&self, column: usize) -> Result<(Numbers, Kept), CsvError> {
-        let (mut numbers, mut integers) = (self.numbers(column)?, Vec::new());
-        // Whether all of them fit Int64, and whether all of them fit UInt64.
-        let mut signs = [true; 2];
-        let texts = self.rows.column(column).zip(&mut numbers.values).enumerate();
-        for (row, (text, value)) in texts.filter(|(_, (_, value))| !value.is_nan()) {
-            let exact = text.trim().parse::<i128>().ok();
-            // Such as `5.0` and `1e3`: beyond 2^53 the digits are not all there.
-            let whole = || (value.abs() <= 2.0_f64.powi(53)).then_some(*value as i128);
-            let whole = || whole().filter(|whole| *whole as f64 == *value);
-            let wrong = || self.wrong((row, column), text, "an integer", "");
-            let integer = exact.or_else(whole).ok_or_else(wrong)?;
-            let [signed, unsigned] = [i64::MIN.into()..=i64::MAX.into(), 0..=u64::MAX.into()];
-            signs[0] &= signed.contains(&integer);
-            signs[1] &= unsigned.contains(&integer);
-            if signs == [false; 2] {
-                let expected =
-                    "an integer of 64 bits, all of the column with a sign or all without one";
-                return Err(self.wrong((row, column), text, expected, ""));
-            }
-            *value = integers.len() as f64;
-            integers.push(integer);
-        }
-        Ok((numbers, Kept::Integers(integers)))
-    }
-
-    /// The texts of a column as they are, and their places; an empty cell is an empty text.
-    pub fn texts(&self, column: usize) -> (Numbers, Kept) {
-        let texts: Vec<_> = self.rows.column(column).map(str::to_owned).collect();
-        let values = (0..texts.len()).map(|place| place as f64).collect();
-        (Numbers { values, gap: None }, Kept::Texts(texts))
+        let it = &mut self.columns[column];
+        let kept = match it.form {
+            Form::Text => Kept::Texts(std::mem::take(&mut it.texts)),
+            Form::Integer => Kept::Integers(std::mem::take(&mut it.integers)),
+            Form::Number | Form::Time => Kept::Nothing,
+        };
+        Ok((std::mem::take(&mut it.values), kept))
     }
 
     /// The line of the first gap.
-    pub fn first_gap(&self, numbers: &Numbers) -> Option<String> {
-        let (row, _) = numbers.gap.as_ref()?;
-        Some(format!("line {}", self.file.line(self.rows.begins[*row])))
+    pub fn first_gap(&self, column: usize) -> Option<String> {
+        let At { begin, .. } = self.columns[column].gap.as_ref()?;
+        Some(format!("line {}", self.file.line(*begin)))
     }
 
     /// The values of a column that must have no gap.
-    pub fn complete(&self, column: usize) -> Result<Vec<f64>, CsvError> {
-        let numbers = self.numbers(column)?;
-        match &numbers.gap {
-            None => Ok(numbers.values),
-            Some((row, text)) => {
-                let hint = "; remove the row or fill the gap";
-                Err(self.wrong((*row, column), text, "a number", hint))
-            }
+    pub fn complete(&mut self, column: usize) -> Result<Vec<f64>, CsvError> {
+        if let Some(wrong) = self.columns[column].wrong(self.decimal) {
+            return Err(self.wrong(column, wrong));
         }
+        if let Some(at) = &self.columns[column].gap {
+            let hint = "; remove the row or fill the gap";
+            return Err(self.wrong(column, &Wrong { at: at.clone(), expected: "a number", hint }));
+        }
+        Ok(std::mem::take(&mut self.columns[column].values))
     }
 
     /// The time stamps [s], in rising order.
-    pub fn stamps(&self, column: usize, wanted: &Wanted) -> Result<Vec<f64>, CsvError> {
-        let stamps = match self.rows.column(column).next().and_then(clock) {
-            Some(_) => self.clocks(column)?,
-            None => {
+    pub fn stamps(&mut self, column: usize, wanted: &Wanted) -> Result<Vec<f64>, CsvError> {
+        let mut stamps = match self.columns[column].has_clocks() {
+            true => self.take(column)?.0,
+            false => {
                 let factor = self.time_factor(column, wanted.time_unit)?;
-                let seconds = |stamp: f64| if factor == 1.0 { stamp } else { stamp * factor };
-                self.complete(column)?.into_iter().map(seconds).collect()
+                let mut stamps = self.complete(column)?;
+                if factor != 1.0 {
+                    stamps.iter_mut().for_each(|stamp| *stamp *= factor);
+                }
+                stamps
             }
         };
         let rises = |row: usize, pair: &[f64]| match pair[1] == pair[0] {
@@ -169,6 +127,7 @@ impl<'a> Cells<'a> {
         };
         let mut pairs = stamps.windows(2).enumerate();
         let Some(row) = pairs.position(|(row, pair)| !rises(row, pair)) else {
+            stamps.shrink_to_fit();
             return Ok(stamps);
         };
         let (before, found) = (stamps[row], stamps[row + 1]);
@@ -177,18 +136,8 @@ impl<'a> Cells<'a> {
             true => ", or add dates to a clock that passes midnight",
             false => "",
         };
-        let (path, line, _) = self.place(row + 1, column);
+        let (path, line, _) = self.place(self.file.begin_of(row + 1), column);
         Err(CsvError::TimeNotIncreasing { path, line, before, found, hint })
-    }
-
-    /// The time stamps of clocks or dates.
-    fn clocks(&self, column: usize) -> Result<Vec<f64>, CsvError> {
-        let rows = self.rows.column(column).enumerate();
-        let stamp = |(row, text)| {
-            let expected = "a clock or a date as in the rows before";
-            clock(text).ok_or_else(|| self.wrong((row, column), text, expected, ""))
-        };
-        rows.map(stamp).collect()
     }
 
     /// The seconds in one unit of the time.
@@ -209,7 +158,8 @@ impl<'a> Cells<'a> {
                 "which is no unit of time that is known here: say `time_unit = \"ms\"`, for example"
             }
         };
-        let (path, _, column) = self.place(0, column);
+        let (path, column) =
+            (self.file.path.to_owned(), self.file.header.titles[self.places[column]].text.clone());
         Err(CsvError::TimeUnit { path, column, unit: written, why })
     }
 }

@@ -5,11 +5,13 @@ use std::path::Path;
 use proptest::prelude::*;
 
 use super::parse;
+use super::text::Text;
 use crate::table::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, Wanted};
 use crate::table::{Table, TableError, gaps};
 
 fn read(bytes: impl AsRef<[u8]>, wanted: &Wanted) -> Result<Table, TableError> {
-    let mut recorded = parse(Path::new("log.csv"), bytes.as_ref(), wanted)?;
+    let text = Text::Memory(bytes.as_ref().to_owned());
+    let mut recorded = parse(Path::new("log.csv"), &text, wanted)?;
     gaps::fill(Path::new("log.csv"), &mut recorded, &wanted.columns)?;
     Table::new(recorded, wanted)
 }
@@ -68,6 +70,18 @@ fn one_recording_is_the_same_in_every_dialect() {
         let (times, values, unit) = v(text);
         assert_eq!((times, values, unit), *expected, "{name}");
     }
+    let text = "\"t\"\t\"v\"\tä\n0,5\t12,5\t\u{1f697}\n1\t-1000,25\t\n";
+    let wide = |mark: u16, bytes: fn(u16) -> [u8; 2]| -> Vec<u8> {
+        [mark].into_iter().chain(text.encode_utf16()).flat_map(bytes).collect()
+    };
+    assert_eq!(v(wide(0xfeff, u16::to_le_bytes)), plain, "UTF-16, as Excel writes it");
+    assert_eq!(v(wide(0xfeff, u16::to_be_bytes)), plain, "UTF-16, highest byte first");
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut packed, text.as_bytes()).expect("memory");
+    let packed = packed.finish().expect("memory");
+    assert_eq!(v(&packed), plain, "gzip");
+    let cut = error(&packed[..packed.len() - 12], &Wanted::plain("t", &["v"]));
+    assert!(cut.contains("cannot read the recording log.csv"), "{cut}");
     let latin = b"t;v;T [\xb0C]\n0,5;12,5;3\n1;-1000,25;4\n";
     assert_eq!(v(latin), plain, "Western Windows");
     let table = read(latin, &Wanted::plain("t", &["T"])).expect("it is well-formed");
@@ -148,8 +162,6 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
             assert!(message.contains(part), "{text:?}: {message}");
         }
     }
-    let message = error(b"\xff\xfet\0,\0v\0", &plain);
-    assert!(message.contains("is text in UTF-16") && message.contains("iconv"), "{message}");
 }
 
 #[test]

@@ -80,6 +80,22 @@ pub fn missing(file: &Mcap, channels: &[&Arc<Channel<'static>>], column: &str) -
     TableError::missing(&file.path, column, present)
 }
 
+/// Whether the first message of a channel has the field, where the schema does not tell.
+pub fn sampled(
+    file: &Mcap,
+    channel: &Arc<Channel<'static>>,
+    column: &str,
+    field: &str,
+) -> Result<(), TableError> {
+    let samples = samples(file, &[channel]);
+    let Some(sample) = samples.get(&channel.id) else { return Ok(()) };
+    match fields(channel, &samples).iter().any(|it| *it == format!("{}.{field}", channel.topic)) {
+        true => Ok(()),
+        false if sample.is_empty() => Ok(()),
+        false => Err(missing(file, &[channel], column)),
+    }
+}
+
 fn fields(channel: &Channel, samples: &BTreeMap<u16, Vec<u8>>) -> Vec<String> {
     let topic = &channel.topic;
     let Ok(Some(reader)) = Reader::new(channel) else {

@@ -1,6 +1,6 @@
 //! Loads who does an analysis: a plugin, or a Python script.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
@@ -11,7 +11,7 @@ use python::analysis::Script;
 
 use crate::build_request::BuildRequest;
 use crate::plan::Analyser;
-use crate::words::{Analysis, Scenario};
+use crate::words::{Aliases, Analysis, Scenario};
 
 /// Who does an analysis, and what it wants.
 pub(super) struct Loaded {
@@ -35,11 +35,12 @@ pub(super) fn load(
     scenario: &Scenario,
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
+    aliases: Option<&Aliases>,
 ) -> Result<Loaded, Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (None, None, _) if analysis.example.is_none() && analysis.python.is_some() => {
             let word = analysis.python.as_ref().ok_or_else(Error::follow_up)?;
-            return script(scenario, analysis, word);
+            return script(scenario, (analysis, aliases), word);
         }
         _ if analysis.python.is_some() => return Err(ambiguous(scenario, analysis)),
         (Some(path), None, _) if analysis.example.is_none() => {
@@ -76,7 +77,7 @@ fn absolute(path: &Path) -> PathBuf {
 /// Loads a script, which takes the signals that it lists, or any.
 fn script(
     scenario: &Scenario,
-    analysis: &Analysis,
+    (analysis, aliases): (&Analysis, Option<&Aliases>),
     word: &Spanned<String>,
 ) -> Result<Loaded, Error> {
     let path = absolute(&scenario.source.resolve(word));
@@ -98,8 +99,11 @@ fn script(
         Some(units) => units.iter().map(|(name, unit)| need(name, unit, true)).collect(),
         None => {
             let columns = analysis.table.iter().flat_map(|table| table.columns.keys());
-            let given = analysis.signals.keys().chain(columns);
-            given.map(|name| need(name.get_ref(), "", false)).collect()
+            let aliases = aliases.into_iter().flat_map(Aliases::names);
+            let aliases = aliases.filter(|name| name.get_ref() != "time");
+            let given = analysis.signals.keys().chain(columns).chain(aliases);
+            let given: BTreeSet<&String> = given.map(Spanned::get_ref).collect();
+            given.into_iter().map(|name| need(name, "", false)).collect()
         }
     };
     Ok(Loaded { analyser: Analyser::Python(Mutex::new(Some(loaded))), path, needs })

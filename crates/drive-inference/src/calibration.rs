@@ -1,0 +1,240 @@
+//! Estimates constant errors of sensors from a drive, as places and delays, together with tires and noises that are of no interest here.
+//!
+//! It is the likelihood of `identify` on rows that are some hundredths of a second apart, in which the fast part of a sensor's noise
+//! is white. The slow part lasts: each sensor has a first-order noise besides. Intervals are those of the curvature, or of the
+//! scatter of parts of the drive where that is wider.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
+
+use preparation::Interpolation;
+use serde::Serialize;
+use tire_inference::prior::Prior;
+use vehicle::Vehicle;
+
+use crate::adequacy::Blocks;
+use crate::cause::{Cause, Causes};
+use crate::error::Error;
+use crate::explored::inverse;
+use crate::likelihood::{DriveNoise, Unknowns};
+use crate::noises::Noise;
+use crate::problem::{Fit, Problem};
+use crate::progress::Cancellation;
+use crate::recording::Drive;
+use crate::regularisation::Expected;
+use crate::tires::{SIZE, Tires, corners};
+use crate::wanted::Wanted;
+
+/// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
+const STEP: f64 = 0.03;
+/// Where the process noise starts [m/s, m/s, rad/s, N]: so high that the filter follows the log with tires that are far off.
+const PROCESS: [f64; 4] = [0.03, 0.1, 0.05, 300.0];
+/// Where the noise that lasts starts: the time that it lasts [s], and its share of the variance.
+const LASTS: f64 = 1.0;
+const SHARE: f64 = 0.3;
+/// Channels of which a part of the noise may last: v_x, v_y, r, a_y.
+const LASTING: [bool; 4] = [false, true, false, true];
+/// Most fits, each without the delays that the one before found, and what is left of one that is worth another fit, in its standard
+/// deviations.
+const ROUNDS: usize = 5;
+const SETTLED: f64 = 0.2;
+/// 97.5 % quantile of the normal distribution.
+const Z_95: f64 = 1.96;
+
+/// An error of a sensor that was estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Calibrated {
+    /// Which one.
+    #[serde(skip)]
+    pub cause: Cause,
+    /// Its name.
+    pub name: &'static str,
+    /// The error, in the unit of its cause.
+    pub value: f64,
+    /// Standard deviation.
+    pub std: f64,
+    /// 95 % interval.
+    pub interval: [f64; 2],
+}
+
+/// What was estimated.
+#[derive(Clone, Debug)]
+pub struct Calibration {
+    /// The errors that were wanted, in their order.
+    pub errors: Vec<Calibrated>,
+    /// Tires that make up for nothing any more.
+    pub tires: Tires,
+    /// The noises.
+    pub noise: DriveNoise,
+}
+
+/// Estimates some errors of sensors, whose standard deviations before any data are wide.
+///
+/// # Errors
+///
+/// [`Error`] if the recordings are unusable.
+pub fn calibrate(
+    car: &Vehicle,
+    recordings: &[Drive],
+    wanted: &[Cause],
+) -> Result<Calibration, Error> {
+    for (i, recording) in recordings.iter().enumerate() {
+        recording.check(i)?;
+    }
+    let prior = Prior::lateral();
+    let besides = USUAL.into_iter().filter(|cause| !wanted.contains(cause));
+    let active: Vec<Cause> = wanted.iter().copied().chain(besides).collect();
+    // The mean of some rows has less noise; of rows far apart third differences show the motion.
+    let Some(raw) = recordings.first() else { return Err(Error::NoRecording) };
+    let rough = raw.rough_noise().map(|std| std / (every(raw) as f64).sqrt());
+    // Delays that are taken out of the log; what is left of them is estimated, to first order.
+    let mut taken = Causes::default();
+    let mut latest: Option<(Fit, Unknowns)> = None;
+    for round in 0.. {
+        let rows: Vec<Drive> =
+            recordings.iter().map(|drive| thinned(&without_delays(drive, &taken))).collect();
+        let step = Drive::shortest_step(&rows);
+        let guess = lasting(rough, step);
+        let problem = Problem {
+            car,
+            recordings: &rows,
+            bounds: prior.bounds,
+            expected: Expected::new(&prior, 0.0, 0.0),
+            noise: Noise::Estimated(guess),
+            std: std(),
+            search: Wanted::none(),
+            cancel: Cancellation::default(),
+        };
+        let fit = match &latest {
+            None => problem.refit(active.clone(), Unknowns::new(&typical(&prior), &guess)),
+            Some((rough, start)) => problem.finish(rough, *start),
+        };
+        let mut found = problem.unknowns(&fit);
+        let known = inverse(&fit.minimum.model.hessian);
+        let is_left = |(place, cause): (usize, &Cause)| {
+            let left = found.causes[*cause] / cause.about().std;
+            let variance = known[(SIZE + place, SIZE + place)];
+            Cause::DELAYS.contains(cause) && left.powi(2) > SETTLED * SETTLED * variance
+        };
+        let settled = round > 0 && !active.iter().enumerate().any(is_left);
+        if settled || round + 1 == ROUNDS {
+            return Ok(told(&problem, &fit, &taken, step, wanted.len()));
+        }
+        for cause in Cause::DELAYS {
+            taken[cause] += std::mem::take(&mut found.causes[cause]);
+        }
+        latest = Some((fit, found));
+    }
+    unreachable!("the last round returns")
+}
+
+/// A first guess of noises [of v_x, v_y, r, a_y] of which a part lasts, in rows that are `step` [s] apart.
+fn lasting(sensor: [f64; 4], step: f64) -> DriveNoise {
+    let mut noise = DriveNoise { process: PROCESS, ..DriveNoise::of_sensors(sensor) };
+    for (colour, lasts) in noise.colour.iter_mut().zip(LASTING) {
+        if lasts {
+            *colour = [(-step / LASTS).exp(), SHARE];
+        }
+    }
+    noise
+}
+
+/// What is estimated besides in any case, as nobody knows it exactly and no log is without it.
+const USUAL: [Cause; 5] = [
+    Cause::SideslipOffset,
+    Cause::YawRateOffset,
+    Cause::AccelerationOffset,
+    Cause::CentreOfGravity,
+    Cause::Inertia,
+];
+
+/// Standard deviations before any data: so wide that they decide nothing, but for the car.
+fn std() -> Causes {
+    let wide = |cause: Cause| {
+        let factor = if Cause::CAR.contains(&cause) { 1.0 } else { 3.0 };
+        factor * cause.about().std
+    };
+    Causes(Cause::ALL.map(wide))
+}
+
+/// Tires to start from.
+fn typical(prior: &Prior) -> Tires {
+    let [B, C, D, E, ..] = prior.centre;
+    let tire = tire_inference::parameters::TireParameters { B, C, D, E };
+    Tires { front: tire, rear: tire }
+}
+
+fn told(problem: &Problem, fit: &Fit, taken: &Causes, step: f64, wanted: usize) -> Calibration {
+    let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
+    let blocks = Blocks::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
+    let (covariance, at) = (blocks.widest(), problem.unknowns(fit));
+    let of = |(place, &cause): (usize, &Cause)| {
+        let (value, about) = (at.causes[cause] + taken[cause], cause.about());
+        let std = about.std * covariance[(SIZE + place, SIZE + place)].max(0.0).sqrt();
+        let interval = [value - Z_95 * std, value + Z_95 * std];
+        Calibrated { cause, name: about.name, value, std, interval }
+    };
+    let errors = fit.active[..wanted].iter().enumerate().map(of).collect();
+    Calibration { errors, tires: at.tires, noise: at.noise }
+}
+
+/// How many rows become one: an odd number.
+fn every(drive: &Drive) -> usize {
+    let every = (STEP / drive.usual_step()).round().max(1.0) as usize;
+    every - usize::from(every.is_multiple_of(2))
+}
+
+/// Rows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
+/// mean over the step that ends at the row. All channels pass one filter, so the motion stays that of the car.
+fn thinned(drive: &Drive) -> Drive {
+    let every = every(drive);
+    if every < 2 {
+        return drive.clone();
+    }
+    let reach = every / 2;
+    let mean =
+        |column: &[f64], from: usize| column[from..from + every].iter().sum::<f64>() / every as f64;
+    let calm = |column: &[f64]| -> Vec<f64> {
+        (reach..column.len() - reach).map(|k| mean(column, k - reach)).collect()
+    };
+    let sensor = |column: &[f64]| -> Vec<f64> {
+        calm(column).into_iter().skip(every - 1).step_by(every).collect()
+    };
+    let input = |column: &[f64]| -> Vec<f64> {
+        let calm = calm(column);
+        (every - 1..calm.len()).step_by(every).map(|k| mean(&calm, k + 1 - every)).collect()
+    };
+    let time = &drive.t[reach..drive.t.len() - reach];
+    Drive {
+        t: time.iter().copied().skip(every - 1).step_by(every).collect(),
+        v_x: sensor(&drive.v_x),
+        v_y: sensor(&drive.v_y),
+        r: sensor(&drive.r),
+        a_y: sensor(&drive.a_y),
+        F_x: input(&drive.F_x),
+        delta: input(&drive.delta),
+    }
+}
+
+/// The drive without delays of channels, and with lines in place of values that repeat the one before: a sensor that had no new one
+/// was read.
+fn without_delays(drive: &Drive, late: &Causes) -> Drive {
+    let (first, last) = (drive.t[0], drive.t[drive.len() - 1]);
+    let moved = |time: &[f64], column: &[f64], cause: Cause| {
+        let read = drive.t.iter().map(|t| (t + late[cause]).clamp(first, last));
+        Interpolation::Linear.resample(time, column, &read.collect::<Vec<f64>>())
+    };
+    let sensor = |column: &[f64], cause: Cause| -> Vec<f64> {
+        let is_new = |k: &usize| *k == 0 || *k + 1 == column.len() || column[*k] != column[k - 1];
+        let new: Vec<usize> = (0..column.len()).filter(is_new).collect();
+        let pick = |all: &[f64]| new.iter().map(|&k| all[k]).collect::<Vec<f64>>();
+        moved(&pick(&drive.t), &pick(column), cause)
+    };
+    Drive {
+        t: drive.t.clone(),
+        v_x: drive.v_x.clone(),
+        v_y: sensor(&drive.v_y, Cause::SideslipDelay),
+        r: sensor(&drive.r, Cause::YawRateDelay),
+        a_y: sensor(&drive.a_y, Cause::AccelerationDelay),
+        F_x: moved(&drive.t, &drive.F_x, Cause::ForceDelay),
+        delta: moved(&drive.t, &drive.delta, Cause::SteeringDelay),
+    }
+}

@@ -1,0 +1,265 @@
+//! The extended Kalman filter: moves state and covariance from row to row and takes in whatever was measured there.
+#![allow(non_snake_case, reason = "symbols as in estimation")]
+
+use nalgebra::SMatrix;
+
+use super::car::{BANK, COMMON, Car, GRADE, Input, Linear, MOVING, SLIP, STATES, State, TRIM};
+use super::parameters::Parameters;
+use super::setup::{Setup, Wander};
+use super::signals::{CHANNELS, Channel, Signals};
+use crate::lag::lag;
+
+pub(super) type Square = SMatrix<f64, STATES, STATES>;
+
+/// State and covariance.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Belief {
+    pub x: State,
+    pub P: Square,
+}
+
+/// What happened at a row.
+pub(super) struct Row {
+    /// Before the measurements.
+    pub prior: Belief,
+    /// After them.
+    pub belief: Belief,
+    /// Derivative of the prior's state by the state after the row before.
+    pub F: Square,
+    /// Residuals and their variances, in the order of the channels; NaN where nothing was measured.
+    pub residual: [f64; CHANNELS],
+    pub variance: [f64; CHANNELS],
+    /// Which channels were taken in.
+    pub measured: [bool; CHANNELS],
+    /// Whether the filter starts here.
+    pub start: bool,
+    /// Whether the car is too slow to tell anything.
+    pub slow: bool,
+}
+
+/// Largest product of the step of integration and the fastest rate.
+const STABLE: f64 = 0.7;
+const MOST_PARTS: f64 = 60.0;
+/// First standard deviation of the sideslip angle [rad], and of the heading [rad].
+const SIDESLIP: f64 = 0.05;
+const ANY_HEADING: f64 = 100.0;
+/// First standard deviation of a yaw rate that was not measured [rad/s].
+const YAW_RATE: f64 = 1.0;
+
+/// A filter for one car.
+pub(super) struct Filter<'a> {
+    car: Car<'a>,
+    /// The states that wander, with their rates of decay [1/s] and the growth of their variances [unit²/s].
+    wanders: [(usize, f64, f64); 5],
+    process: [f64; 3],
+    /// Variances of the channels.
+    noise: [f64; CHANNELS],
+}
+
+impl<'a> Filter<'a> {
+    /// With the variance of measured v_y [m²/s²], where the filter may see it.
+    pub fn new(setup: &'a Setup, parameters: &'a Parameters, v_y_variance: f64) -> Self {
+        let it = &setup.disturbances;
+        let of = |place: usize, Wander { std, time }: Wander| {
+            (place, 1.0 / time, 2.0 * std * std / time)
+        };
+        let [r, a_y, v_x] = parameters.sensor_noise().map(|std| std * std);
+        let [course, speed] = setup.gnss.map(|std| std * std);
+        let mut noise = [0.0; CHANNELS];
+        noise[Channel::Speed as usize] = v_x;
+        noise[Channel::YawRate as usize] = r;
+        noise[Channel::LateralAcceleration as usize] = a_y;
+        noise[Channel::LateralSpeed as usize] = v_y_variance;
+        noise[Channel::Course as usize] = course;
+        noise[Channel::GroundSpeed as usize] = speed;
+        Self {
+            car: Car::new(setup, parameters),
+            wanders: [
+                of(GRADE, it.grade),
+                of(BANK, it.bank),
+                of(SLIP[0], it.slip[0]),
+                of(SLIP[1], it.slip[1]),
+                of(COMMON, it.common_slip),
+            ],
+            process: parameters.process_noise().map(|std| std * std),
+            noise,
+        }
+    }
+
+    /// Shows every row of a drive, with the bank that a map gives for each, if any.
+    pub fn run(&self, signals: &Signals, bank: Option<&[f64]>, mut show: impl FnMut(&Row)) {
+        let setup = self.car.setup;
+        let steering = lag(&signals.delta, setup.steering_lag, signals.step);
+        let input = |row: usize| Input {
+            delta: steering[row],
+            steering_rate: (steering[row] - steering[row.max(1) - 1]) / signals.step,
+            a_x: signals.a_x.as_ref().map(|a_x| a_x[row]),
+            bank: bank.map_or(0.0, |bank| bank[row]),
+        };
+        let trim = setup.disturbances.trim;
+        let mut trim = [0.0, trim * trim];
+        let mut belief = Belief { x: State::zeros(), P: Square::identity() };
+        let (mut slow, mut last) = (true, setup.least_speed);
+        for row in 0..signals.rows() {
+            let measured = &signals.measured[row];
+            let speed = speed_of(measured);
+            let start = slow && speed.is_some_and(|speed| speed >= setup.least_speed);
+            if let Some(speed) = speed {
+                (slow, last) = (speed < setup.least_speed, speed);
+            }
+            let mut F = Square::identity();
+            if start || slow {
+                belief = self.first(measured, trim);
+            } else {
+                let parts = (signals.step * self.car.fastest(last) / STABLE).ceil();
+                let inputs = [input(row - 1), input(row)];
+                F = self.predict(&mut belief, &inputs, signals.step, parts.clamp(1.0, MOST_PARTS));
+            }
+            let prior = belief;
+            let (mut residual, mut variance) = ([f64::NAN; CHANNELS], [f64::NAN; CHANNELS]);
+            if !start && !slow {
+                self.correct(&mut belief, &input(row), measured, &mut residual, &mut variance);
+                trim = [belief.x[TRIM], belief.P[(TRIM, TRIM)]];
+            }
+            let taken = measured.map(|value| value.is_finite() && !start && !slow);
+            show(&Row { prior, belief, F, residual, variance, measured: taken, start, slow });
+        }
+    }
+
+    /// What is believed where the car has just become fast enough.
+    fn first(&self, measured: &[f64; CHANNELS], [trim, variance]: [f64; 2]) -> Belief {
+        let mut x = State::zeros();
+        x[0] = speed_of(measured).unwrap_or(0.0).max(self.car.setup.least_speed);
+        let r = measured[Channel::YawRate as usize];
+        x[2] = if r.is_finite() { r } else { 0.0 };
+        x[TRIM] = trim;
+        let mut P = Square::zeros();
+        P[(0, 0)] = 4.0 * self.noise[Channel::Speed as usize].max(1e-6);
+        P[(1, 1)] = (SIDESLIP * x[0]).powi(2);
+        let yaw = 4.0 * self.noise[Channel::YawRate as usize];
+        P[(2, 2)] = if r.is_finite() { yaw } else { YAW_RATE * YAW_RATE };
+        P[(3, 3)] = ANY_HEADING * ANY_HEADING;
+        for (place, decay, growth) in self.wanders {
+            P[(place, place)] = growth / (2.0 * decay);
+        }
+        P[(TRIM, TRIM)] = variance;
+        Belief { x, P }
+    }
+
+    /// Moves a belief over a step [s] in parts; the derivative of the new state by the old one.
+    fn predict(
+        &self,
+        belief: &mut Belief,
+        [from, to]: &[Input; 2],
+        step: f64,
+        parts: f64,
+    ) -> Square {
+        let h = step / parts;
+        let mut all = Square::identity();
+        for part in 0..parts as usize {
+            let share = (part as f64 + 0.5) / parts;
+            let between = |a: f64, b: f64| a + share * (b - a);
+            let input = Input {
+                delta: between(from.delta, to.delta),
+                a_x: from.a_x.zip(to.a_x).map(|(a, b)| between(a, b)),
+                bank: between(from.bank, to.bank),
+                ..*to
+            };
+            let F = self.move_mean(&mut belief.x, &input, h);
+            belief.P = F * belief.P * F.transpose();
+            for (i, growth) in self.process.iter().enumerate() {
+                belief.P[(i, i)] += growth * h;
+            }
+            for (place, decay, growth) in self.wanders {
+                belief.P[(place, place)] += growth * -(-2.0 * decay * h).exp_m1() / (2.0 * decay);
+            }
+            all = if part == 0 { F } else { F * all };
+        }
+        all
+    }
+
+    /// Moves the mean by its Taylor series of second order over `h` [s]; the derivative of that.
+    fn move_mean(&self, x: &mut State, input: &Input, h: f64) -> Square {
+        let Linear { rates, A, .. } = self.car.linear(x, input);
+        let mut whole = Square::zeros();
+        whole.fixed_view_mut::<MOVING, STATES>(0, 0).copy_from(&A);
+        let mut speed = State::zeros();
+        speed.fixed_rows_mut::<MOVING>(0).copy_from(&rates);
+        for (place, decay, _) in self.wanders {
+            whole[(place, place)] = -decay;
+            speed[place] = -decay * x[place];
+        }
+        let bent = whole * speed;
+        *x += speed * h + bent * (0.5 * h * h);
+        let mut F = whole * whole * (0.5 * h * h) + whole * h + Square::identity();
+        for (place, decay, _) in self.wanders {
+            F[(place, place)] = (-decay * h).exp();
+        }
+        F
+    }
+
+    /// Takes in the measurements one after the other.
+    fn correct(
+        &self,
+        belief: &mut Belief,
+        input: &Input,
+        measured: &[f64; CHANNELS],
+        residuals: &mut [f64; CHANNELS],
+        variances: &mut [f64; CHANNELS],
+    ) {
+        if measured.iter().all(|value| value.is_nan()) {
+            return;
+        }
+        let prior = belief.x;
+        let at = self.car.linear(&prior, input);
+        for channel in (0..CHANNELS).filter(|channel| measured[*channel].is_finite()) {
+            let (expected, H) = self.expected(channel, &prior, &at, input);
+            let with = belief.P * H;
+            let variance = H.dot(&with) + self.noise[channel];
+            let mut residual = measured[channel] - expected - H.dot(&(belief.x - prior));
+            if channel == Channel::Course as usize {
+                residual -= std::f64::consts::TAU * (residual / std::f64::consts::TAU).round();
+            }
+            let gain = with / variance;
+            belief.x += gain * residual;
+            belief.P -= gain * with.transpose();
+            (residuals[channel], variances[channel]) = (residual, variance);
+        }
+    }
+
+    /// What a channel shows at a state, and its derivative.
+    fn expected(&self, channel: usize, x: &State, at: &Linear, input: &Input) -> (f64, State) {
+        let mut H = State::zeros();
+        let [r_delay, a_y_delay] = self.car.parameters.delays();
+        let (v_x, v_y) = (x[0], x[1]);
+        let square = v_x * v_x + v_y * v_y;
+        let value = if channel == Channel::LateralAcceleration as usize {
+            H = at.C;
+            let moving = at.C.fixed_rows::<MOVING>(0).dot(&at.rates);
+            let rate = moving + at.C[TRIM] * input.steering_rate;
+            at.a_y + self.car.parameters.a_y_offset() - a_y_delay * rate
+        } else if channel == Channel::YawRate as usize {
+            H = at.A.row(2).transpose() * -r_delay;
+            H[2] += 1.0;
+            x[2] - r_delay * at.rates[2]
+        } else if channel == Channel::Course as usize {
+            (H[0], H[1], H[3]) = (-v_y / square, v_x / square, 1.0);
+            x[3] + v_y.atan2(v_x)
+        } else if channel == Channel::GroundSpeed as usize {
+            let speed = square.sqrt();
+            (H[0], H[1]) = (v_x / speed, v_y / speed);
+            speed
+        } else {
+            let place = usize::from(channel == Channel::LateralSpeed as usize);
+            H[place] = 1.0;
+            x[place]
+        };
+        (value, H)
+    }
+}
+
+/// The speed that a row shows [m/s].
+pub(super) fn speed_of(measured: &[f64; CHANNELS]) -> Option<f64> {
+    let shown = [Channel::Speed, Channel::GroundSpeed].map(|channel| measured[channel as usize]);
+    shown.into_iter().find(|speed| speed.is_finite())
+}

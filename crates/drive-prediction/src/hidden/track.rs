@@ -1,0 +1,111 @@
+//! Estimates v_y and sideslip of a drive with what a fit found, looking back only or both ways, with intervals that hold what the fit does
+//! not know.
+
+use nalgebra::DVector;
+use rayon::prelude::*;
+
+use super::bank::BankMap;
+use super::car::BANK;
+use super::filter::{Belief, Filter};
+use super::fit::Fit;
+use super::parameters::{Parameters, SIZE};
+use super::setup::Setup;
+use super::signals::Signals;
+use super::smoother::{Step, smooth};
+
+/// What is known of the motion in each row.
+#[derive(Clone, Debug, Default)]
+pub struct Estimate {
+    /// Velocity to the left [m/s].
+    pub v_y: Vec<f64>,
+    /// Its standard deviation [m/s].
+    pub v_y_std: Vec<f64>,
+    /// Sideslip angle atan(v_y / v_x) [rad].
+    pub sideslip: Vec<f64>,
+    /// Its standard deviation [rad].
+    pub sideslip_std: Vec<f64>,
+    /// Lateral gravity beyond a map's [m/s²].
+    pub bank: Vec<f64>,
+}
+
+/// The estimate in each row from that row and those before it.
+#[must_use]
+pub fn estimate(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>) -> Estimate {
+    run(setup, fit, signals, map, false)
+}
+
+/// The estimate in each row from all rows.
+#[must_use]
+pub fn smoothed(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>) -> Estimate {
+    run(setup, fit, signals, map, true)
+}
+
+fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both: bool) -> Estimate {
+    let bank = map.map(|map| map.along(signals));
+    let times = fit.step / signals.step;
+    let mut blind = *setup;
+    blind.disturbances.common_slip.std = setup.disturbances.blind_slip;
+    let beliefs = |parameters: &Parameters| {
+        let parameters = parameters.sampled(times);
+        // v_y is a secret here even where a drive shows it.
+        let hidden = signals.hiding_v_y();
+        let filter = Filter::new(&blind, &parameters, f64::INFINITY);
+        if !both {
+            let mut beliefs = Vec::with_capacity(signals.rows());
+            filter.run(&hidden, bank.as_deref(), |row| beliefs.push((row.belief, row.slow)));
+            return beliefs;
+        }
+        let (mut steps, mut slow) = (Vec::with_capacity(signals.rows()), Vec::new());
+        filter.run(&hidden, bank.as_deref(), |row| {
+            steps.push(Step::from(row));
+            slow.push(row.slow);
+        });
+        smooth(&steps).into_iter().zip(slow).collect()
+    };
+    let here = beliefs(&fit.parameters);
+    let unsure = unsure(fit, &here, &beliefs);
+    let mut estimate = Estimate::default();
+    for ((Belief { x, P }, slow), more) in here.iter().zip(unsure) {
+        // Where the car is too slow to tell, its rear axle does not slip.
+        let v_y = if *slow { setup.body.l_r * x[2] } else { x[1] };
+        let std = (P[(1, 1)].max(0.0) + more).sqrt();
+        let v_x = x[0].max(setup.least_speed);
+        estimate.v_y.push(v_y);
+        estimate.v_y_std.push(std);
+        estimate.sideslip.push(v_y.atan2(v_x));
+        estimate.sideslip_std.push(std * v_x / (v_x * v_x + v_y * v_y));
+        estimate.bank.push(x[BANK]);
+    }
+    estimate
+}
+
+/// The variance of v_y in each row by what the fit does not know of its unknowns, along the principal axes of their covariance.
+fn unsure<F>(fit: &Fit, here: &[(Belief, bool)], beliefs: &F) -> Vec<f64>
+where
+    F: Fn(&Parameters) -> Vec<(Belief, bool)> + Sync,
+{
+    let axes = fit.covariance.clone().symmetric_eigen();
+    let moved = |k: usize| {
+        let std = axes.eigenvalues[k].max(0.0).sqrt();
+        // The estimate is far from linear over a whole standard deviation of what is hardly known.
+        let share = 0.1;
+        let x = &fit.coordinates + axes.eigenvectors.column(k) * (std * share);
+        let there = beliefs(&fit.at(&x));
+        let square = |(there, here): (&(Belief, bool), &(Belief, bool))| {
+            ((there.0.x[1] - here.0.x[1]) / share).powi(2)
+        };
+        there.iter().zip(here).map(square).collect::<Vec<f64>>()
+    };
+    let mut sum = vec![0.0; here.len()];
+    for squares in (0..SIZE).into_par_iter().map(moved).collect::<Vec<_>>() {
+        sum.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+    }
+    sum
+}
+
+impl Fit {
+    /// The unknowns at some coordinates.
+    fn at(&self, x: &DVector<f64>) -> Parameters {
+        Parameters(std::array::from_fn(|i| if self.logarithms[i] { x[i].exp() } else { x[i] }))
+    }
+}

@@ -1,0 +1,231 @@
+//! Reads files and streams of Arrow IPC (Feather version 2): messages of record batches.
+//!
+//! A file holds a stream between its first bytes and its footer, and is read as one: so a file that was cut off is read as far as it goes.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::Arc;
+
+use arrow_array::ArrayRef;
+use arrow_buffer::Buffer;
+use arrow_ipc::convert::fb_to_schema;
+use arrow_ipc::reader::{read_dictionary, read_record_batch};
+use arrow_ipc::{MessageHeader, RecordBatch as Batch, root_as_message};
+use arrow_schema::{Schema, SchemaRef};
+
+use crate::arrays::Fields;
+use crate::{Channel, Clock, Error, Source, Take};
+
+/// What files begin with, those of version 1 of Feather, and streams.
+const FILE: &[u8] = b"ARROW1\0\0";
+const FEATHER_1: &[u8] = b"FEA1";
+const STREAM: [u8; 4] = [0xff; 4];
+
+/// Whether a file begins like this.
+pub fn is(head: &[u8]) -> bool {
+    // The first message of a stream, the schema, is short.
+    let short = head.get(4..8).is_some_and(|it| it[3] == 0 && it[..3] != [0; 3]);
+    head.starts_with(FILE) || head.starts_with(FEATHER_1) || (head.starts_with(&STREAM) && short)
+}
+
+/// Unpacked, the values of a column in a batch may have so many bytes [B].
+const LARGEST: u64 = 1 << 31;
+
+/// An Arrow file or stream.
+pub struct Arrow {
+    file: BufReader<File>,
+    length: u64,
+    /// The first byte behind the schema.
+    begin: u64,
+    schema: SchemaRef,
+    fields: Fields,
+    cut: bool,
+}
+
+/// A message: its metadata, and the body.
+struct Message {
+    metadata: Vec<u8>,
+    body: Buffer,
+}
+
+/// What a library says, also where it finds a damaged file by a panic of its own.
+pub fn guarded<T, E: std::fmt::Display>(
+    format: &str,
+    work: impl FnOnce() -> Result<T, E>,
+) -> Result<T, Error> {
+    match catch_unwind(AssertUnwindSafe(work)) {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(error)) => Err(Error::new(format!("the {format} file cannot be read: {error}"))),
+        Err(_) => Err(Error::new(format!("the {format} file is damaged"))),
+    }
+}
+
+/// Sorts places of fields without repetition, and gives where each is then: readers hand over columns in the order of the file.
+pub fn ordered(places: &mut Vec<usize>) -> Vec<usize> {
+    let wanted = places.clone();
+    places.sort_unstable();
+    places.dedup();
+    wanted.iter().filter_map(|it| places.binary_search(it).ok()).collect()
+}
+
+impl Arrow {
+    /// Reads the schema.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut file = BufReader::new(File::open(path)?);
+        let length = file.get_ref().metadata()?.len();
+        let mut head = Vec::new();
+        (&mut file).take(8).read_to_end(&mut head)?;
+        if head.starts_with(FEATHER_1) {
+            let what = "expected version 2 of Feather, found version 1";
+            return Err(Error::new(format!("{what}: write it again with a newer library")));
+        }
+        let begin = if head == FILE { behind_padding(&mut file) } else { 0 };
+        file.seek(SeekFrom::Start(begin))?;
+        let mut arrow = Arrow {
+            file,
+            length,
+            begin: 0,
+            schema: Arc::new(Schema::empty()),
+            fields: Fields::new(&Schema::empty(), None),
+            cut: false,
+        };
+        let none =
+            || Error::new("expected a schema at the beginning of the Arrow file, found none");
+        let message = arrow.next()?.ok_or_else(none)?;
+        let schema = guarded("Arrow", || {
+            let message = root_as_message(&message.metadata).map_err(|it| it.to_string())?;
+            let schema = message.header_as_schema().ok_or("no schema at its beginning")?;
+            Ok::<_, String>(fb_to_schema(schema))
+        })?;
+        arrow.fields = Fields::new(&schema, None);
+        arrow.schema = Arc::new(schema);
+        arrow.begin = arrow.file.stream_position()?;
+        Ok(arrow)
+    }
+
+    /// The next message; nothing at the end, or where the file was cut off.
+    fn next(&mut self) -> Result<Option<Message>, Error> {
+        let at = self.file.stream_position()?;
+        let Some(mut size) = self.word()? else {
+            self.cut = true;
+            return Ok(None);
+        };
+        // Streams before version 0.15 have no such word.
+        if size == u32::from_le_bytes(STREAM) {
+            let Some(next) = self.word()? else { return Ok(None) };
+            size = next;
+        }
+        let left = |file: &mut BufReader<File>, length: u64| {
+            Ok::<_, Error>(length.saturating_sub(file.stream_position()?))
+        };
+        if size == 0 {
+            return Ok(None);
+        }
+        if u64::from(size) > left(&mut self.file, self.length)? {
+            self.cut = true;
+            return Ok(None);
+        }
+        let mut metadata = vec![0; size as usize];
+        self.file.read_exact(&mut metadata)?;
+        let damaged = |error: &dyn std::fmt::Display| {
+            Error::new(format!(
+                "byte {at}: expected a message of Arrow, found a damaged one: {error}"
+            ))
+        };
+        let length = root_as_message(&metadata).map_err(|error| damaged(&error))?.bodyLength();
+        let length = u64::try_from(length).map_err(|error| damaged(&error))?;
+        if length > left(&mut self.file, self.length)? {
+            self.cut = true;
+            return Ok(None);
+        }
+        let mut body = vec![0; length as usize];
+        self.file.read_exact(&mut body)?;
+        Ok(Some(Message { metadata, body: body.into() }))
+    }
+
+    fn word(&mut self) -> Result<Option<u32>, Error> {
+        let mut bytes = Vec::new();
+        (&mut self.file).take(4).read_to_end(&mut bytes)?;
+        Ok(bytes.try_into().ok().map(u32::from_le_bytes))
+    }
+}
+
+/// The first byte of the stream in a file: writers fill up with zeros to 8 or 64 bytes.
+fn behind_padding(file: &mut BufReader<File>) -> u64 {
+    let mut begin = FILE.len() as u64;
+    let mut bytes = [0; 8];
+    while begin < 64 && file.read_exact(&mut bytes).is_ok() && bytes == [0; 8] {
+        begin += 8;
+    }
+    begin
+}
+
+/// Refuses a batch whose packed parts claim to be larger than any of them may be: memory for them would be taken at once.
+fn small(batch: &Batch, body: &Buffer) -> Result<(), String> {
+    if batch.compression().is_none() {
+        return Ok(());
+    }
+    for buffer in batch.buffers().into_iter().flatten() {
+        let at = usize::try_from(buffer.offset()).map_err(|error| error.to_string())?;
+        let Some(stated) = at.checked_add(8).and_then(|end| body.get(at..end)) else { continue };
+        let stated = stated.iter().rev().fold(0u64, |sum, byte| sum << 8 | u64::from(*byte));
+        if stated > LARGEST && stated != u64::MAX {
+            return Err(format!(
+                "a column of {stated} bytes in one batch, expected at most {LARGEST}"
+            ));
+        }
+    }
+    Ok(())
+}
+
+impl Source for Arrow {
+    fn channels(&self) -> &[Channel] {
+        &self.fields.channels
+    }
+
+    fn clocks(&self) -> &[Clock] {
+        &self.fields.clocks
+    }
+
+    fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+        self.file.seek(SeekFrom::Start(self.begin))?;
+        self.cut = false;
+        let mut places: Vec<usize> = wanted.iter().map(|it| self.fields.places[*it]).collect();
+        let columns = ordered(&mut places);
+        let mut known: HashMap<i64, ArrayRef> = HashMap::new();
+        let schema = self.schema.clone();
+        while let Some(Message { metadata, body }) = self.next()? {
+            let batch = guarded("Arrow", || {
+                let message = root_as_message(&metadata).map_err(|it| it.to_string())?;
+                let version = message.version();
+                if message.header_type() == MessageHeader::DictionaryBatch {
+                    let batch = message.header_as_dictionary_batch().ok_or("no dictionary")?;
+                    small(&batch.data().ok_or("an empty dictionary")?, &body)?;
+                    let added = read_dictionary(&body, batch, &schema, &mut known, &version);
+                    return added.map(|()| None).map_err(|it| it.to_string());
+                }
+                let Some(batch) = message.header_as_record_batch() else { return Ok(None) };
+                small(&batch, &body)?;
+                let read = (schema.clone(), &known, Some(&places[..]));
+                let batch = read_record_batch(&body, batch, read.0, read.1, read.2, &version);
+                batch.map(Some).map_err(|it| it.to_string())
+            })?;
+            if batch.is_some_and(|batch| !Fields::hand_over(&batch, &columns, take)) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn left_out(&self) -> Vec<String> {
+        self.fields.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let cut = "the file was cut off: it is read up to its last complete batch";
+        self.cut.then(|| cut.to_owned()).into_iter().collect()
+    }
+}

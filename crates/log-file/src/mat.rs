@@ -1,0 +1,237 @@
+//! Makes channels of the arrays of a MAT file: vectors, columns of matrices, and what Simulink saves (`.time` and `.signals.values`, `.Time`
+//! and `.Data`).
+//!
+//! Arrays beside a `time` or `t` of the same struct and length have it as their time. All others of one length share a clock, that of such an
+//! array outside of structs where there is one of this length.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use mat_file::{Array, LIMIT, MatFile, Value};
+
+use crate::{Channel, Clock, Error, Kind, STRETCH, Source, Take, Time, Values};
+
+/// A MAT file.
+pub struct Mat {
+    channels: Vec<Channel>,
+    clocks: Vec<Clock>,
+    arrays: Vec<Vec<f64>>,
+    places: Vec<Place>,
+    left_out: Vec<String>,
+}
+
+/// Where the values of a channel are.
+#[derive(Clone, Copy)]
+struct Place {
+    array: usize,
+    first: usize,
+    stride: usize,
+}
+
+/// A struct that has a time: its name, and the channel and the length of that.
+type Timed = BTreeMap<String, (usize, usize)>;
+
+impl Mat {
+    /// Reads the file.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let mut bytes = Vec::new();
+        File::open(path)?.take(LIMIT as u64 + 1).read_to_end(&mut bytes)?;
+        if bytes.len() > LIMIT {
+            let what = "expected a MAT file of at most";
+            let cure = "save fewer variables, or write Parquet";
+            return Err(Error::new(format!("{what} {LIMIT} bytes, found a larger one: {cure}")));
+        }
+        let found = mat_file::read(&bytes).map_err(|error| Error::new(error.to_string()))?;
+        drop(bytes);
+        let left_out = |(name, why): &(String, String)| format!("`{name}` is left out: {why}");
+        let left_out = found.skipped.iter().filter(|it| !it.0.is_empty()).map(left_out).collect();
+        let mut mat =
+            Mat { channels: vec![], clocks: vec![], arrays: vec![], places: vec![], left_out };
+        let timed = mat.times(&found);
+        mat.others(&found, &timed);
+        match mat.channels.is_empty() {
+            false => {
+                mat.fill(found);
+                Ok(mat)
+            }
+            true => {
+                let what = "expected arrays of two or more numbers in the MAT file, found none";
+                Err(Error::new(what))
+            }
+        }
+    }
+
+    /// Adds the channels of time.
+    fn times(&mut self, found: &MatFile) -> Timed {
+        let mut timed = Timed::new();
+        for (index, variable) in found.variables.iter().enumerate() {
+            let Value::Numbers(array) = &variable.value else { continue };
+            let (base, leaf) = split(&variable.name);
+            let is_time = ["time", "t"].contains(&leaf.to_ascii_lowercase().as_str());
+            if !is_time || !array.is_vector() || array.values.len() < 2 || timed.contains_key(base)
+            {
+                continue;
+            }
+            let (channel, rows) = (self.channels.len(), array.values.len());
+            let unit = unit(found, &variable.name, base);
+            self.add((leaf, base, unit), index, (0, 1), self.clocks.len());
+            let rows_told = u64::try_from(rows).ok();
+            self.clocks.push(Clock { time: Time::Channel(channel), rows: rows_told });
+            timed.insert(base.to_owned(), (channel, rows));
+        }
+        timed
+    }
+
+    fn others(&mut self, found: &MatFile, timed: &Timed) {
+        let mut untimed: BTreeMap<usize, usize> = BTreeMap::new();
+        for (index, variable) in found.variables.iter().enumerate() {
+            let Value::Numbers(array) = &variable.value else { continue };
+            let (base, leaf) = split(&variable.name);
+            let time = timed.get(base);
+            if array.values.len() < 2
+                || time.is_some_and(|it| self.channels[it.0].name == leaf && array.is_vector())
+            {
+                continue;
+            }
+            // Outside of structs, a time is that of all of its length.
+            let top = timed.get("");
+            let own = |rows: usize| time.or(top).filter(|it| it.1 == rows);
+            let Some((rows, first)) = rows(array, [time, top].into_iter().flatten().map(|it| it.1))
+            else {
+                continue;
+            };
+            let clock = match own(rows).or(top.filter(|it| it.1 == rows)) {
+                Some((time, _)) => self.channels[*time].clock,
+                None => *untimed.entry(rows).or_insert_with(|| {
+                    self.clocks.push(Clock { time: Time::Unknown, rows: rows.try_into().ok() });
+                    self.clocks.len() - 1
+                }),
+            };
+            let (name, group) = called(found, &variable.name, time.is_some());
+            let unit = unit(found, &variable.name, base);
+            let count = array.values.len() / rows;
+            for k in 0..count {
+                let name = if count == 1 { name.clone() } else { format!("{name}[{}]", k + 1) };
+                let place = if first { (k * rows, 1) } else { (k, count) };
+                self.add((&name, &group, unit.clone()), index, place, clock);
+            }
+        }
+    }
+
+    fn add(
+        &mut self,
+        (name, group, unit): (&str, &str, Option<String>),
+        array: usize,
+        (first, stride): (usize, usize),
+        clock: usize,
+    ) {
+        let (name, group) = (name.to_owned(), group.to_owned());
+        self.channels.push(Channel { name, group, unit, clock, kind: Kind::Number });
+        self.places.push(Place { array, first, stride });
+    }
+
+    /// Takes the numbers.
+    fn fill(&mut self, found: MatFile) {
+        let numbers = |value| match value {
+            Value::Numbers(array) => array.values,
+            Value::Texts(_) => Vec::new(),
+        };
+        self.arrays = found.variables.into_iter().map(|it| numbers(it.value)).collect();
+    }
+}
+
+/// The struct that an array stands in, and its own name; that of Simulink's signals is the one that has the time.
+fn split(name: &str) -> (&str, &str) {
+    let signals = name.find(".signals.").or_else(|| name.find(".signals("));
+    let (base, leaf) = match signals {
+        Some(at) => (&name[..at], &name[at + 1..]),
+        None => name.rsplit_once('.').unwrap_or(("", name)),
+    };
+    (base, leaf)
+}
+
+/// The number of rows of an array, and whether they are its first dimension: that of a time where one fits.
+fn rows(array: &Array, times: impl Iterator<Item = usize>) -> Option<(usize, bool)> {
+    let (count, shape) = (array.values.len(), &array.shape);
+    if array.is_vector() {
+        return Some((count, true));
+    }
+    let (first, last) = (*shape.first()?, *shape.last()?);
+    for rows in times {
+        if rows == first || rows == last {
+            return Some((rows, rows == first));
+        }
+    }
+    (first > 1).then_some((first, true))
+}
+
+/// The name and the group of a channel: what Simulink calls `x.Data` or `x.signals.values` is `x`, or has the name of its label.
+fn called(found: &MatFile, name: &str, timed: bool) -> (String, String) {
+    let (base, leaf) = split(name);
+    let outer = || {
+        let (group, name) = base.rsplit_once('.').unwrap_or(("", base));
+        (name.to_owned(), group.to_owned())
+    };
+    let of_signals = leaf.starts_with("signals").then(|| leaf.strip_suffix(".values")).flatten();
+    if let Some(signals) = of_signals {
+        let label = found.texts(&format!("{base}.{signals}.label")).and_then(|it| it.first());
+        return match label.filter(|it| !it.trim().is_empty()) {
+            Some(label) => (label.trim().to_owned(), base.to_owned()),
+            None if signals == "signals" => outer(),
+            None => (signals.to_owned(), base.to_owned()),
+        };
+    }
+    match timed && leaf == "Data" && !base.is_empty() {
+        true => outer(),
+        false => (leaf.to_owned(), base.to_owned()),
+    }
+}
+
+/// The unit that stands beside an array.
+fn unit(found: &MatFile, name: &str, base: &str) -> Option<String> {
+    let (beside, leaf) = name.rsplit_once('.').unwrap_or(("", name));
+    let mut places = vec![format!("{name}_unit"), format!("{name}_units")];
+    if ["Data", "values"].contains(&leaf) {
+        places.extend(["unit", "units", "Unit", "Units"].map(|it| format!("{beside}.{it}")));
+        places.push(format!("{base}.DataInfo.Units"));
+    }
+    let text = places.iter().find_map(|place| found.texts(place)?.first());
+    text.and_then(|text| crate::unit(text))
+}
+
+impl Source for Mat {
+    fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn clocks(&self) -> &[Clock] {
+        &self.clocks
+    }
+
+    fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+        let rows = self.clocks[clock].rows.and_then(|it| it.try_into().ok()).unwrap_or(0);
+        for begin in (0..rows).step_by(STRETCH) {
+            let end = rows.min(begin + STRETCH);
+            let values = |channel: &usize| {
+                let Place { array, first, stride } = self.places[*channel];
+                let array = &self.arrays[array];
+                let value = |row| array.get(first + row * stride).copied().unwrap_or(f64::NAN);
+                Values::Numbers((begin..end).map(value).collect())
+            };
+            if !take(&wanted.iter().map(values).collect::<Vec<_>>()) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn left_out(&self) -> Vec<String> {
+        self.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+}

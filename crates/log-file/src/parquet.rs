@@ -1,0 +1,77 @@
+//! Reads Parquet files: the fields of their rows.
+
+use std::fs::File;
+use std::path::Path;
+
+use ::parquet::arrow::ProjectionMask;
+use ::parquet::arrow::arrow_reader::{
+    ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
+};
+
+use crate::arrays::Fields;
+use crate::{Channel, Clock, Error, STRETCH, Source, Take};
+
+/// Whether a file begins like this.
+pub fn is(head: &[u8]) -> bool {
+    head.starts_with(b"PAR1")
+}
+
+/// A Parquet file.
+pub struct Parquet {
+    file: File,
+    metadata: ArrowReaderMetadata,
+    fields: Fields,
+}
+
+impl Parquet {
+    /// Reads the schema.
+    pub fn open(path: &Path) -> Result<Self, Error> {
+        let file = File::open(path)?;
+        let metadata = guarded(|| ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()))?;
+        let rows = metadata.metadata().file_metadata().num_rows();
+        let fields = Fields::new(metadata.schema(), rows.try_into().ok());
+        Ok(Parquet { file, metadata, fields })
+    }
+}
+
+/// What the library says, also where it finds a damaged file by a panic of its own.
+fn guarded<T, E: std::fmt::Display>(work: impl FnOnce() -> Result<T, E>) -> Result<T, Error> {
+    crate::arrow::guarded("Parquet", work)
+}
+
+impl Source for Parquet {
+    fn channels(&self) -> &[Channel] {
+        &self.fields.channels
+    }
+
+    fn clocks(&self) -> &[Clock] {
+        &self.fields.clocks
+    }
+
+    fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+        let Parquet { file, metadata, fields } = self;
+        let mut places: Vec<usize> = wanted.iter().map(|it| fields.places[*it]).collect();
+        let columns = crate::arrow::ordered(&mut places);
+        let file = file.try_clone()?;
+        let mut reader = guarded(|| {
+            let builder =
+                ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata.clone());
+            let mask = ProjectionMask::roots(builder.parquet_schema(), places.iter().copied());
+            builder.with_projection(mask).with_batch_size(STRETCH).build()
+        })?;
+        while let Some(batch) = guarded(|| reader.next().transpose())? {
+            if !Fields::hand_over(&batch, &columns, take) {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn left_out(&self) -> Vec<String> {
+        self.fields.left_out.clone()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+}

@@ -1,0 +1,12 @@
+//! Tries many damaged measurement files, `cargo run --release -p mdf-file --example damaged_mdf_files -- COUNT SEED`.
+
+#[path = "../tests/support/damaged.rs"]
+mod damaged;
+#[path = "../tests/support/files.rs"]
+mod files;
+#[path = "../tests/support/made.rs"]
+mod made;
+
+fn main() -> std::process::ExitCode {
+    damage::program(&damaged::TARGET)
+}

@@ -1,0 +1,269 @@
+//! Converts raw values to physical ones by the rules of a block CC.
+
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::formula::Formula;
+
+/// How raw values become physical ones.
+#[derive(Debug)]
+pub(crate) enum Conversion {
+    Identity,
+    /// `offset + factor x`.
+    Linear {
+        offset: f64,
+        factor: f64,
+    },
+    /// `(a x^2 + b x + c) / (d x^2 + e x + f)`.
+    Rational([f64; 6]),
+    Formula(Formula),
+    /// Straight lines between points of rising raw values.
+    Interpolated(Vec<[f64; 2]>),
+    /// The value of the nearest point, of two the lower one.
+    Nearest(Vec<[f64; 2]>),
+    /// Lowest and highest raw value with the value, and the value of all others.
+    Ranges(Vec<[f64; 3]>, f64),
+    /// Rising raw values with what they mean, and what all others mean.
+    Keys(Vec<(f64, Target)>, Target),
+    /// Lowest and highest raw value with what they mean, and what all others mean.
+    Spans(Vec<([f64; 2], Target)>, Target),
+    /// Texts with their numbers, and the number of all others.
+    FromTexts(Vec<(String, f64)>, f64),
+    /// Texts with other texts, and the text of all others.
+    Translated(Vec<(String, Option<String>)>, Option<String>),
+    /// Masks with a name and what the bits mean.
+    Bits(Vec<(u64, Option<String>, Target)>),
+}
+
+/// What a raw value means in a table.
+#[derive(Clone, Debug)]
+pub(crate) enum Target {
+    /// Itself.
+    Itself,
+    Text(String),
+    Scale(Arc<Conversion>),
+}
+
+/// A converted number.
+pub(crate) enum Physical<'c> {
+    Number(f64),
+    Text(Cow<'c, str>),
+}
+
+impl Target {
+    fn apply(&self, raw: f64, whole: bool) -> Physical<'_> {
+        match self {
+            Target::Itself => Physical::Number(raw),
+            Target::Text(text) => Physical::Text(Cow::Borrowed(text)),
+            Target::Scale(conversion) => conversion.apply(raw, whole),
+        }
+    }
+}
+
+impl Conversion {
+    /// Whether numbers become texts. Where some become numbers by a scale of their own, the texts tell why there is no number, such
+    /// as "sensor failed": then they do not.
+    pub fn gives_texts(&self) -> bool {
+        let texts = |target: &Target| match target {
+            Target::Itself => None,
+            Target::Text(_) => Some(true),
+            Target::Scale(conversion) => Some(conversion.gives_texts()),
+        };
+        let all = |targets: &mut dyn Iterator<Item = &Target>| {
+            let mut known = targets.filter_map(texts).peekable();
+            known.peek().is_some() && known.all(|it| it)
+        };
+        match self {
+            Conversion::Keys(keys, other) => all(&mut keys.iter().map(|it| &it.1).chain([other])),
+            Conversion::Spans(spans, other) => {
+                all(&mut spans.iter().map(|it| &it.1).chain([other]))
+            }
+            Conversion::Bits(_) => true,
+            _ => false,
+        }
+    }
+
+    /// Whether the raw values are texts.
+    pub fn takes_texts(&self) -> bool {
+        matches!(self, Conversion::FromTexts(..) | Conversion::Translated(..))
+    }
+
+    /// The number of a raw number; NaN where it means a text.
+    pub fn number(&self, raw: f64, whole: bool) -> f64 {
+        match self.apply(raw, whole) {
+            Physical::Number(number) => number,
+            Physical::Text(_) => f64::NAN,
+        }
+    }
+
+    /// What a raw number means. Ranges of `whole` numbers have their upper end, others are open there.
+    pub fn apply(&self, raw: f64, whole: bool) -> Physical<'_> {
+        Physical::Number(match self {
+            Conversion::Identity => raw,
+            Conversion::Linear { offset, factor } => linear(raw, *offset, *factor),
+            Conversion::Rational(all) => rational(raw, *all),
+            Conversion::Formula(formula) => {
+                thread_local!(static STACK: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) });
+                STACK.with_borrow_mut(|stack| formula.value(raw, stack))
+            }
+            Conversion::Interpolated(points) => interpolated(points, raw),
+            Conversion::Nearest(points) => nearest(points, raw),
+            Conversion::Ranges(ranges, other) => ranges
+                .iter()
+                .find(|[low, high, _]| inside(raw, [*low, *high], whole))
+                .map_or(*other, |it| it[2]),
+            Conversion::Keys(keys, other) => {
+                let at = keys.partition_point(|it| it.0 < raw);
+                let found = keys.get(at).filter(|it| it.0 == raw);
+                return found.map_or(other, |it| &it.1).apply(raw, whole);
+            }
+            Conversion::Spans(spans, other) => {
+                return spans
+                    .iter()
+                    .find(|it| inside(raw, it.0, whole))
+                    .map_or(other, |it| &it.1)
+                    .apply(raw, whole);
+            }
+            Conversion::Bits(parts) => return Physical::Text(Cow::Owned(bits(parts, raw))),
+            Conversion::FromTexts(..) | Conversion::Translated(..) => f64::NAN,
+        })
+    }
+
+    /// The number of a raw text.
+    pub fn number_of(&self, raw: &str) -> f64 {
+        match self {
+            Conversion::FromTexts(texts, other) => {
+                texts.iter().find(|it| it.0 == raw).map_or(*other, |it| it.1)
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    /// The text of a raw text.
+    pub fn text_of(&self, raw: String) -> String {
+        match self {
+            Conversion::Translated(texts, other) => {
+                let found = texts.iter().find(|it| it.0 == raw).map_or(other, |it| &it.1);
+                found.clone().unwrap_or(raw)
+            }
+            _ => raw,
+        }
+    }
+}
+
+fn linear(raw: f64, offset: f64, factor: f64) -> f64 {
+    let product = raw * factor;
+    // Without an offset the zero keeps its sign.
+    if offset == 0.0 { product } else { product + offset }
+}
+
+fn rational(x: f64, [a, b, c, d, e, f]: [f64; 6]) -> f64 {
+    if [a, c, d, e] == [0.0; 4] {
+        // A plain factor, most often one that is stored as its inverse.
+        return if b == f { x } else { x * (b / f) };
+    }
+    if [b, c, d, f] == [0.0; 4] {
+        // The same; a zero stays one.
+        return if a == e { x } else { x * (a / e) };
+    }
+    (a * (x * x) + b * x + c) / (d * (x * x) + e * x + f)
+}
+
+fn inside(raw: f64, [low, high]: [f64; 2], whole: bool) -> bool {
+    low <= raw && (raw < high || (whole && raw == high))
+}
+
+fn interpolated(points: &[[f64; 2]], x: f64) -> f64 {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return f64::NAN };
+    if x.is_nan() {
+        return x;
+    }
+    let behind = points.partition_point(|it| it[0] <= x);
+    match (points.get(behind.wrapping_sub(1)), points.get(behind)) {
+        (None, _) => first[1],
+        (_, None) => last[1],
+        (Some([x0, y0]), _) if *x0 == x => *y0,
+        (Some([x0, y0]), Some([x1, y1])) => (y1 - y0) / (x1 - x0) * (x - x0) + y0,
+    }
+}
+
+fn nearest(points: &[[f64; 2]], x: f64) -> f64 {
+    if x.is_nan() {
+        return x;
+    }
+    let behind = points.partition_point(|it| it[0] < x);
+    match (points.get(behind.wrapping_sub(1)), points.get(behind)) {
+        (Some([x0, y0]), Some([x1, y1])) => {
+            if (x - x1).abs() >= (x - x0).abs() {
+                *y0
+            } else {
+                *y1
+            }
+        }
+        (Some([_, y]), None) | (None, Some([_, y])) => *y,
+        (None, None) => f64::NAN,
+    }
+}
+
+/// The meanings of all bits that are set, with the names of their parts.
+fn bits(parts: &[(u64, Option<String>, Target)], raw: f64) -> String {
+    let mut all = Vec::new();
+    for (mask, name, target) in parts {
+        let text = match target.apply((raw as u64 & mask) as f64, true) {
+            Physical::Text(text) => text.into_owned(),
+            Physical::Number(number) => number.to_string(),
+        };
+        match name {
+            Some(name) => all.push(format!("{name}={text}")),
+            None if !text.is_empty() => all.push(text),
+            None => {}
+        }
+    }
+    all.join("|")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_hold_at_their_ends_and_points() {
+        let points = vec![[0.0, 10.0], [1.0, 20.0], [3.0, 0.0]];
+        let lines = Conversion::Interpolated(points.clone());
+        let found = [-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0].map(|it| lines.number(it, false));
+        assert_eq!(found, [10.0, 10.0, 15.0, 20.0, 10.0, 0.0, 0.0]);
+        let steps = Conversion::Nearest(points);
+        let found = [-1.0, 0.5, 0.6, 2.0, 2.1, 9.0].map(|it| steps.number(it, false));
+        assert_eq!(found, [10.0, 10.0, 20.0, 20.0, 0.0, 0.0]);
+        assert!(lines.number(f64::NAN, false).is_nan() && steps.number(f64::NAN, false).is_nan());
+        assert!(Conversion::Nearest(Vec::new()).number(1.0, false).is_nan());
+    }
+
+    #[test]
+    fn ranges_of_whole_numbers_have_both_ends() {
+        let ranges = Conversion::Ranges(vec![[0.0, 2.0, 5.0], [2.0, 4.0, 6.0]], -1.0);
+        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.number(it, true)), [5.0, 5.0, 6.0]);
+        assert_eq!([1.0, 2.0, 4.0].map(|it| ranges.number(it, false)), [5.0, 6.0, -1.0]);
+        assert_eq!(ranges.number(f64::NAN, false), -1.0);
+    }
+
+    #[test]
+    fn rational_conversions_are_quotients() {
+        let value = |all, x| Conversion::Rational(all).number(x, false);
+        assert_eq!(value([1.0, 2.0, 3.0, 0.0, 0.0, 2.0], 3.0), 9.0);
+        assert_eq!(value([0.0, 1.0, 0.0, 0.0, 0.0, 4.0], 3.0), 0.75);
+        assert_eq!(value([1.0, 0.0, 0.0, 0.0, 4.0, 0.0], 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_table_with_a_scale_gives_numbers_and_no_text() {
+        let scale = Arc::new(Conversion::Linear { offset: -40.0, factor: 0.5 });
+        let failed = vec![(255.0, Target::Text("failed".to_owned()))];
+        let mixed = Conversion::Keys(failed.clone(), Target::Scale(scale));
+        assert!(!mixed.gives_texts());
+        assert_eq!(mixed.number(100.0, true), 10.0);
+        assert!(mixed.number(255.0, true).is_nan());
+        assert!(Conversion::Keys(failed, Target::Itself).gives_texts());
+    }
+}

@@ -1,0 +1,55 @@
+//! Reads measurement files of ASAM MDF 4 (`.mf4`), and writes them.
+//!
+//! A [`File`] has channels over clocks: what is sampled together has one clock, with a time, an angle or a distance as master. Values come
+//! converted to what they mean ([`Kind`]), a stretch of rows at a time ([`File::visit`]) or all at once ([`File::read`]). Plain and packed
+//! data (deflate, transposed or not), lists of blocks, columns of their own (4.2), mixed groups, invalidation bits, texts of any
+//! length, structures, arrays and all conversions are read. What is left out, such as pictures, is in [`File::notes`] with the reason. MDF 3 is
+//! refused with what to do.
+//!
+//! Memory is bound by a block of the file and by what is wanted, whatever the size of the file; texts in mixed groups take 16 bytes each
+//! as well. Damaged files end in an [`Error`]: all lengths are held against the bytes that are there.
+//!
+//! ```
+//! use mdf_file::{About, Cell, Column, File, Type, Values, Writer};
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("drive.mf4");
+//! let speed = Column { name: "speed".into(), unit: Some("m/s".into()), comment: None, kind: Type::Real };
+//! let mut writer = Writer::create(&path, &About::default(), &[speed])?;
+//! writer.row(0.0, &[Cell::Real(12.5)])?;
+//! writer.row(0.1, &[Cell::Real(12.6)])?;
+//! writer.finish()?;
+//!
+//! let mut file = File::open(&path)?;
+//! assert_eq!(file.channels()[1].unit.as_deref(), Some("m/s"));
+//! let read = file.read(&[1])?;
+//! assert_eq!(read[0].times, [0.0, 0.1]);
+//! assert_eq!(read[0].values, [Values::Numbers(vec![12.5, 12.6])]);
+//! # Ok::<(), mdf_file::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod bytes;
+mod channels;
+mod column;
+mod conversion;
+mod conversions;
+mod cursor;
+mod error;
+mod field;
+mod file;
+mod formula;
+mod head;
+mod layout;
+mod stream;
+mod structure;
+mod text;
+mod values;
+mod writer;
+
+pub use column::{About, Cell, Column, Type};
+pub use error::Error;
+pub use file::{Columns, File, STRETCH};
+pub use layout::{Axis, Channel, Clock, Kind, Start};
+pub use structure::is_mdf;
+pub use values::Values;
+pub use writer::Writer;

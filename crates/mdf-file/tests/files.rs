@@ -1,0 +1,213 @@
+//! Reads hand-made files with known values, and files that are no MDF 4.
+
+#[path = "support/files.rs"]
+mod files;
+#[path = "support/made.rs"]
+mod made;
+
+use mdf_file::{Axis, Columns, Error, File, Kind, Values};
+
+/// A file of these bytes, open.
+fn open(bytes: &[u8]) -> Result<File, Error> {
+    File::new(std::io::Cursor::new(bytes.to_vec()))
+}
+
+fn read(file: &mut File, name: &str) -> Columns {
+    let at = file.channels().iter().position(|it| it.name == name);
+    let at = at.unwrap_or_else(|| panic!("no {name} in {:?}, {:?}", file.channels(), file.notes()));
+    file.read(&[at]).expect("values").remove(0)
+}
+
+fn numbers(file: &mut File, name: &str) -> Vec<f64> {
+    match read(file, name).values.remove(0) {
+        Values::Numbers(all) => all,
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+fn texts(file: &mut File, name: &str) -> Vec<String> {
+    match read(file, name).values.remove(0) {
+        Values::Texts(all) => all.into_iter().map(Option::unwrap_or_default).collect(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn values_of_any_bits_and_order_are_exact() {
+    let mut file = open(&files::bits()).expect("a file");
+    assert_eq!(numbers(&mut file, "be16")[..3], [1.0, 1001.0, 2001.0]);
+    assert_eq!(numbers(&mut file, "be32")[..2], [-70_000.0, -140_000.0]);
+    assert_eq!(numbers(&mut file, "bef64")[..2], [-1.0, -0.9]);
+    assert_eq!(numbers(&mut file, "f16")[..2], [1.0, 1.0 + 2f64.powi(-10)]);
+    assert_eq!(numbers(&mut file, "u24")[1], f64::from(0x0012_3457));
+    // The first three bytes of the first row are 0x91, 0x3c, 0x5a.
+    let first = ["u3", "i5", "u1", "u12"].map(|it| numbers(&mut file, it)[0]);
+    assert_eq!(first, [4.0, 4.0, 1.0, f64::from((0x5a3c >> 3) & 0xfff)]);
+    let Values::Integers(high) = &read(&mut file, "u64").values[0] else { panic!("integers") };
+    assert_eq!(high[1], Some(i128::from(u64::MAX) - 1));
+    let Values::Integers(low) = &read(&mut file, "i64").values[0] else { panic!("integers") };
+    assert_eq!(low[3], Some(i128::from(i64::MIN) + 3));
+    let Values::Integers(big) = &read(&mut file, "be64").values[0] else { panic!("integers") };
+    assert_eq!(big[3], Some((1 << 60) + 3));
+    let valid = numbers(&mut file, "f32");
+    assert!(valid[1].is_nan() && valid[5].is_nan() && valid[2] == f64::from(2f32 / 3.0));
+    assert!(numbers(&mut file, "never").iter().all(|it| it.is_nan()));
+}
+
+#[test]
+fn mixed_groups_are_told_apart() {
+    let mut file = open(&files::mixed()).expect("a file");
+    let fast = read(&mut file, "count");
+    assert_eq!((fast.times.len(), fast.times[49]), (50, 49.0 * 0.01));
+    assert_eq!(fast.values[0].number(49), Some(147.0));
+    let slow = read(&mut file, "word");
+    assert_eq!(slow.times, [4.0, 14.0, 24.0, 34.0, 44.0].map(|it| it * 0.01));
+    assert_eq!(texts(&mut file, "word")[1], format!("row 14 {}", "é".repeat(14)));
+    assert_ne!(fast.clock, slow.clock);
+    let channels: Vec<_> = (0..file.channels().len()).collect();
+    assert_eq!(file.read(&channels).expect("both").len(), 2);
+}
+
+#[test]
+fn a_master_may_be_the_number_of_the_row_or_missing() {
+    let mut file = open(&files::virtual_master()).expect("a file");
+    assert_eq!(read(&mut file, "v").times, [5.0, 5.01, 5.02, 5.03]);
+    let alone = read(&mut file, "alone");
+    assert_eq!(
+        (&alone.times[..], &alone.values[0]),
+        (&[0.0, 1.0, 2.0][..], &Values::Numbers(vec![1.0, 2.0, -1.0]))
+    );
+    assert_eq!(
+        (file.clocks()[alone.clock].master, file.clocks()[alone.clock].axis),
+        (None, Axis::Index)
+    );
+}
+
+#[test]
+fn times_are_seconds_whatever_their_unit_is() {
+    let mut file = open(&files::ticks()).expect("a file");
+    let times = [1.7e9, 1.701e9, 1.702e9].map(|it| it * 1e-9);
+    assert_eq!(read(&mut file, "fast").times, times);
+    let slow = read(&mut file, "slow");
+    assert_eq!(slow.times, [0.0, 0.5]);
+    assert_eq!(file.master_factor(slow.clock), 1e-3);
+    assert!(file.notes().iter().any(|it| it.contains("is in ms")), "{:?}", file.notes());
+    let start = file.start().expect("a start");
+    assert_eq!((start.nanoseconds, start.is_local), (1_600_000_000_123_456_789, false));
+}
+
+#[test]
+fn rows_and_texts_cross_the_blocks_of_lists() {
+    let mut file = open(&files::lists()).expect("a file");
+    let squares: Vec<_> = (0..30).map(|it| f64::from(it * it)).collect();
+    let Values::Integers(found) = &read(&mut file, "square").values[0] else { panic!("integers") };
+    assert!(found.iter().zip(&squares).all(|it| it.0.map(|it| it as f64) == Some(*it.1)));
+    let expected: Vec<_> = (0..30).map(|row| "x".repeat(row % 7)).collect();
+    assert_eq!(texts(&mut file, "word"), expected);
+}
+
+#[test]
+fn every_conversion_has_its_values() {
+    let mut file = open(&files::conversions()).expect("a file");
+    let at = |file: &mut File, name: &str| numbers(file, name);
+    assert_eq!(at(&mut file, "linear")[2], 2.0 * 0.3 + 0.1);
+    assert_eq!(at(&mut file, "rational")[4], (0.5 * 16.0 + 8.0 + 3.0) / (1.0 + 7.0));
+    assert_eq!(at(&mut file, "formula")[5], 10.0 + 1.5);
+    assert_eq!(at(&mut file, "lines")[..2], [0.1, 0.1]);
+    assert_eq!(at(&mut file, "steps")[6..8], [0.7, -3.0]);
+    assert_eq!(at(&mut file, "ranges")[3..8], [0.25, -1.0, 0.5, 0.5, 0.5]);
+    assert_eq!(texts(&mut file, "keys")[..6], ["low", "other", "other", "other", "other", "high"]);
+    assert_eq!(texts(&mut file, "spans")[2..5], ["low", "low", "high"]);
+    let mixed = at(&mut file, "mixed");
+    assert_eq!(mixed[10], -35.0);
+    assert!(mixed[11].is_nan());
+    assert_eq!(texts(&mut file, "bits")[1..4], ["gear=neutral", "gear=high", "gear=high"]);
+    assert_eq!(at(&mut file, "from text")[..3], [-1.5, 2.5, 99.0]);
+    assert_eq!(texts(&mut file, "translated")[..3], ["neutral", "other", "other"]);
+}
+
+#[test]
+fn arrays_and_structures_are_channels_each() {
+    let mut file = open(&files::array()).expect("a file");
+    assert_eq!(numbers(&mut file, "map[1,2]"), [5.0, 105.0, 205.0, 305.0]);
+    assert_eq!(file.channels()[1].unit.as_deref(), Some("kPa"));
+    let mut file = open(&files::structure()).expect("a file");
+    assert_eq!(numbers(&mut file, "Frame.id"), [513.0, 1284.0]);
+    assert_eq!(numbers(&mut file, "Frame.length"), [3.0, 6.0]);
+    assert_eq!((file.channels().len(), file.notes()), (3, &[][..]));
+}
+
+#[test]
+fn texts_of_all_codings_and_lengths_are_read() {
+    let mut file = open(&files::strings()).expect("a file");
+    assert_eq!(texts(&mut file, "bounded"), ["", "a", "ab", "abc"]);
+    assert_eq!(texts(&mut file, "latin")[2], "b°2");
+    assert_eq!(texts(&mut file, "wide")[1], "a1°");
+    assert_eq!(texts(&mut file, "wide big")[3], "a3°");
+    assert_eq!(texts(&mut file, "any"), ["", "ä", "a longer text", "z"]);
+    let any = file.channels().iter().find(|it| it.name == "any").expect("it");
+    assert_eq!((any.comment.as_deref(), any.kind), (Some("a < b"), Kind::Text));
+}
+
+#[test]
+fn columns_of_their_own_share_the_clock_of_their_master() {
+    let mut file = open(&files::columns()).expect("a file");
+    let read = read(&mut file, "v");
+    assert_eq!(read.times, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+    let Values::Numbers(found) = &read.values[0] else { panic!("numbers") };
+    assert!(found[1].is_nan() && found[3].is_nan());
+    assert_eq!([found[0], found[2], found[4], found[5]], [0.0, -14.0, -28.0, -35.0]);
+    assert_eq!(file.clocks().len(), 1);
+}
+
+#[test]
+fn a_measurement_that_was_cut_off_is_read_up_to_its_last_row() {
+    let mut file = open(&files::unfinalised()).expect("a file");
+    assert_eq!(numbers(&mut file, "v"), [10.0, 11.0, 12.0, 13.0, 14.0]);
+    assert_eq!(file.clocks()[0].rows, Some(5));
+    assert!(file.notes()[0].contains("not finalised"), "{:?}", file.notes());
+}
+
+#[test]
+fn a_reader_that_has_enough_ends_early() {
+    let mut file = open(&files::bits()).expect("a file");
+    let mut seen = 0;
+    let visited = file.visit(0, &[0], &mut |rows| {
+        seen += rows[0].len();
+        false
+    });
+    assert_eq!((visited, seen), (Ok(()), 20));
+    assert!(file.visit(7, &[0], &mut |_| true).is_err() && file.read(&[99]).is_err());
+}
+
+#[test]
+fn what_is_no_sound_mdf_4_is_refused_with_what_to_do() {
+    let error = |bytes: &[u8]| open(bytes).err().expect("an error").to_string();
+    let mut old = files::bits();
+    old[8..16].copy_from_slice(b"3.30    ");
+    old[28..30].copy_from_slice(&330u16.to_le_bytes());
+    assert!(error(&old).contains("found version 3.30: convert it"), "{}", error(&old));
+    assert!(error(b"time,v\n1,2\n").contains("expected a file of MDF 4"));
+    assert!(error(b"").contains("MDF 4"));
+    // Zstandard, of MDF 4.3.
+    let mut packed = files::lists();
+    for at in 0..packed.len() - 4 {
+        if packed[at..].starts_with(b"##DZ") {
+            packed[at + 26] = 2;
+        }
+    }
+    let mut file = open(&packed).expect("its description is there");
+    let told = file.read(&[2]).expect_err("another packing").to_string();
+    assert!(told.contains("save it with deflate"), "{told}");
+    // The data is the last block of this file: now it has a length and a count of rows, but not all of its bytes.
+    let mut cut = files::unfinalised();
+    cut[..8].copy_from_slice(b"MDF     ");
+    let at = |id: &[u8]| cut.windows(4).position(|it| it == id).expect("a block");
+    let (data, group) = (at(b"##DT"), at(b"##CG"));
+    cut[data + 8..data + 16].copy_from_slice(&(24u64 + 45).to_le_bytes());
+    cut[group + 80..group + 88].copy_from_slice(&5u64.to_le_bytes());
+    let mut file = open(&cut[..data + 50]).expect("its description is there");
+    let error = file.read(&[1]).expect_err("rows are missing");
+    assert!(error.to_string().contains("was it copied in full?"), "{error}");
+    assert!(error.at.is_some());
+}

@@ -1,0 +1,53 @@
+//! What tries damaged measurement files.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use damage::Target;
+
+use super::files;
+
+pub const TARGET: Target = Target {
+    name: "measurement files",
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/measurement_files"),
+    sound: || files::all().into_iter().map(|it| it.1).collect(),
+    words: &[
+        "##HD",
+        "##DG",
+        "##CG",
+        "##CN",
+        "##CC",
+        "##CA",
+        "##TX",
+        "##MD",
+        "##DT",
+        "##DZ",
+        "##DL",
+        "##HL",
+        "##LD",
+        "##DV",
+        "##DI",
+        "##SD",
+        "UnFinMF ",
+        "MDF     ",
+        "\0\0\0\0\0\0\0\0",
+        "\x40\0\0\0\0\0\0\0",
+        "\x18\0\0\0\0\0\0\0",
+        "\x01\0\0\0\0\0\0\0",
+        "(X-1)/",
+    ],
+    own: None,
+    attempt,
+};
+
+/// Opens a file and reads each channel by itself, then all.
+fn attempt(bytes: &[u8], _folder: &Path) -> bool {
+    let Ok(mut file) = mdf_file::File::new(Cursor::new(bytes.to_vec())) else { return false };
+    let channels = file.channels().len();
+    let mut sound = true;
+    // Few, since a damaged array has many.
+    for channel in 0..channels.min(40) {
+        sound &= file.read(&[channel]).is_ok();
+    }
+    sound && file.read(&(0..channels.min(100)).collect::<Vec<_>>()).is_ok()
+}

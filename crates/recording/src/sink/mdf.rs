@@ -1,0 +1,245 @@
+//! Writes a run as ASAM MDF 4.10: the time as master, and a channel for each variable in its own type with its unit.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+use expression::{ColumnIndex, IntegerIndex, NumberIndex, TextIndex};
+use mdf_file::{About, Cell, Column, Type, Writer};
+
+use super::{RunHeader, Sink, partial};
+use crate::columns::{self, Direction, ValueKind};
+use crate::row::{Recorded, Row};
+
+/// A file of MDF. It gets its name when it is complete.
+pub struct MdfSink {
+    path: PathBuf,
+    partial: PathBuf,
+    /// None behind the end.
+    writer: Option<Writer>,
+    columns: Vec<Place>,
+}
+
+/// Where the values of a column come from.
+enum Place {
+    Real(NumberIndex<Recorded>),
+    Integer(NumberIndex<Recorded>),
+    Signed(IntegerIndex<Recorded>),
+    Unsigned(IntegerIndex<Recorded>),
+    Boolean(NumberIndex<Recorded>),
+    Text(TextIndex<Recorded>),
+}
+
+impl MdfSink {
+    /// The files that it may leave.
+    pub const FILES: &[&str] = &["run.mf4", "run.mf4.partial"];
+
+    /// Begins the file `run.mf4` of the run's folder.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
+    pub fn new(header: &RunHeader) -> Result<Self, Error> {
+        Self::create(header, &header.folder.join("run.mf4"))
+    }
+
+    /// Begins a file of any name. Until it is complete it has the ending `.partial` as well.
+    ///
+    /// # Errors
+    /// When the file cannot be created.
+    pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
+        let all = &header.columns;
+        // Of two columns of one name the output counts, which comes first.
+        let first = |column: &columns::Column, at| all.find(&column.name()) == Some(at);
+        let numbers = all.numbers().filter(|(at, it)| first(it, ColumnIndex::Number(*at)));
+        let texts = all.texts().filter(|(at, it)| first(it, ColumnIndex::Text(*at)));
+        let number = |index, kind| match (kind, all.integer(index)) {
+            (ValueKind::UInt64, Some(integer)) => Place::Unsigned(integer),
+            (_, Some(integer)) => Place::Signed(integer),
+            (ValueKind::Integer, None) => Place::Integer(index),
+            (ValueKind::Boolean, None) => Place::Boolean(index),
+            _ => Place::Real(index),
+        };
+        let places = numbers
+            .map(|(index, column)| (column, number(index, column.kind)))
+            .chain(texts.map(|(index, column)| (column, Place::Text(index))));
+        let (described, columns): (Vec<_>, Vec<_>) =
+            places.map(|(column, place)| (described(column, &place), place)).unzip();
+        let partial = partial(path);
+        let writer = Writer::create(&partial, &about(header), &described)
+            .map_err(|error| Error::output(&partial, error))?;
+        Ok(MdfSink { path: path.to_owned(), partial, writer: Some(writer), columns })
+    }
+}
+
+impl Place {
+    fn kind(&self) -> Type {
+        match self {
+            Place::Real(_) => Type::Real,
+            Place::Integer(_) | Place::Signed(_) => Type::Signed,
+            Place::Unsigned(_) => Type::Unsigned,
+            Place::Boolean(_) => Type::Boolean,
+            Place::Text(_) => Type::Text,
+        }
+    }
+
+    fn cell<'r>(&self, row: &'r Row<Recorded>) -> Cell<'r> {
+        match self {
+            Place::Real(at) => Cell::Real(row[*at]),
+            // What a run holds of these is exact in both types.
+            Place::Integer(at) => Cell::Signed(row[*at] as i64),
+            Place::Signed(at) => Cell::Signed(row[*at] as i64),
+            Place::Unsigned(at) => Cell::Unsigned(row[*at] as u64),
+            Place::Boolean(at) => Cell::Boolean(row[*at] != 0.0),
+            Place::Text(at) => Cell::Text(&row[*at]),
+        }
+    }
+}
+
+/// A column, as the file describes it.
+fn described(column: &columns::Column, place: &Place) -> Column {
+    let input = (column.direction == Direction::Input).then(|| "input".to_owned());
+    let comment = [input, column.description.clone()].into_iter().flatten().collect::<Vec<_>>();
+    Column {
+        name: column.name(),
+        unit: column.unit.clone(),
+        comment: (!comment.is_empty()).then(|| comment.join(": ")),
+        kind: place.kind(),
+    }
+}
+
+/// What was run.
+fn about(header: &RunHeader) -> About {
+    let known = [
+        ("scenario", header.scenario.clone()),
+        ("step", header.step.to_string()),
+        ("seed", header.seed.to_string()),
+    ];
+    About {
+        comment: Some(header.title.clone()),
+        properties: known.map(|(name, value)| (format!("trackside.{name}"), value)).into(),
+        group: Some(header.scenario.clone()),
+        tool: Some(("trackside".to_owned(), env!("CARGO_PKG_VERSION").to_owned())),
+        start: None,
+    }
+}
+
+impl Sink for MdfSink {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        let cells: Vec<_> = self.columns.iter().map(|it| it.cell(row)).collect();
+        writer.row(time, &cells).map_err(|error| Error::output(&self.partial, error))
+    }
+
+    fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        writer.finish().map_err(|error| Error::output(&self.partial, error))?;
+        // An incomplete file looks like a complete one, so it does not get the name.
+        if !completed {
+            return Ok(());
+        }
+        std::fs::rename(&self.partial, &self.path).map_err(|error| Error::output(&self.path, error))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use mdf_file::{File, Kind, Values};
+
+    use super::*;
+    use crate::columns::Columns;
+    use crate::view::View;
+
+    fn column(variable: &str, kind: ValueKind, direction: Direction) -> columns::Column {
+        let unit = (kind == ValueKind::Real).then(|| "m/s".to_owned());
+        let (node, description) = ("car".to_owned(), Some(format!("the {variable}")));
+        columns::Column { node, variable: variable.to_owned(), direction, kind, unit, description }
+    }
+
+    /// A run with a column of each type, and an input of the name of an output.
+    fn header(folder: &Path) -> RunHeader {
+        let output = |name, kind| column(name, kind, Direction::Output);
+        let columns: Columns<_> = [
+            output("v", ValueKind::Real),
+            output("gear", ValueKind::Integer),
+            output("on", ValueKind::Boolean),
+            output("low", ValueKind::Int64),
+            output("high", ValueKind::UInt64),
+            column("v", ValueKind::Real, Direction::Input),
+            column("delta", ValueKind::Real, Direction::Input),
+            output("word", ValueKind::String),
+        ]
+        .into_iter()
+        .collect();
+        RunHeader {
+            scenario: "made".to_owned(),
+            title: "A <made> run".to_owned(),
+            source: diagnostics::Source::made(diagnostics::TextFile::default()),
+            given: Vec::new(),
+            step: 0.5,
+            stop: 1.0,
+            seed: 7,
+            columns,
+            status_tracks: Vec::new(),
+            view: View::default(),
+            folder: folder.to_owned(),
+        }
+    }
+
+    fn write(folder: &Path, completed: bool) {
+        let header = header(folder);
+        let mut sink = MdfSink::new(&header).expect("a file");
+        let integers: Vec<_> = header.columns.integers().collect();
+        for tick in 0..3u32 {
+            let mut row = header.columns.row();
+            let number = f64::from(tick);
+            let numbers = [number.sin(), number, f64::from(tick % 2), 0.0, 0.0, -1.0, 0.1];
+            row.assign(&numbers, Some(vec![format!("row {tick}")]), &[0, 0]);
+            row.put(integers[0], i128::from(i64::MIN) + i128::from(tick));
+            row.put(integers[1], i128::from(u64::MAX) - i128::from(tick));
+            sink.row(tick.into(), number * 0.5, &row).expect("it takes a row");
+        }
+        sink.finish("", completed).expect("it ends");
+    }
+
+    #[test]
+    fn each_type_comes_back_exactly_with_its_unit() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), true);
+        let mut file = File::open(&folder.path().join("run.mf4")).expect("the file");
+        assert_eq!(file.comment(), Some("A <made> run"));
+        let channels = file.channels().to_vec();
+        let names: Vec<_> = channels.iter().map(|it| it.name.as_str()).collect();
+        let expected =
+            ["time", "car.v", "car.gear", "car.on", "car.low", "car.high", "car.delta", "car.word"];
+        assert_eq!(names, expected);
+        let units = [0, 1, 2].map(|it: usize| channels[it].unit.as_deref());
+        assert_eq!(units, [Some("s"), Some("m/s"), None]);
+        assert_eq!(channels[2].comment.as_deref(), Some("the gear"));
+        assert_eq!(channels[6].comment.as_deref(), Some("input: the delta"));
+        assert_eq!((channels[7].kind, channels[7].group.as_str()), (Kind::Text, "made"));
+        let read = file.read(&[1, 2, 3, 4, 5, 6, 7]).expect("values").remove(0);
+        assert_eq!(read.times, [0.0, 0.5, 1.0]);
+        let exact = |first: i128, step: i128| {
+            Values::Integers((0..3).map(|it| Some(first + step * it)).collect())
+        };
+        let text = |it: u32| Some(format!("row {it}"));
+        let expected = [
+            Values::Numbers([0.0f64, 1.0, 2.0].map(f64::sin).into()),
+            exact(0, 1),
+            Values::Numbers(vec![0.0, 1.0, 0.0]),
+            exact(i64::MIN.into(), 1),
+            exact(u64::MAX.into(), -1),
+            Values::Numbers(vec![0.1; 3]),
+            Values::Texts((0..3).map(text).collect()),
+        ];
+        assert_eq!(read.values, expected);
+    }
+
+    #[test]
+    fn a_run_that_ends_early_leaves_no_complete_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), false);
+        assert!(!folder.path().join("run.mf4").exists());
+        let file = File::open(&folder.path().join("run.mf4.partial")).expect("what there is");
+        assert_eq!(file.clocks()[0].rows, Some(3));
+    }
+}

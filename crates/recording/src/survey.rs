@@ -1,0 +1,148 @@
+//! Shows what is in a log: its channels, with units, rates, gaps and ranges. [`crate::table::survey`] goes through a file.
+
+mod tally;
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+pub use self::tally::{Gaps, Tally};
+
+/// What is in a log.
+#[derive(Debug, Clone, Default)]
+pub struct Survey {
+    /// The format of the file.
+    pub format: String,
+    /// Where its times come from.
+    pub time: String,
+    /// The channels, in the order of the file.
+    pub channels: Vec<Channel>,
+    /// What is no channel, each with the reason.
+    pub left_out: Vec<String>,
+    /// Damage of the file.
+    pub warnings: Vec<String>,
+}
+
+/// A channel of a log.
+#[derive(Debug, Clone, Default)]
+pub struct Channel {
+    /// The name by which a scenario finds it.
+    pub name: String,
+    /// Its unit, as far as the file tells.
+    pub unit: Option<String>,
+    /// What was counted.
+    pub tally: Tally,
+}
+
+impl Survey {
+    /// Lines for a terminal: the file, then a line for each channel.
+    #[must_use]
+    pub fn lines(&self) -> String {
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        for (name, value) in [("format", &self.format), ("time", &self.time)] {
+            let _ = writeln!(text, "{name:<18} {value}");
+        }
+        let widest = self.channels.iter().map(|it| it.name.chars().count());
+        // Longer names stand out of their column: a width must be below 65,536.
+        let width = widest.max().unwrap_or(0).min(1000);
+        let _ = writeln!(text, "\n{} channels", self.channels.len());
+        for channel in &self.channels {
+            let _ = writeln!(text, "{}", channel.line(width));
+        }
+        for (what, lines) in [("left out", &self.left_out), ("damage", &self.warnings)] {
+            for line in lines {
+                let _ = writeln!(text, "{what}: {line}");
+            }
+        }
+        text
+    }
+
+    /// The same as JSON.
+    #[must_use]
+    pub fn json(&self) -> serde_json::Value {
+        json!({
+            "format": self.format,
+            "time": self.time,
+            "channels": self.channels.iter().map(Channel::json).collect::<Vec<_>>(),
+            "left_out": self.left_out,
+            "warnings": self.warnings,
+        })
+    }
+}
+
+/// A number to five digits.
+fn short(number: f64) -> String {
+    match number.abs() {
+        0.0 => "0".to_owned(),
+        size if !(1e-4..1e7).contains(&size) => format!("{number:.4e}"),
+        size => {
+            let places = (4 - size.log10().floor() as i32).clamp(0, 8) as usize;
+            let text = format!("{number:.places$}");
+            match text.contains('.') {
+                true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+                false => text,
+            }
+        }
+    }
+}
+
+impl Channel {
+    fn line(&self, width: usize) -> String {
+        let Tally { rows, values, range, texts, times, not_rising, .. } = &self.tally;
+        let unit = self.unit.as_ref().map(|unit| format!("[{unit}]")).unwrap_or_default();
+        let rate = self.tally.step().map(|step| format!("{} Hz", short(1.0 / step)));
+        let span = times.map(|(first, last)| format!("{} to {} s", short(first), short(last)));
+        let range = match (range, texts.is_empty()) {
+            (Some((least, most)), _) => format!("{} to {}", short(*least), short(*most)),
+            (None, false) => {
+                let quoted: Vec<String> = texts.iter().map(|it| format!("{it:?}")).collect();
+                quoted.join(", ")
+            }
+            (None, true) => String::new(),
+        };
+        let mut notes = Vec::new();
+        if values < rows {
+            notes.push(format!("{} rows without a value", rows - values));
+        }
+        if let Gaps { count, longest: Some((longest, at)) } = self.tally.gaps() {
+            let gaps = if count == 1 { "gap" } else { "gaps" };
+            notes.push(format!(
+                "{count} {gaps}, the longest of {} s at {} s",
+                short(longest),
+                short(at)
+            ));
+        }
+        if *not_rising > 0 {
+            notes.push(format!("{not_rising} times that do not rise"));
+        }
+        let [rate, span] = [rate, span].map(Option::unwrap_or_default);
+        let line = format!(
+            "  {:<width$} {unit:<9} {values:>9} {rate:<10} {span:<20} {range:<20} {}",
+            self.name,
+            notes.join("; ")
+        );
+        line.trim_end().to_owned()
+    }
+
+    fn json(&self) -> serde_json::Value {
+        let Tally { rows, values, range, texts, times, not_rising, .. } = &self.tally;
+        let Gaps { count, longest } = self.tally.gaps();
+        json!({
+            "name": self.name,
+            "unit": self.unit,
+            "rows": rows,
+            "values": values,
+            "step": self.tally.step(),
+            "first_time": times.map(|it| it.0),
+            "last_time": times.map(|it| it.1),
+            "min": range.map(|it| it.0),
+            "max": range.map(|it| it.1),
+            "texts": texts,
+            "gaps": count,
+            "longest_gap": longest.map(|it| it.0),
+            "longest_gap_at": longest.map(|it| it.1),
+            "times_not_rising": not_rising,
+        })
+    }
+}

@@ -1,0 +1,116 @@
+//! Opens the text of a CSV file, as often as it is wanted: unpacked from gzip, and from UTF-16 made UTF-8.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use diagnostics::read_bounded;
+use flate2::read::MultiGzDecoder;
+
+/// The text of a file; bytes count in what [`Text::open`] gives.
+#[derive(Debug, Clone)]
+pub enum Text {
+    File(PathBuf),
+    /// What can be read only once, or is no file.
+    Memory(Vec<u8>),
+}
+
+/// The most of a pipe or a device [B].
+const LARGEST: u64 = 2 << 30;
+
+impl Text {
+    /// The text at a path.
+    pub fn at(path: &Path) -> io::Result<Self> {
+        Ok(match std::fs::metadata(path)?.is_file() {
+            true => Text::File(path.to_owned()),
+            false => Text::Memory(read_bounded(path, LARGEST)?),
+        })
+    }
+
+    /// The bytes from the first letter on.
+    pub fn open(&self) -> io::Result<Box<dyn Read + '_>> {
+        let mut raw: Box<dyn Read> = match self {
+            Text::File(path) => Box::new(BufReader::with_capacity(1 << 16, File::open(path)?)),
+            Text::Memory(bytes) => Box::new(&bytes[..]),
+        };
+        let mut head = first(&mut raw)?;
+        if head.starts_with(&[0x1f, 0x8b]) {
+            raw = Box::new(MultiGzDecoder::new(io::Cursor::new(head).chain(raw)));
+            head = first(&mut raw)?;
+        }
+        let skip = match head[..] {
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => 2,
+            [0xef, 0xbb, 0xbf] => 3,
+            _ => 0,
+        };
+        let wide = (skip == 2).then(|| head[0] == 0xff);
+        head.drain(..skip);
+        let rest = io::Cursor::new(head).chain(raw);
+        Ok(match wide {
+            Some(lowest_first) => Box::new(Wide::new(rest, lowest_first)),
+            None => Box::new(rest),
+        })
+    }
+
+    /// The bytes from a place on.
+    pub fn open_at(&self, begin: u64) -> io::Result<Box<dyn Read + '_>> {
+        let mut text = self.open()?;
+        io::copy(&mut (&mut text).take(begin), &mut io::sink())?;
+        Ok(text)
+    }
+}
+
+/// The first three bytes, or all.
+fn first(from: &mut dyn Read) -> io::Result<Vec<u8>> {
+    let mut head = Vec::new();
+    from.take(3).read_to_end(&mut head)?;
+    Ok(head)
+}
+
+/// Text in UTF-16, read as UTF-8.
+struct Wide<R> {
+    from: R,
+    lowest_first: bool,
+    /// The first half of a letter beyond 16 bits.
+    high: Option<u16>,
+    ready: Vec<u8>,
+    given: usize,
+}
+
+impl<R: Read> Wide<R> {
+    fn new(from: R, lowest_first: bool) -> Self {
+        Self { from, lowest_first, high: None, ready: Vec::new(), given: 0 }
+    }
+
+    /// Decodes some more.
+    fn fill(&mut self) -> io::Result<()> {
+        let mut bytes = Vec::new();
+        (&mut self.from).take(1 << 14).read_to_end(&mut bytes)?;
+        let unit = |it: &[u8]| match self.lowest_first {
+            true => u16::from_le_bytes([it[0], it[1]]),
+            false => u16::from_be_bytes([it[0], it[1]]),
+        };
+        let mut units: Vec<u16> = self.high.take().into_iter().collect();
+        units.extend(bytes.chunks_exact(2).map(unit));
+        let full = bytes.len() == 1 << 14;
+        if full && units.last().is_some_and(|it| (0xd800..0xdc00).contains(it)) {
+            self.high = units.pop();
+        }
+        let letters = char::decode_utf16(units).map(|it| it.unwrap_or(char::REPLACEMENT_CHARACTER));
+        self.ready = letters.collect::<String>().into_bytes();
+        self.given = 0;
+        Ok(())
+    }
+}
+
+impl<R: Read> Read for Wide<R> {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.given == self.ready.len() {
+            self.fill()?;
+        }
+        let count = into.len().min(self.ready.len() - self.given);
+        into[..count].copy_from_slice(&self.ready[self.given..self.given + count]);
+        self.given += count;
+        Ok(count)
+    }
+}

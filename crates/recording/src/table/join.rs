@@ -1,0 +1,76 @@
+//! Joins tables of several logs to one, as if they had been recorded one after another.
+
+use super::{Clock, Column, Kept, Table};
+
+/// Between the end of a log and the beginning of the next one [s]: no rule for gaps joins them, and no filter runs on.
+const PAUSE: f64 = 10.0;
+
+impl Table {
+    /// Joins tables with the same columns, which are read as numbers. Each begins 10 s behind the end of the one before, whatever its own times are; the
+    /// clock of the file is that of the first one. Nothing of no tables.
+    ///
+    /// # Panics
+    /// When they have different numbers of columns.
+    #[must_use]
+    pub fn join(tables: Vec<Table>) -> Option<Table> {
+        let mut tables = tables.into_iter();
+        let mut joined = tables.next()?;
+        joined.set_origin(None);
+        tables.for_each(|table| joined.append(table));
+        Some(joined)
+    }
+
+    fn append(&mut self, table: Table) {
+        assert_eq!(self.columns.len(), table.columns.len(), "the same columns");
+        let shown = |clock: &Clock, stamp: &f64| stamp + clock.delay;
+        let end = |it: &Clock| it.stamps.last().map(|last| shown(it, last));
+        let begin = |it: &Clock| it.stamps.first().map(|first| shown(it, first));
+        let end = self.clocks.iter().filter_map(end).reduce(f64::max).unwrap_or(0.0);
+        let begin = table.clocks.iter().filter_map(begin).reduce(f64::min).unwrap_or(0.0);
+        let shift = end + PAUSE - begin;
+        let old: Vec<Clock> = std::mem::take(&mut self.clocks);
+        // Columns share a clock that they shared in both.
+        let mut pairs: Vec<(usize, usize)> = Vec::new();
+        for (column, more) in self.columns.iter_mut().zip(table.columns) {
+            let pair = (column.clock, more.clock);
+            column.clock = pairs.iter().position(|it| *it == pair).unwrap_or_else(|| {
+                let (first, then) = (&old[pair.0], &table.clocks[pair.1]);
+                let stamps = first.stamps.iter().copied();
+                let stamps = stamps.chain(then.stamps.iter().map(|stamp| stamp + shift)).collect();
+                self.clocks.push(Clock { stamps, delay: first.delay, cursor: 0 });
+                pairs.push(pair);
+                pairs.len() - 1
+            });
+            column.values.extend(more.values);
+        }
+        self.logs.push(end + PAUSE / 2.0);
+        self.warnings.extend(table.warnings);
+    }
+
+    /// Leaves out all columns but these, by their indices in rising order.
+    pub fn keep(&mut self, columns: &[usize]) {
+        let mut place = 0..;
+        self.columns.retain(|_| columns.contains(&place.next().unwrap_or_default()));
+    }
+
+    /// Converts the numbers of a column: value times factor plus offset.
+    ///
+    /// # Panics
+    /// When `column` is not an index into [`Table::names`].
+    pub fn convert(&mut self, column: usize, factor: f64, offset: f64) {
+        if let Column { kept: Kept::Nothing, values, .. } = &mut self.columns[column] {
+            values.iter_mut().for_each(|value| *value = *value * factor + offset);
+        }
+    }
+
+    /// Adds a column with the number of the log that each row of the first column is from, counted from 1.
+    pub fn number_logs(&mut self, name: &str) {
+        let Some(first) = self.columns.first() else { return };
+        let (clock, of) = (first.clock, &self.clocks[first.clock]);
+        let number =
+            |stamp: &f64| 1 + self.logs.iter().filter(|begin| stamp + of.delay > **begin).count();
+        let values = of.stamps.iter().map(|stamp| number(stamp) as f64).collect();
+        let (name, kept, unit) = (name.to_owned(), Kept::Nothing, None);
+        self.columns.push(Column { name, clock, values, kept, unit });
+    }
+}

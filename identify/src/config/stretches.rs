@@ -1,0 +1,62 @@
+//! Configuration of what `task = "tires"` tells of parts of the log: windows and drift.
+
+use plugin::ConfigError;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use tire_inference::local::Usual;
+use tire_inference::window::Claim;
+
+use super::rules;
+
+/// Judges windows of the log by themselves: whether each tells the lateral curves.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Windows {
+    /// Length of a window [s]; one begins where the last one ends.
+    pub length: f64,
+    /// Largest error of a curve inside the excited slip that is called identified, over its largest force there [-].
+    pub tolerance: f64,
+    /// Standard deviation of an unknown offset of the slip [rad].
+    pub slip_offset: f64,
+}
+
+impl Default for Windows {
+    fn default() -> Self {
+        let Claim { tolerance, usual: Usual { slip_offset, .. }, .. } = Claim::default();
+        Self { length: 10.0, tolerance, slip_offset }
+    }
+}
+
+impl Windows {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        rules::positive("length", self.length)?;
+        rules::positive("tolerance", self.tolerance)?;
+        rules::not_negative("slip_offset", self.slip_offset)
+    }
+
+    /// What is asked of a window.
+    pub fn claim(&self) -> Claim {
+        let usual = Usual { slip_offset: self.slip_offset, ..Usual::default() };
+        Claim { tolerance: self.tolerance, usual, ..Claim::default() }
+    }
+}
+
+/// Drift of stiffness and friction from stretch to stretch.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Drift {
+    /// Length of a stretch [s], such as a lap.
+    pub length: f64,
+}
+
+impl Default for Drift {
+    fn default() -> Self {
+        Self { length: 20.0 }
+    }
+}
+
+impl Drift {
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        rules::positive("length", self.length)
+    }
+}

@@ -1,0 +1,247 @@
+//! Identifies tires without v_y and estimates it, and judges the estimate where v_y was measured and hidden.
+
+use drive_prediction::Drive;
+use drive_prediction::car::{Car, Steering};
+use drive_prediction::hidden::{
+    BankMap, Channel, Estimate, Fit, Interval, NAMES, Setup, Signals, estimate, fit,
+};
+use drive_prediction::score::BAND;
+use numerics::text::significant;
+use plugin::{Host, Table, Words};
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::go_on;
+use crate::config::Prediction;
+use crate::page;
+
+/// Cars with a shorter wheelbase [m] are models, whose sensors are noisier.
+const MODEL: f64 = 0.8;
+/// Time constant of a commanded steering [s].
+const LAG: f64 = 0.06;
+/// Share of its prior below which what the drives say of a number is much, and is something.
+const LEARNED: [f64; 2] = [0.7, 0.3];
+
+/// A number with its interval and verdict.
+#[derive(Clone, Debug, Serialize)]
+pub struct Told {
+    /// As `front.K`.
+    #[serde(skip)]
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+    /// The verdict.
+    pub verdict: &'static str,
+}
+
+/// How good an estimate of a hidden v_y is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Score {
+    /// Root mean square error of v_y [m/s].
+    pub v_y: f64,
+    /// That of the sideslip angle [rad].
+    pub sideslip: f64,
+    /// Share of v_y inside the 95 % band.
+    pub coverage: f64,
+    /// Rows.
+    pub rows: usize,
+}
+
+/// A stretch of an estimate: time [s], v_y, its standard deviation, and v_y as it was measured [m/s].
+pub type Shown = Vec<(f64, f64, f64, f64)>;
+
+/// Does the task where v_y is not measured, or is hidden.
+///
+/// # Errors
+/// When the drives cannot be fitted, or the program asked to give up.
+pub(super) fn sideslip(
+    car: &Car,
+    config: &Prediction,
+    [fitted, held]: [&[Drive]; 2],
+    host: &mut dyn Host,
+) -> Result<Value, String> {
+    let setup = setup(car, config.least_speed);
+    go_on(host, 0.1, "fitting tires without v_y")?;
+    let training: Vec<Signals> =
+        fitted.iter().map(|drive| signals(drive).first(last(drive))).collect();
+    let found = fit(&setup, &training, None).map_err(|error| error.to_string())?;
+    go_on(host, 0.7, "estimating v_y")?;
+    let judged_on = if held.is_empty() { fitted } else { held };
+    let mut parts = Vec::new();
+    for drive in judged_on {
+        // Only a drive that was fitted too tells the bank of its road.
+        let seen = fitted.iter().position(|it| it.log == drive.log);
+        let map = seen.and_then(|place| BankMap::learn(&setup, &found, &training[place]));
+        let estimate = estimate(&setup, &found, &signals(drive), map.as_ref());
+        parts.push((drive, estimate, map.map(|map| map.lap)));
+    }
+    let score = score(&parts);
+    let told = told(&found);
+    let summary = summary(&found, score, &parts, !held.is_empty());
+    let shown: Vec<(String, Shown)> = parts
+        .iter()
+        .map(|(drive, estimate, _)| (drive.name.clone(), shown(drive, estimate)))
+        .collect();
+    host.file("prediction.html", &page::sideslip::page(&told, score, &shown, &summary));
+    let numbers: Map<String, Value> =
+        told.iter().map(|it| (it.name.replace('.', "_"), json!(it))).collect();
+    let tables = vec![Table::new(
+        ["parameter", "value", "95 % interval", "verdict"],
+        told.iter().map(|it| {
+            let ends = it.interval.map(|end| significant(end, 4));
+            let interval = format!("{} to {}", ends[0], ends[1]);
+            [it.name.clone(), significant(it.value, 4), interval, it.verdict.replace('_', " ")]
+        }),
+    )];
+    let words = Words { sound: found.converged, tables, summary };
+    Ok(json!(Outcome {
+        words,
+        held_out: !held.is_empty(),
+        converged: found.converged,
+        sideslip: score,
+        car: numbers
+    }))
+}
+
+/// The result.
+#[derive(Serialize)]
+struct Outcome {
+    #[serde(flatten)]
+    words: Words,
+    held_out: bool,
+    converged: bool,
+    /// Where v_y was measured.
+    sideslip: Option<Score>,
+    car: Map<String, Value>,
+}
+
+fn setup(car: &Car, least_speed: f64) -> Setup {
+    let setup = match car.body.wheelbase() < MODEL {
+        true => Setup::small(car.body),
+        false => Setup::road(car.body),
+    };
+    let steering_lag = match car.steering {
+        Steering::Measured => 0.0,
+        Steering::Commanded => LAG,
+    };
+    Setup {
+        front_drive_share: car.front_drive,
+        front_brake_share: car.front_brake,
+        steering_lag,
+        least_speed: least_speed.min(setup.least_speed),
+        ..setup
+    }
+}
+
+/// The row behind the last one that counts: what is held out behind it is not seen by the fit.
+fn last(drive: &Drive) -> usize {
+    drive.counts.iter().rposition(|counts| *counts).map_or(0, |row| row + 1)
+}
+
+/// What sensors gave; v_y is no part of it.
+fn signals(drive: &Drive) -> Signals {
+    let sensors = drive.sensors.clone().unwrap_or_default();
+    let signals = Signals::new(drive.step, &drive.delta)
+        .with(Channel::Speed, &sensors.v)
+        .with(Channel::YawRate, &sensors.r);
+    let signals = match &sensors.a_y {
+        Some(a_y) => signals.with(Channel::LateralAcceleration, a_y),
+        None => signals,
+    };
+    let signals = match &sensors.a_x {
+        Some(a_x) => signals.with_a_x(a_x),
+        None => signals,
+    };
+    signals.without_repeats()
+}
+
+fn score(parts: &[(&Drive, Estimate, Option<f64>)]) -> Option<Score> {
+    let (mut squares, mut angles, mut inside, mut rows) = (0.0, 0.0, 0_usize, 0_usize);
+    for (drive, estimate, _) in parts {
+        for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
+            let (v_x, v_y) = (drive.v_x[row], drive.v_y[row]);
+            if !v_y.is_finite() {
+                continue;
+            }
+            let error = estimate.v_y[row] - v_y;
+            squares += error * error;
+            angles += (estimate.v_y[row].atan2(v_x) - v_y.atan2(v_x)).powi(2);
+            inside += usize::from(error.abs() < BAND[0] * estimate.v_y_std[row]);
+            rows += 1;
+        }
+    }
+    let n = rows as f64;
+    let root = |sum: f64| (sum / n).sqrt();
+    (rows > 0).then(|| Score {
+        v_y: root(squares),
+        sideslip: root(angles),
+        coverage: inside as f64 / n,
+        rows,
+    })
+}
+
+fn told(found: &Fit) -> Vec<Told> {
+    let of = |name: &str, interval: &Interval, learned: f64| Told {
+        name: name.to_owned(),
+        value: interval.value,
+        interval: interval.ends,
+        verdict: match learned {
+            learned if learned > LEARNED[0] => "identified",
+            learned if learned > LEARNED[1] => "weak",
+            _ => "not_identifiable",
+        },
+    };
+    let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
+    let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);
+    // A stiffness is known to a tenth or it is not much.
+    let mut all: Vec<Told> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
+    let rest = NAMES.iter().zip(&found.intervals).zip(found.learned);
+    all.extend(rest.map(|((name, interval), learned)| of(name, interval, learned)));
+    all
+}
+
+fn summary(
+    found: &Fit,
+    score: Option<Score>,
+    parts: &[(&Drive, Estimate, Option<f64>)],
+    held_out: bool,
+) -> Vec<String> {
+    let mut summary = Vec::new();
+    if !found.converged {
+        summary.push(
+            "The search for the tires did not come to an end: do not use them. Give more of both turns, or a better `car.body`.".to_owned(),
+        );
+    }
+    if let Some(score) = score {
+        summary.push(format!(
+            "v_y, which neither the fit nor the estimator saw, is estimated to {:.3} m/s, the sideslip angle to {:.2} deg (root mean \
+             squares{}); {:.1} % of it lies in the 95 % band.",
+            score.v_y,
+            score.sideslip.to_degrees(),
+            if held_out { ", on parts that were not fitted" } else { "" },
+            100.0 * score.coverage
+        ));
+    } else {
+        summary
+            .push("v_y is estimated; nobody measured it, so nobody can judge it here.".to_owned());
+    }
+    if let Some(lap) = parts.iter().find_map(|(_, _, lap)| *lap) {
+        summary.push(format!(
+            "The bank of the road is learnt over laps of {lap:.0} m from what was fitted."
+        ));
+    }
+    summary
+}
+
+/// Ten rows a second are enough for a picture of a minute.
+fn shown(drive: &Drive, estimate: &Estimate) -> Shown {
+    let stride = ((0.1 / drive.step).round() as usize).max(1);
+    let first = drive.counts.iter().position(|counts| *counts).unwrap_or(0);
+    let rows = (first..drive.rows()).take_while(|row| drive.time[*row] < drive.time[first] + 110.0);
+    rows.step_by(stride)
+        .filter(|row| drive.counts[*row])
+        .map(|row| (drive.time[row], estimate.v_y[row], estimate.v_y_std[row], drive.v_y[row]))
+        .collect()
+}
