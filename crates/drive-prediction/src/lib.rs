@@ -17,6 +17,7 @@ pub mod recorded;
 pub mod rollout;
 pub mod score;
 pub mod single_track;
+pub mod steering_map;
 pub mod zero_phase;
 
 pub use drive::{Drive, Sensors};

@@ -20,11 +20,16 @@ pub struct Doctor {
     pub l_r: Option<f64>,
     /// Mass [kg].
     pub m: Option<f64>,
+    /// The log is a staircase: the signal `delta` is a command that was held step by step while the car rolled slowly. Its map and the play of
+    /// the steering are found.
+    pub staircase: bool,
 }
 
 impl Doctor {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        let Self { wheelbase, l_f, l_r, m } = *self;
+        let Self { wheelbase, l_f, l_r, m, staircase } = *self;
+        let length = wheelbase.is_some() || (l_f.is_some() && l_r.is_some());
+        rules::demand(!staircase || length, "staircase", "`wheelbase` with it", "none")?;
         for (name, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", m)] {
             value.map_or(Ok(()), |value| rules::positive(name, value))?;
         }
@@ -46,7 +51,7 @@ impl Doctor {
 
     /// What is known of the car; of three lengths two are enough.
     pub fn car(&self) -> KnownCar {
-        let Self { wheelbase, l_f, l_r, m } = *self;
+        let Self { wheelbase, l_f, l_r, m, .. } = *self;
         let rest = |arm: Option<f64>| Some(wheelbase? - arm?);
         let axles = l_f.or(rest(l_r)).zip(l_r.or(rest(l_f)));
         KnownCar { wheelbase, axles: axles.map(|(l_f, l_r)| [l_f, l_r]), m }

@@ -19,6 +19,10 @@ pub struct Prediction {
     /// What the signal `delta` is: the angle of the wheels `"measured"` there, or what an actuator is `"commanded"`, which follows late and
     /// with an offset of the day.
     steering: Source,
+    /// Points `[command, angle in rad]` in rising order, if `delta` is a command in a unit of its own: `task = "doctor"` with `staircase` finds them.
+    pub steering_map: Vec<[f64; 2]>,
+    /// Half width of the play between the angle and the wheels [rad].
+    pub steering_play: f64,
     /// How far apart the logs are: `"laps"` of one day, or `"days"` with other floors, tires and trims.
     logs: Apart,
     /// Rows per second [Hz]; by default that of the slowest signal, at most 100.
@@ -79,6 +83,8 @@ impl Default for Prediction {
         Self {
             car: SteeredCar::default(),
             steering: Source::Measured,
+            steering_map: Vec::new(),
+            steering_play: 0.0,
             logs: Apart::Laps,
             rate: None,
             smooth: 5.0,
@@ -104,6 +110,14 @@ impl Prediction {
             demand(fits, "rate", &format!("a rate above 0, at most {FASTEST} Hz"), rate)?;
         }
         rules::not_negative("smooth", self.smooth)?;
+        rules::not_negative("steering_play", self.steering_play)?;
+        let points = &self.steering_map;
+        demand(points.len() != 1, "steering_map", "two points or more, or none", "one")?;
+        for (index, pair) in points.windows(2).enumerate() {
+            let rises = pair[0][0] < pair[1][0] && pair.iter().flatten().all(|it| it.is_finite());
+            let key = format!("steering_map.{}", index + 1);
+            demand(rises, &key, "finite numbers, and a command above the one before", pair[1][0])?;
+        }
         rules::positive("least_speed", self.least_speed)?;
         for (index, horizon) in self.horizons.iter().enumerate() {
             let fits = *horizon > 0.0 && *horizon <= LONGEST;
@@ -226,5 +240,7 @@ mod tests {
         assert!(missing.contains("`body.m`") && missing.contains("`body.l_r`"), "{missing}");
         assert!(missing.contains("`drive_front_share`"), "{missing}");
         assert_eq!(wrong("steering = \"guessed\"").0, ["steering"]);
+        assert_eq!(wrong("steering_map = [[0.0, 0.0], [0.0, 0.1]]").0, ["steering_map", "1"]);
+        assert_eq!(wrong("steering_map = [[0.0, 0.0]]").0, ["steering_map"]);
     }
 }

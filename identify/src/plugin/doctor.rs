@@ -1,7 +1,11 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
-use drive_doctor::{CHANNELS, Examination, Finding, KnownCar, Place, examine};
+use drive_doctor::{
+    CHANNELS, Examination, Finding, KnownCar, Place, SteeringMap, SteeringPoint, examine,
+    steering_map,
+};
 use drive_inference::Drive;
+use numerics::text::significant;
 use plugin::{Host, Request, Table, Words};
 use preparation::DriveLog;
 use serde::Serialize;
@@ -18,14 +22,25 @@ use crate::told::Overall;
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
     let found = examine(&log(request), &config.car());
     host.file("doctor.html", &doctor::page(&found));
-    let tables = corrections(&found);
+    let mut tables = corrections(&found);
+    let staircase = config.staircase.then(|| staircase(request, config));
     let verdict = match (found.is_ill(), found.too_short) {
         (true, _) => "found",
         (_, true) => "cannot_tell",
         _ => "nothing",
     };
-    let words = Words { summary: found.summary(), sound: verdict == "nothing", tables };
-    json!(Outcome { words, verdict, doctor: &found })
+    let mut summary = found.summary();
+    match &staircase {
+        Some(Ok(map)) => {
+            summary.push(mapped(map));
+            tables.push(points(map));
+        }
+        Some(Err(refused)) => summary.push(format!("{refused}.")),
+        None => {}
+    }
+    let words = Words { summary, sound: verdict == "nothing", tables };
+    let steering_map = staircase.and_then(Result::ok);
+    json!(Outcome { words, verdict, steering_map, doctor: &found })
 }
 
 /// Whether there is something to look at.
@@ -117,6 +132,62 @@ pub(super) fn cap_causes(found: &Examination, causes: &mut [CauseEstimate]) {
     causes.iter_mut().for_each(|cause| cause.verdict = model.cap(cause.verdict));
 }
 
+/// The map of the steering, at the time stamps of the command.
+fn staircase(request: &Request, config: &Doctor) -> Result<SteeringMap, String> {
+    let signal = |name: &str| {
+        let signal = request.signal(name);
+        signal.ok_or_else(|| format!("expected the signal `{name}` of a staircase, found none"))
+    };
+    let (command, v_x, r) = (signal("delta")?, signal("v_x")?, signal("r")?);
+    let car = config.car();
+    let wheelbase = car.wheelbase.or(car.axles.map(|[l_f, l_r]| l_f + l_r)).unwrap_or(f64::NAN);
+    let at = |signal: plugin::Signal| -> Vec<f64> {
+        command.time.iter().map(|t| between(signal.time, signal.values, *t)).collect()
+    };
+    steering_map(command.time, command.values, &at(v_x), &at(r), wheelbase)
+}
+
+/// The value at a time on the line between its neighbours; none outside.
+fn between(time: &[f64], values: &[f64], t: f64) -> f64 {
+    let behind = time.partition_point(|it| *it < t);
+    match (behind.checked_sub(1), time.get(behind)) {
+        (_, Some(exact)) if *exact == t => values[behind],
+        (Some(before), Some(_)) => {
+            let share = (t - time[before]) / (time[behind] - time[before]);
+            values[before] * (1.0 - share) + values[behind] * share
+        }
+        _ => f64::NAN,
+    }
+}
+
+fn mapped(map: &SteeringMap) -> String {
+    let milli = |angle: f64| significant(1e3 * angle, 3);
+    let play = match (map.play, map.play_interval) {
+        (Some(play), Some([low, high])) => {
+            format!("the play is {} mrad [{}, {}]", milli(play), milli(low), milli(high))
+        }
+        (Some(play), None) => format!("the play is {} mrad", milli(play)),
+        (None, _) => "the play is not told".to_owned(),
+    };
+    let advice = map.advice.map_or(String::new(), |advice| format!(" {advice}"));
+    format!(
+        "The staircase tells {} points of the map of the steering; {play}.{advice}",
+        map.points.len()
+    )
+}
+
+fn points(map: &SteeringMap) -> Table {
+    let row = |it: &SteeringPoint| {
+        let ends = it.interval.map(|end| significant(end, 4));
+        [
+            significant(it.command, 4),
+            significant(it.angle, 4),
+            format!("{} to {}", ends[0], ends[1]),
+        ]
+    };
+    Table::new(["command", "angle [rad]", "95 % interval"], map.points.iter().map(row))
+}
+
 /// The result of the task.
 #[derive(Serialize)]
 struct Outcome<'a> {
@@ -124,6 +195,8 @@ struct Outcome<'a> {
     words: Words,
     /// For checks of a scenario.
     verdict: &'static str,
+    /// Where a staircase tells it.
+    steering_map: Option<SteeringMap>,
     doctor: &'a Examination,
 }
 

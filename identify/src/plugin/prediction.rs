@@ -8,6 +8,7 @@ use drive_prediction::predictor::State;
 use drive_prediction::recorded::{Channel, Recorded, drives};
 use drive_prediction::rollout::rollouts;
 use drive_prediction::score::{BAND, LateralScore, RolloutScore, lateral, open_loop};
+use drive_prediction::steering_map;
 use drive_prediction::{Drive, Predictor};
 use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
@@ -44,7 +45,11 @@ pub(super) fn prediction(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "reading the drives")?;
-    let all = drives(&recorded(request), &config.sampling()).map_err(|error| error.to_string())?;
+    let recorded = recorded(request);
+    let angles = wheels(config, recorded.delta.value);
+    let delta = Channel { value: &angles, ..recorded.delta };
+    let all = drives(&Recorded { delta, ..recorded }, &config.sampling())
+        .map_err(|error| error.to_string())?;
     let [fitted, held] = config.split(&all);
     if fitted.is_empty() {
         return Err("expected rows to fit, found none: `hold_out` has all of them".to_owned());
@@ -204,6 +209,13 @@ pub(super) fn check(config: &Prediction, request: &Request) -> Result<(), String
         true => Ok(()),
         false => Err(format!("expected the signals {}, which are missing", missing.join(", "))),
     }
+}
+
+/// The angles of the wheels [rad], but for a lag and an offset, from the signal `delta`.
+fn wheels(config: &Prediction, delta: &[f64]) -> Vec<f64> {
+    let angles: Vec<f64> =
+        delta.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
+    steering_map::with_play(&angles, config.steering_play)
 }
 
 /// The channels of the request.
