@@ -9,6 +9,7 @@
 pub mod config;
 pub mod design;
 pub mod draws;
+pub mod judged;
 pub mod names;
 pub mod page;
 mod plugin;

@@ -6,8 +6,8 @@ mod curve;
 mod doctor;
 #[cfg(test)]
 mod hostile;
-pub mod prediction;
-pub mod sideslip;
+mod prediction;
+mod sideslip;
 mod tires;
 
 use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};

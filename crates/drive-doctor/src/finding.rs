@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::check::understeer::Understeer;
 use crate::correction::Correction;
+use crate::understeer::Understeer;
 
 /// How sure a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

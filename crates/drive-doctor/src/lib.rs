@@ -17,12 +17,13 @@ mod finding;
 mod motion;
 mod statistics;
 mod steering_map;
+mod understeer;
 
 pub use case::{CHANNELS, KnownCar};
-pub use check::understeer::Understeer;
 pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
 pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
+pub use understeer::Understeer;
 
 use preparation::DriveLog;
 

@@ -230,15 +230,8 @@ fn drive(
             (0..rows).map(|row| rate(row) + v_x[row] * r[row]).collect()
         }
     };
-    let edge = (EDGE / step).round() as usize;
-    let gap = |row: usize| given.iter().any(|(_, channel)| !channel.covers(time[row]));
-    let mut wrong = vec![false; rows];
-    for row in (0..rows).filter(|row| gap(*row)) {
-        wrong[row.saturating_sub(edge)..(row + edge + 1).min(rows)].fill(true);
-    }
-    let inner = edge..rows.saturating_sub(edge);
-    let counts =
-        |row: usize| v_x[row] > sampling.least_speed && !wrong[row] && inner.contains(&row);
+    let wrong = near_gaps(given, &time, step);
+    let counts = |row: usize| v_x[row] > sampling.least_speed && !wrong[row];
     // A sensor that is slower than the grid is held, or lies on the line between its samples.
     let new = |row: usize| match row.checked_sub(1) {
         None => true,
@@ -247,12 +240,7 @@ fn drive(
             moved(&r_raw) || a_y_raw.as_deref().is_some_and(moved)
         }
     };
-    let lap = recorded.lap.map(Present::of).filter(|lap| lap.time.len() > 1);
-    // The number of a lap is held.
-    let lap = lap.map(|lap| {
-        let at = |t: &f64| lap.value[lap.time.partition_point(|it| it <= t).saturating_sub(1)];
-        time.iter().map(at).collect()
-    });
+    let lap = recorded.lap.and_then(|lap| held(lap, &time));
     Drive {
         name: format!("log {log}"),
         log,
@@ -274,6 +262,26 @@ fn drive(
         lap,
         time,
     }
+}
+
+/// Which rows lie in a gap of a channel, or near one or an end.
+fn near_gaps(given: &[(&str, Present)], time: &[f64], step: f64) -> Vec<bool> {
+    let edge = (EDGE / step).round() as usize;
+    let rows = time.len();
+    let inner = edge..rows.saturating_sub(edge);
+    let mut wrong: Vec<bool> = (0..rows).map(|row| !inner.contains(&row)).collect();
+    let gap = |row: &usize| given.iter().any(|(_, channel)| !channel.covers(time[*row]));
+    for row in (0..rows).filter(gap) {
+        wrong[row.saturating_sub(edge)..(row + edge + 1).min(rows)].fill(true);
+    }
+    wrong
+}
+
+/// The values of a channel that holds, such as the number of a lap.
+fn held(channel: Channel, time: &[f64]) -> Option<Vec<f64>> {
+    let channel = Present::of(channel);
+    let last = |t: &f64| channel.time.partition_point(|it| it <= t).saturating_sub(1);
+    (channel.time.len() > 1).then(|| time.iter().map(|t| channel.value[last(t)]).collect())
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
 use numerics::text::{significant, with_std};
 
-use crate::plugin::prediction::{Found, Judged, Trace};
+use crate::judged::{Found, Judged, Trace};
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 260.0];

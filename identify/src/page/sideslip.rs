@@ -6,7 +6,7 @@ use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
 use numerics::text::significant;
 
-use crate::plugin::sideslip::{Score, Shown, Told};
+use crate::judged::{Score, Shown, Told};
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 280.0];

@@ -7,7 +7,7 @@ use drive_prediction::car::{Predicting, Steering};
 use drive_prediction::predictor::State;
 use drive_prediction::recorded::{Channel, Recorded, drives};
 use drive_prediction::rollout::rollouts;
-use drive_prediction::score::{BAND, LateralScore, RolloutScore, lateral, open_loop};
+use drive_prediction::score::{BAND, RolloutScore, lateral, open_loop};
 use drive_prediction::steering_map;
 use drive_prediction::{Drive, Predictor};
 use numerics::text::with_std;
@@ -17,23 +17,11 @@ use serde_json::{Map, Value, json};
 
 use super::{go_on, sideslip};
 use crate::config::Prediction;
+use crate::judged::{Found, Judged, Trace};
 use crate::page;
 
 /// Signals that nothing works without.
 const NEEDED: [&str; 3] = ["v_x", "r", "delta"];
-
-/// A model on some drives: one score for each of them and each horizon.
-#[derive(Clone, Debug, Serialize)]
-pub struct Judged {
-    /// For people.
-    #[serde(skip)]
-    pub name: String,
-    /// Lateral acceleration from measured states; of a model without forces none.
-    pub a_y: Option<LateralScore>,
-    /// Open-loop predictions, one for each horizon that a stretch is long enough for.
-    #[serde(flatten, serialize_with = "by_horizon")]
-    pub open_loop: Vec<RolloutScore>,
-}
 
 /// Does `task = "prediction"`.
 ///
@@ -109,31 +97,6 @@ struct Outcome {
     scores: Map<String, Value>,
     /// By the name of the parameter.
     car: Map<String, Value>,
-}
-
-/// What was found of a parameter.
-#[derive(Clone, Debug, Serialize)]
-pub struct Found {
-    /// As `front_K`.
-    #[serde(skip)]
-    pub name: String,
-    /// For people.
-    #[serde(skip)]
-    pub what: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// Its value: of logs in common.
-    pub value: f64,
-    /// Its standard deviation.
-    pub std: f64,
-    /// Its 95 % interval.
-    pub interval: [f64; 2],
-    /// The standard deviation of what one log has of its own; 0 where logs do not differ.
-    pub between: f64,
-    /// The verdict.
-    pub verdict: &'static str,
-    /// Why.
-    pub reason: String,
 }
 
 /// Shares of the width before any data below which a parameter is identified, and is weak.
@@ -237,20 +200,6 @@ fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
     Judged { name, a_y: lateral(model, drives), open_loop }
 }
 
-/// A state [m/s, rad/s], and its standard deviations where the model says any.
-type Moment = (f64, State, Option<State>);
-
-/// Measured states of a stretch and what was predicted of them.
-#[derive(Clone, Debug)]
-pub struct Trace {
-    /// Where it is.
-    pub name: String,
-    /// Times [s] and states.
-    pub measured: Vec<(f64, State)>,
-    /// One prediction after the other.
-    pub predicted: Vec<Vec<Moment>>,
-}
-
 /// How much of a drive is drawn [s], and of how many drives.
 const DRAWN: f64 = 60.0;
 const DRAWN_DRIVES: usize = 3;
@@ -280,15 +229,6 @@ fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
     }
     let measured = rows.into_iter().map(shown).collect();
     Some(Trace { name: drive.name.clone(), measured, predicted })
-}
-
-/// The key of a horizon: `after_0_6_s`.
-fn key(horizon: f64) -> String {
-    format!("after_{}_s", horizon.to_string().replace('.', "_"))
-}
-
-fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S::Ok, S::Error> {
-    to.collect_map(scores.iter().map(|score| (key(score.horizon), score)))
 }
 
 /// What the scores are of.

@@ -13,6 +13,7 @@ use serde_json::{Map, Value, json};
 
 use super::go_on;
 use crate::config::Prediction;
+use crate::judged::{Score, Shown, Told};
 use crate::page;
 
 /// Cars with a shorter wheelbase [m] are models, whose sensors are noisier.
@@ -21,36 +22,6 @@ const MODEL: f64 = 0.8;
 const LAG: f64 = 0.06;
 /// Share of its prior below which what the drives say of a number is much, and is something.
 const LEARNED: [f64; 2] = [0.7, 0.3];
-
-/// A number with its interval and verdict.
-#[derive(Clone, Debug, Serialize)]
-pub struct Told {
-    /// As `front.K`.
-    #[serde(skip)]
-    pub name: String,
-    /// Its value.
-    pub value: f64,
-    /// Its 95 % interval.
-    pub interval: [f64; 2],
-    /// The verdict.
-    pub verdict: &'static str,
-}
-
-/// How good an estimate of a hidden v_y is.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Score {
-    /// Root mean square error of v_y [m/s].
-    pub v_y: f64,
-    /// That of the sideslip angle [rad].
-    pub sideslip: f64,
-    /// Share of v_y inside the 95 % band.
-    pub coverage: f64,
-    /// Rows.
-    pub rows: usize,
-}
-
-/// A stretch of an estimate: time [s], v_y, its standard deviation, and v_y as it was measured [m/s].
-pub type Shown = Vec<(f64, f64, f64, f64)>;
 
 /// Does the task where v_y is not measured, or is hidden.
 ///

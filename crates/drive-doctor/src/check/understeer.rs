@@ -1,14 +1,13 @@
 //! Fits the understeer gradient: what a log tells of the tires without a sideslip, and in spite of clocks that no constant corrects.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use serde::Serialize;
-
 use numerics::text::significant;
 
 use crate::blocks::{Blocks, Fit, split};
 use crate::case::Case;
 use crate::motion::Motion;
 use crate::statistics::quantile;
+use crate::understeer::Understeer;
 
 /// Filter [s]: steady cornering is meant.
 const SLOW: f64 = 0.25;
@@ -18,31 +17,6 @@ const FAST: f64 = 0.5;
 const LINEAR: f64 = 0.8;
 /// Standard deviations from 0 of the share of the curvature, for one to be there, and the largest that is a length of a car [m].
 const TOLD: f64 = 6.0;
-
-/// The understeer gradient K of delta = L r/v_x + K v_x r + offset, with 95 % intervals.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Understeer {
-    /// K [rad s²/m]: more steering for more lateral acceleration.
-    pub gradient: f64,
-    /// Its interval.
-    pub interval: [f64; 2],
-    /// L [m].
-    pub wheelbase: f64,
-    /// Its interval.
-    pub wheelbase_interval: [f64; 2],
-    /// What the fit leaves of the steering angle, root mean square [rad].
-    pub rms: f64,
-    /// The same with the yaw rate as it was recorded [rad].
-    pub rms_as_recorded: f64,
-    /// By how much the yaw rate was moved before [s].
-    pub r_earlier_by: f64,
-    /// Gradients of the first and the second half of the log [rad s²/m], if both tell it.
-    pub halves: Option<[f64; 2]>,
-    /// Whether the halves agree, as far as they tell it.
-    pub is_constant: bool,
-    /// The whole in words.
-    pub sentence: String,
-}
 
 /// Puts the gradient into what is found.
 pub(crate) fn check(case: &mut Case) {
