@@ -4,6 +4,7 @@ mod columns;
 mod units;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use ::units::Unit;
 use diagnostics::{Error, Mistakes, Source, Spanned};
@@ -28,7 +29,7 @@ pub(super) struct LogColumn {
     /// The words about it, of the scenario or of an alias.
     pub column: Column,
     /// The file that these words stand in.
-    pub source: Source,
+    pub source: Arc<Source>,
     /// Its unit.
     pub unit: Option<String>,
     /// The path of the file, as in the scenario.
@@ -164,7 +165,7 @@ impl Reader<'_> {
                 delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,
             })
         };
-        let time_unit = |(source, word): &(Source, Spanned<String>)| time_unit(source, word);
+        let time_unit = |(source, word): &(Arc<Source>, Spanned<String>)| time_unit(source, word);
         Ok(Wanted {
             time: chosen.time.as_ref().map(|(_, time)| time.get_ref().clone()),
             time_unit: chosen.time_unit.as_ref().map(time_unit).transpose()?,
@@ -176,8 +177,9 @@ impl Reader<'_> {
 
     /// An error at the word that does not fit the file, of the scenario or of an alias.
     fn wrong(&self, path: &Spanned<String>, chosen: &Chosen, error: &TableError) -> Error {
-        let columns = chosen.entries.iter().map(|entry| (&entry.source, &entry.column.column));
-        let time = chosen.time.iter().map(|(source, word)| (source, word));
+        let columns =
+            chosen.entries.iter().map(|entry| (entry.source.as_ref(), &entry.column.column));
+        let time = chosen.time.iter().map(|(source, word)| (source.as_ref(), word));
         let is =
             |(_, word): &(&Source, &Spanned<String>)| Some(word.get_ref().as_str()) == error.word();
         match columns.chain(time).find(is) {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 
 use diagnostics::{Error, Source, Spanned};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -15,7 +16,7 @@ use super::recorded_file::{Column, ColumnWord};
 #[derive(Debug)]
 pub(crate) struct Aliases {
     /// The file, for messages that point into it.
-    pub source: Source,
+    pub source: Arc<Source>,
     entries: BTreeMap<Spanned<String>, Vec<Column>>,
 }
 
@@ -82,7 +83,7 @@ impl Aliases {
             let columns = list.into_iter().map(|it| Column::of(placed(it)).into_inner());
             entries.insert(name, columns.collect());
         }
-        Ok(Aliases { source, entries })
+        Ok(Aliases { source: Arc::new(source), entries })
     }
 
     /// The names.

@@ -45,7 +45,8 @@ pub fn wired(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired>
 /// A column of a log, in the unit that the plugin wants.
 fn wire_column(wanted: &Wanted, place: usize, of: &LogColumn) -> Result<Wired, Error> {
     let LogColumn { column: Column { column, unit: word, .. }, source, unit, .. } = of;
-    let written = (source, word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
+    let written =
+        (source.as_ref(), word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
     let cure = |unit: &str| {
         format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
     };

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 use diagnostics::suggest::shortened;
 use diagnostics::{Error, Mistakes, Source, Spanned};
@@ -16,14 +17,14 @@ pub struct Entry {
     pub name: String,
     pub column: Column,
     /// The file that these words stand in.
-    pub source: Source,
+    pub source: Arc<Source>,
 }
 
 /// The time and the columns of a file. Words stand in the scenario or in the aliases.
 pub struct Chosen {
     pub entries: Vec<Entry>,
-    pub time: Option<(Source, Spanned<String>)>,
-    pub time_unit: Option<(Source, Spanned<String>)>,
+    pub time: Option<(Arc<Source>, Spanned<String>)>,
+    pub time_unit: Option<(Arc<Source>, Spanned<String>)>,
 }
 
 /// The alias that is the time where the scenario names none.
@@ -56,13 +57,14 @@ impl There {
 /// Chooses the columns of a file.
 pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Result<Chosen, Error> {
     let Reader { scenario, words, aliases, .. } = *reader;
-    let own = scenario.source.clone();
+    // One for all columns: there may be a hundred thousand.
+    let own = Arc::new(scenario.source.clone());
     let plain = |(name, column): (&Spanned<String>, &Spanned<Column>)| Entry {
         name: name.get_ref().clone(),
         column: column.get_ref().clone(),
-        source: own.clone(),
+        source: Arc::clone(&own),
     };
-    let of_scenario = |word: &Spanned<String>| (own.clone(), word.clone());
+    let of_scenario = |word: &Spanned<String>| (Arc::clone(&own), word.clone());
     let Some(aliases) = aliases else {
         if words.columns.is_empty() {
             let message = "expected `columns`, or a file of `aliases`, for this file";
@@ -83,7 +85,7 @@ pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Resul
     });
     let mut entries = Mistakes::all(named)?;
     let asked = asked(reader, aliases).into_iter().filter_map(|(name, needed)| {
-        let (source, name) = (aliases.source.clone(), name.get_ref().clone());
+        let (source, name) = (Arc::clone(&aliases.source), name.get_ref().clone());
         match alias(aliases, &name, &there)? {
             Ok(column) => Some(Ok(Entry { name, column: column.clone(), source })),
             Err(tried) if needed => Some(Err(missing(aliases, &name, &tried, &there, path))),
@@ -120,7 +122,7 @@ fn named<'a>(entry: Entry, aliases: &'a Aliases, there: &There) -> Result<Entry,
         true => Entry { column: own.over(found), ..entry },
         false => Entry {
             column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
-            source: aliases.source.clone(),
+            source: Arc::clone(&aliases.source),
             ..entry
         },
     })
@@ -183,7 +185,7 @@ fn asked<'a>(reader: &Reader, aliases: &'a Aliases) -> Vec<(&'a Spanned<String>,
 }
 
 /// A word, with the file that it stands in.
-type Placed = Option<(Source, Spanned<String>)>;
+type Placed = Option<(Arc<Source>, Spanned<String>)>;
 
 /// The column of the time and its unit: what the scenario names, or an alias.
 fn time(
@@ -192,7 +194,7 @@ fn time(
     there: &There,
     path: &Path,
 ) -> Result<(Placed, Placed), Error> {
-    let own = |word: &Spanned<String>| (reader.scenario.source.clone(), word.clone());
+    let own = |word: &Spanned<String>| (Arc::new(reader.scenario.source.clone()), word.clone());
     let (words, unit) = (reader.words.time, reader.words.time_unit.map(own));
     let name = words.map_or(TIME, |word| word.get_ref());
     if words.is_some_and(|word| there.has(word.get_ref())) {
@@ -204,7 +206,7 @@ fn time(
         Some(Err(_)) if words.is_none() => Ok((None, unit)),
         Some(Err(tried)) => Err(missing(aliases, name, &tried, there, path)),
         Some(Ok(column)) => {
-            let of_alias = |word: &Spanned<String>| (aliases.source.clone(), word.clone());
+            let of_alias = |word: &Spanned<String>| (Arc::clone(&aliases.source), word.clone());
             let unit = unit.or_else(|| column.unit.as_ref().map(of_alias));
             Ok((Some(of_alias(&column.column)), unit))
         }
