@@ -78,6 +78,11 @@ impl DriveLog {
         self.signals.insert(name.to_string(), Signal { time, value });
     }
 
+    /// Takes a signal away.
+    pub fn remove(&mut self, name: &str) {
+        self.signals.remove(name);
+    }
+
     /// The signal of this name.
     pub fn get(&self, name: &str) -> Option<&Signal> {
         self.signals.get(name)

@@ -20,7 +20,12 @@ use crate::told::Overall;
 
 /// Does `task = "doctor"`.
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
-    let found = examine(&log(request), &config.car());
+    let mut seen = log(request);
+    if config.staircase {
+        // A command is no angle: no relation of the motion holds for it.
+        seen.remove("delta");
+    }
+    let found = examine(&seen, &config.car());
     host.file("doctor.html", &doctor::page(&found));
     let mut tables = corrections(&found);
     let staircase = config.staircase.then(|| staircase(request, config));

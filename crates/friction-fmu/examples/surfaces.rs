@@ -1,4 +1,4 @@
-//! Replays logs of real cars and prints what the estimator tells: `real_logs [NAME=VALUE ...]` with parameters of the FMU.
+//! Replays logs of real cars and prints what the estimator tells: `surfaces [NAME=VALUE ...]` with parameters of the FMU.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 #[path = "../tests/support/mod.rs"]
