@@ -35,6 +35,8 @@ fn inputs_larger_than_their_limits_are_refused() {
                 &format!("{name}.{table}"),
                 "x = { column = \"x\" }",
             ));
+            // A table may have any size, and its beginning tells that zeros are none; what has no end is not on a disk.
+            let text = if name == "hole" { "is no text" } else { text };
             lab.trackside(&["run", "case.toml"]).expect(2).says(&[text, table]);
         }
     }
