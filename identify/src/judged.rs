@@ -3,6 +3,7 @@
 use drive_prediction::predictor::State;
 use drive_prediction::score::{LateralScore, RolloutScore};
 use serde::Serialize;
+use tire_inference::verdict::Verdict;
 
 /// A model on some drives: one score for each of them and each horizon.
 #[derive(Clone, Debug, Serialize)]
@@ -37,7 +38,7 @@ pub struct Found {
     /// The standard deviation of what one log has of its own; 0 where logs do not differ.
     pub between: f64,
     /// The verdict.
-    pub verdict: &'static str,
+    pub verdict: Verdict,
     /// Why.
     pub reason: String,
 }
@@ -76,7 +77,7 @@ pub struct Told {
     /// Its 95 % interval.
     pub interval: [f64; 2],
     /// The verdict.
-    pub verdict: &'static str,
+    pub verdict: Verdict,
 }
 
 /// How good an estimate of a hidden v_y is.

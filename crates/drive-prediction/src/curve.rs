@@ -36,13 +36,4 @@ impl AxleCurve {
             Self::MagicFormula { B, C, D, S_h } => D * (C * (B * (alpha + S_h)).atan()).sin(),
         }
     }
-
-    /// Its cornering stiffness over load at no force [1/rad].
-    #[must_use]
-    pub fn stiffness(&self) -> f64 {
-        match *self {
-            Self::Linear { K, .. } => K,
-            Self::MagicFormula { B, C, D, .. } => B * C * D,
-        }
-    }
 }

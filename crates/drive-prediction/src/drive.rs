@@ -42,8 +42,6 @@ pub struct Sensors {
     pub a_y: Option<Vec<f64>>,
     /// Longitudinal specific force [m/s²].
     pub a_x: Option<Vec<f64>>,
-    /// Which rows have a new sample.
-    pub new: Vec<bool>,
 }
 
 impl Drive {

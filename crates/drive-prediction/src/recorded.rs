@@ -232,27 +232,13 @@ fn drive(
     };
     let wrong = near_gaps(given, &time, step);
     let counts = |row: usize| v_x[row] > sampling.least_speed && !wrong[row];
-    // A sensor that is slower than the grid is held, or lies on the line between its samples.
-    let new = |row: usize| match row.checked_sub(1) {
-        None => true,
-        Some(before) => {
-            let moved = |values: &[f64]| values[row] != values[before];
-            moved(&r_raw) || a_y_raw.as_deref().is_some_and(moved)
-        }
-    };
     let lap = recorded.lap.and_then(|lap| held(lap, &time));
     Drive {
         name: format!("log {log}"),
         log,
         step,
         counts: (0..rows).map(counts).collect(),
-        sensors: Some(Sensors {
-            new: (0..rows).map(new).collect(),
-            v: v_x_raw,
-            r: r_raw.clone(),
-            a_y: a_y_raw.clone(),
-            a_x: raw("a_x"),
-        }),
+        sensors: Some(Sensors { v: v_x_raw, r: r_raw, a_y: a_y_raw, a_x: raw("a_x") }),
         r_dot: derivative(&r, step),
         v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),
         v_x,

@@ -22,14 +22,13 @@ mod ld;
 mod mat;
 mod mdf;
 mod parquet;
-mod values;
 mod vbo;
 
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-pub use values::Values;
+pub use mdf_file::Values;
 
 /// A channel of a log.
 #[derive(Clone, Debug, PartialEq)]

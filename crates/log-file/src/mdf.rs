@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use mdf_file::{Axis, File, Kind as Stored, Values as Read};
+use mdf_file::{Axis, File, Kind as Stored};
 
-use crate::{Channel, Clock, Error, Kind, Source, Take, Time, Values};
+use crate::{Channel, Clock, Error, Kind, Source, Take, Time};
 
 /// A measurement file.
 pub struct Mdf {
@@ -49,11 +49,8 @@ impl Source for Mdf {
     }
 
     fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
-        let mut hand_over = |stretch: &mut [Read]| {
-            let values: Vec<Values> = stretch.iter_mut().map(taken).collect();
-            take(&values)
-        };
-        self.file.visit(clock, wanted, &mut hand_over).map_err(|error| wrong(&error))
+        let visited = self.file.visit(clock, wanted, &mut |stretch| take(stretch));
+        visited.map_err(|error| wrong(&error))
     }
 
     fn left_out(&self) -> Vec<String> {
@@ -62,14 +59,6 @@ impl Source for Mdf {
 
     fn warnings(&self) -> Vec<String> {
         Vec::new()
-    }
-}
-
-fn taken(values: &mut Read) -> Values {
-    match values {
-        Read::Numbers(all) => Values::Numbers(std::mem::take(all)),
-        Read::Integers(all) => Values::Integers(std::mem::take(all)),
-        Read::Texts(all) => Values::Texts(std::mem::take(all)),
     }
 }
 

@@ -38,14 +38,20 @@ impl Values {
         }
     }
 
-    /// Takes the rows of another stretch of the same channel.
-    pub(crate) fn append(&mut self, more: &mut Values) {
-        match (self, more) {
-            (Values::Numbers(all), Values::Numbers(more)) => all.append(more),
-            (Values::Integers(all), Values::Integers(more)) => all.append(more),
-            (Values::Texts(all), Values::Texts(more)) => all.append(more),
-            // A channel keeps its kind.
-            _ => {}
+    /// Adds rows behind the others. A channel keeps its form, but one of numbers may follow one of integers.
+    pub fn append(&mut self, more: &Values) {
+        match (&mut *self, more) {
+            (Values::Numbers(all), Values::Numbers(more)) => all.extend(more),
+            (Values::Integers(all), Values::Integers(more)) => all.extend(more),
+            (Values::Texts(all), Values::Texts(more)) => all.extend(more.iter().cloned()),
+            (Values::Texts(all), more) => all.extend((0..more.len()).map(|_| None)),
+            (_, more) => {
+                let numbers = |it: &Values| -> Vec<f64> {
+                    (0..it.len()).map(|row| it.number(row).unwrap_or(f64::NAN)).collect()
+                };
+                let all = [numbers(self), numbers(more)].concat();
+                *self = Values::Numbers(all);
+            }
         }
     }
 }

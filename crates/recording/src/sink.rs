@@ -198,6 +198,14 @@ fn partial(path: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
+/// Gives a file its name. An incomplete one looks like a complete one, so it does not get it.
+fn name(partial: &Path, path: &Path, completed: bool) -> Result<(), Error> {
+    match completed {
+        true => std::fs::rename(partial, path).map_err(|error| Error::output(path, error)),
+        false => Ok(()),
+    }
+}
+
 /// A recording of a run.
 pub type BoxedSink = Box<dyn Sink + Send>;
 

@@ -7,6 +7,7 @@ use html_page::{Axis, Plot, escape};
 use numerics::text::{significant, with_std};
 
 use crate::judged::{Found, Judged, Trace};
+use crate::names::{class, words};
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 260.0];
@@ -136,8 +137,8 @@ fn parameters(html: &mut String, found: &[Found]) {
             with_std(it.value, it.std),
             significant(it.interval[0], 3),
             significant(it.interval[1], 3),
-            it.verdict,
-            it.verdict.replace('_', " "),
+            class(it.verdict),
+            words(it.verdict),
             escape(&it.reason)
         );
     }

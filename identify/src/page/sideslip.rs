@@ -7,6 +7,7 @@ use html_page::{Axis, Plot, escape};
 use numerics::text::significant;
 
 use crate::judged::{Score, Shown, Told};
+use crate::names::{class, words};
 
 /// The size of a figure [px].
 const SIZE: [f64; 2] = [1000.0, 280.0];
@@ -59,8 +60,8 @@ pub fn page(
             significant(it.value, 4),
             significant(it.interval[0], 4),
             significant(it.interval[1], 4),
-            it.verdict,
-            it.verdict.replace('_', " ")
+            class(it.verdict),
+            words(it.verdict)
         );
     }
     html.push_str("</table>\n");

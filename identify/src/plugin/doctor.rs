@@ -7,7 +7,7 @@ use drive_doctor::{
 use drive_inference::Drive;
 use numerics::text::significant;
 use plugin::{Host, Request, Table, Words};
-use preparation::DriveLog;
+use preparation::{DriveLog, Interpolation};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
@@ -147,22 +147,9 @@ fn staircase(request: &Request, config: &Doctor) -> Result<SteeringMap, String> 
     let car = config.car();
     let wheelbase = car.wheelbase.or(car.axles.map(|[l_f, l_r]| l_f + l_r)).unwrap_or(f64::NAN);
     let at = |signal: plugin::Signal| -> Vec<f64> {
-        command.time.iter().map(|t| between(signal.time, signal.values, *t)).collect()
+        Interpolation::Linear.resample(signal.time, signal.values, command.time)
     };
     steering_map(command.time, command.values, &at(v_x), &at(r), wheelbase)
-}
-
-/// The value at a time on the line between its neighbours; none outside.
-fn between(time: &[f64], values: &[f64], t: f64) -> f64 {
-    let behind = time.partition_point(|it| *it < t);
-    match (behind.checked_sub(1), time.get(behind)) {
-        (_, Some(exact)) if *exact == t => values[behind],
-        (Some(before), Some(_)) => {
-            let share = (t - time[before]) / (time[behind] - time[before]);
-            values[before] * (1.0 - share) + values[behind] * share
-        }
-        _ => f64::NAN,
-    }
 }
 
 fn mapped(map: &SteeringMap) -> String {

@@ -14,10 +14,12 @@ use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use tire_inference::verdict::Verdict;
 
 use super::{go_on, sideslip};
 use crate::config::Prediction;
 use crate::judged::{Found, Judged, Trace};
+use crate::names::words;
 use crate::page;
 
 /// Signals that nothing works without.
@@ -131,9 +133,9 @@ fn parameters(fitted: &Fitted) -> Vec<Found> {
             let factor = if logarithm { value } else { 1.0 };
             let share = std / prior.std[i];
             let verdict = match share {
-                share if share < IDENTIFIED => "identified",
-                share if share < WEAK => "weak",
-                _ => "not_identifiable",
+                share if share < IDENTIFIED => Verdict::Identified,
+                share if share < WEAK => Verdict::Weak,
+                _ => Verdict::NotIdentifiable,
             };
             let reason = format!(
                 "The logs leave {:.0} % of the width that was plausible before.",
@@ -154,7 +156,7 @@ fn told(found: &[Found]) -> Table {
             it.name.clone(),
             value,
             it.unit.to_owned(),
-            it.verdict.replace('_', " "),
+            words(it.verdict).to_owned(),
             it.reason.clone(),
         ]
     };
@@ -250,10 +252,8 @@ fn parts(drives: &[Drive], held_out: bool) -> String {
 
 fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
     let mut summary = vec![verdict(judged)];
-    let named = |verdict: &str| -> Vec<&str> {
-        found.iter().filter(|it| it.verdict == verdict).map(|it| it.name.as_str()).collect()
-    };
-    let unknown = named("not_identifiable");
+    let is_unknown = |it: &&Found| it.verdict == Verdict::NotIdentifiable;
+    let unknown: Vec<&str> = found.iter().filter(is_unknown).map(|it| it.name.as_str()).collect();
     if !unknown.is_empty() {
         summary.push(format!("The logs do not tell {}.", unknown.join(", ")));
     }

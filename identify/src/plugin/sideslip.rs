@@ -10,10 +10,12 @@ use numerics::text::significant;
 use plugin::{Host, Table, Words};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
+use tire_inference::verdict::Verdict;
 
 use super::go_on;
 use crate::config::Prediction;
 use crate::judged::{Score, Shown, Told};
+use crate::names::words;
 use crate::page;
 
 /// Cars with a shorter wheelbase [m] are models, whose sensors are noisier.
@@ -63,7 +65,7 @@ pub(super) fn sideslip(
         told.iter().map(|it| {
             let ends = it.interval.map(|end| significant(end, 4));
             let interval = format!("{} to {}", ends[0], ends[1]);
-            [it.name.clone(), significant(it.value, 4), interval, it.verdict.replace('_', " ")]
+            [it.name.clone(), significant(it.value, 4), interval, words(it.verdict).to_owned()]
         }),
     )];
     let words = Words { sound: found.converged, tables, summary };
@@ -159,9 +161,9 @@ fn told(found: &Fit) -> Vec<Told> {
         value: interval.value,
         interval: interval.ends,
         verdict: match learned {
-            learned if learned > LEARNED[0] => "identified",
-            learned if learned > LEARNED[1] => "weak",
-            _ => "not_identifiable",
+            learned if learned > LEARNED[0] => Verdict::Identified,
+            learned if learned > LEARNED[1] => Verdict::Weak,
+            _ => Verdict::NotIdentifiable,
         },
     };
     let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());

@@ -59,7 +59,6 @@ pub fn dart_in(folder: &Path, name: &str) -> Option<Drive> {
         r: column("yaw_rate_imu").iter().map(|r| r / 1.028).collect(),
         a_y: Some(column("a_y_imu").iter().map(|a| a - 0.22).collect()),
         a_x: None,
-        new: column("sensor_new").iter().map(|new| *new > 0.0).collect(),
     };
     Some(Drive {
         name: name.to_owned(),
@@ -100,7 +99,6 @@ pub fn lm_in(folder: &Path) -> Option<Drive> {
         r: column("yaw_rate_radps"),
         a_y: Some(column("ay_mps2")),
         a_x: Some(column("ax_mps2")),
-        new: vec![true; rows],
     };
     Some(Drive {
         name: "250 LM".to_owned(),

@@ -89,10 +89,6 @@ impl Sink for CsvSink {
 
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
         self.out.flush().map_err(|error| Error::output(&self.partial, error))?;
-        // An incomplete table looks like a complete one, so it does not get the name.
-        if !completed {
-            return Ok(());
-        }
-        std::fs::rename(&self.partial, &self.path).map_err(|error| Error::output(&self.path, error))
+        super::name(&self.partial, &self.path, completed)
     }
 }

@@ -132,11 +132,7 @@ impl Sink for MdfSink {
     fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
         let Some(writer) = self.writer.take() else { return Ok(()) };
         writer.finish().map_err(|error| Error::output(&self.partial, error))?;
-        // An incomplete file looks like a complete one, so it does not get the name.
-        if !completed {
-            return Ok(());
-        }
-        std::fs::rename(&self.partial, &self.path).map_err(|error| Error::output(&self.path, error))
+        super::name(&self.partial, &self.path, completed)
     }
 }
 

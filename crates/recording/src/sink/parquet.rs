@@ -225,11 +225,7 @@ impl Sink for ParquetSink {
         self.write()?;
         let Some(writer) = self.writer.take() else { return Ok(()) };
         writer.close().map_err(|error| Error::output(&self.partial, error))?;
-        // An incomplete table looks like a complete one, so it does not get the name.
-        if !completed {
-            return Ok(());
-        }
-        std::fs::rename(&self.partial, &self.path).map_err(|error| Error::output(&self.path, error))
+        super::name(&self.partial, &self.path, completed)
     }
 }
 
