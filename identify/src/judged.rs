@@ -43,6 +43,14 @@ pub struct Found {
     pub reason: String,
 }
 
+impl Found {
+    /// Caps the verdict by an error of the log that no fit makes up for.
+    pub fn refuse(&mut self, sentence: &str) {
+        self.verdict = Verdict::NotIdentifiable;
+        self.reason = format!("The log is wrong: {sentence}");
+    }
+}
+
 /// A time [s], a state [m/s, rad/s], and its standard deviations where the model says any.
 pub type Moment = (f64, State, Option<State>);
 

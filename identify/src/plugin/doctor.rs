@@ -123,6 +123,16 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
 }
 
+/// Puts what is wrong with the log into sentences: before the others what no fit makes up for.
+pub(super) fn warn(found: &Examination, summary: &mut Vec<String>) {
+    let mut overall = Overall::default();
+    tell(found, &mut overall);
+    if found.refusal().is_some() {
+        summary.insert(0, overall.model.sentence);
+    }
+    summary.extend(overall.log);
+}
+
 /// Caps the verdicts of an estimate by an error of the log that no fit makes up for.
 pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
     let model = judge(found, ModelVerdict::default());

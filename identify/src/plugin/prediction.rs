@@ -12,11 +12,12 @@ use drive_prediction::steering_map;
 use drive_prediction::{Drive, Predictor};
 use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
+use preparation::DriveLog;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
-use super::{go_on, sideslip};
+use super::{doctor, go_on, sideslip};
 use crate::config::Prediction;
 use crate::judged::{Found, Judged, Trace};
 use crate::names::words;
@@ -50,8 +51,9 @@ pub(super) fn prediction(
         );
     }
     let car = config.car().map_err(|error| error.to_string())?;
+    let log = doctor::of_car(&angles_in_place(request, &angles), &car.body);
     if config.hide_v_y || request.signal("v_y").is_none() {
-        return sideslip::sideslip(&car, config, [&fitted, &held], host);
+        return sideslip::sideslip((&car, &log), config, [&fitted, &held], host);
     }
     go_on(host, 0.1, "fitting the car")?;
     let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
@@ -61,14 +63,19 @@ pub(super) fn prediction(
         Steering::Commanded => identified.fitted.common[LAG],
     };
     let simple = baselines(&fitted, &car.body, lag);
-    let found = parameters(&identified.fitted);
+    let mut found = parameters(&identified.fitted);
+    let refused = log.refusal().map(|it| it.sentence.clone());
+    if let Some(sentence) = &refused {
+        found.iter_mut().for_each(|it| it.refuse(sentence));
+    }
     let mut models: Vec<&dyn Predictor> = vec![&identified];
     models.extend(simple.iter().map(AsRef::as_ref));
     go_on(host, 0.8, "letting the models go")?;
     let judged_on = if held.is_empty() { &fitted } else { &held };
     let judged: Vec<Judged> =
         models.iter().map(|model| judge(*model, judged_on, &config.horizons)).collect();
-    let summary = summary((&judged, &found), !held.is_empty());
+    let mut summary = summary((&judged, &found), !held.is_empty());
+    doctor::warn(&log, &mut summary);
     let longest = config.horizons.iter().copied().fold(0.0, f64::max);
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
     let traces: Vec<Trace> = drawn.filter_map(|drive| trace(models[0], drive, longest)).collect();
@@ -81,8 +88,11 @@ pub(super) fn prediction(
     host.file("prediction.html", &html);
     let scores: Map<String, Value> =
         judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
-    let words =
-        Words { sound: !held.is_empty(), tables: vec![table(&judged), told(&found)], summary };
+    let words = Words {
+        sound: !held.is_empty() && refused.is_none(),
+        tables: vec![table(&judged), told(&found)],
+        summary,
+    };
     let car: Map<String, Value> =
         found.into_iter().map(|it| (it.name.clone(), json!(it))).collect();
     Ok(json!(Outcome { words, held_out: !held.is_empty(), scores, car }))
@@ -181,6 +191,15 @@ fn wheels(config: &Prediction, delta: &[f64]) -> Vec<f64> {
     let angles: Vec<f64> =
         delta.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
     steering_map::with_play(&angles, config.steering_play)
+}
+
+/// The log with the angles of the wheels as `delta`.
+fn angles_in_place(request: &Request, angles: &[f64]) -> DriveLog {
+    let mut log = doctor::log(request);
+    if let Some(delta) = request.signal("delta") {
+        log.insert("delta", delta.time.to_vec(), angles.to_vec());
+    }
+    log
 }
 
 /// The channels of the request.

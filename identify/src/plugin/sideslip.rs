@@ -1,5 +1,6 @@
 //! Identifies tires without v_y and estimates it, and judges the estimate where v_y was measured and hidden.
 
+use drive_doctor::Examination;
 use drive_prediction::Drive;
 use drive_prediction::car::{Car, Steering};
 use drive_prediction::hidden::{
@@ -12,7 +13,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
-use super::go_on;
+use super::{doctor, go_on};
 use crate::config::Prediction;
 use crate::judged::{Score, Shown, Told};
 use crate::names::words;
@@ -30,11 +31,12 @@ const LEARNED: [f64; 2] = [0.7, 0.3];
 /// # Errors
 /// When the drives cannot be fitted, or the program asked to give up.
 pub(super) fn sideslip(
-    car: &Car,
+    (car, log): (&Car, &Examination),
     config: &Prediction,
     [fitted, held]: [&[Drive]; 2],
     host: &mut dyn Host,
 ) -> Result<Value, String> {
+    behind(fitted, held)?;
     let setup = setup(car, config.least_speed);
     go_on(host, 0.1, "fitting tires without v_y")?;
     let training: Vec<Signals> =
@@ -51,8 +53,13 @@ pub(super) fn sideslip(
         parts.push((drive, estimate, map.map(|map| map.lap)));
     }
     let score = score(&parts);
-    let told = told(&found);
-    let summary = summary(&found, score, &parts, !held.is_empty());
+    let mut told = told(&found);
+    let refused = log.refusal().is_some();
+    if refused {
+        told.iter_mut().for_each(|it| it.verdict = Verdict::NotIdentifiable);
+    }
+    let mut summary = summary(&found, score, &parts, !held.is_empty());
+    doctor::warn(log, &mut summary);
     let shown: Vec<(String, Shown)> = parts
         .iter()
         .map(|(drive, estimate, _)| (drive.name.clone(), shown(drive, estimate)))
@@ -68,7 +75,7 @@ pub(super) fn sideslip(
             [it.name.clone(), significant(it.value, 4), interval, words(it.verdict).to_owned()]
         }),
     )];
-    let words = Words { sound: found.converged, tables, summary };
+    let words = Words { sound: found.converged && !refused, tables, summary };
     Ok(json!(Outcome {
         words,
         held_out: !held.is_empty(),
@@ -88,6 +95,26 @@ struct Outcome {
     /// Where v_y was measured.
     sideslip: Option<Score>,
     car: Map<String, Value>,
+}
+
+/// Whether each held-out part stands behind what is fitted of its log: a filter goes through all rows before the last one.
+///
+/// # Errors
+/// With the log in which one does not.
+fn behind(fitted: &[Drive], held: &[Drive]) -> Result<(), String> {
+    let before = |held: &&Drive| {
+        let first = held.counts.iter().position(|counts| *counts);
+        let last = fitted.iter().find(|it| it.log == held.log).map(last);
+        first.zip(last).is_some_and(|(first, last)| first < last)
+    };
+    match held.iter().find(before) {
+        None => Ok(()),
+        Some(drive) => Err(format!(
+            "expected `hold_out` at the end of each log where v_y is hidden, or a log of its own; found rows of {} before others that are \
+             fitted",
+            drive.name
+        )),
+    }
 }
 
 fn setup(car: &Car, least_speed: f64) -> Setup {
