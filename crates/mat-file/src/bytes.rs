@@ -87,13 +87,11 @@ impl Budget {
         self.0
     }
 
-    /// Takes some of them.
-    pub fn take(&mut self, bytes: usize, at: usize) -> Result<(), Error> {
+    /// Takes some of them, for what stands at a byte.
+    pub fn take(&mut self, bytes: usize, at: Option<usize>) -> Result<(), Error> {
         self.0 = self.0.checked_sub(bytes).ok_or_else(|| {
-            Error::new(
-                at,
-                format!("expected at most {LIMIT} bytes of numbers and texts, found more"),
-            )
+            let text = format!("expected at most {LIMIT} bytes of numbers and texts, found more");
+            Error { at, text }
         })?;
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Reads MAT files: bytes go in; named real arrays and texts come out, with structs made flat (`data.FX`, `channel(2).name`).
 //!
-//! Versions 5 (`save -v6` and `-v7`) and 4 (`save -v4`) of either byte order are read, as MathWorks describe them in "MAT-File Format".
-//! Version 7.3 is HDF5 and refused with what to do. What is neither numbers nor text, such as function handles, is listed in
+//! Versions 5 (`save -v6` and `-v7`) and 4 (`save -v4`) of either byte order are read, as MathWorks describe them in "MAT-File Format",
+//! and version 7.3, which is HDF5, and plain HDF5 with `hdf5-pure`. What is neither numbers nor text, such as function handles, is listed in
 //! [`MatFile::skipped`] with the reason. Hostile files end in an [`Error`]: all sizes are held against the bytes that are there,
 //! unpacked ones against [`LIMIT`].
 //!
@@ -21,13 +21,21 @@
 #![forbid(unsafe_code)]
 
 mod bytes;
+mod cell;
 mod version4;
 mod version5;
+mod version73;
 
 use std::fmt;
 
 /// The most bytes that a file may hold when it is unpacked, and the most bytes of its numbers as doubles [B].
 pub const LIMIT: usize = 1 << 30;
+
+/// Why a sparse matrix is left out.
+const SPARSE: &str = "a sparse matrix: write it with full()";
+
+/// Why an object is left out.
+const OBJECT: &str = "an object, such as a string, table or timetable: write plain arrays, cells of characters, structs";
 
 /// What a file holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -102,21 +110,28 @@ impl MatFile {
 /// Why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Error {
-    /// The byte where it goes wrong, from 0; in packed parts that of the unpacked part.
-    pub at: usize,
+    /// The byte where it goes wrong, from 0; in packed parts that of the unpacked part. HDF5 has none.
+    pub at: Option<usize>,
     /// What was expected, what was found, what to do.
     pub text: String,
 }
 
 impl Error {
     fn new(at: usize, text: impl Into<String>) -> Self {
-        Self { at, text: text.into() }
+        Self { at: Some(at), text: text.into() }
+    }
+
+    fn of_file(text: impl Into<String>) -> Self {
+        Self { at: None, text: text.into() }
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "byte {}: {}", self.at, self.text)
+        match self.at {
+            Some(at) => write!(f, "byte {at}: {}", self.text),
+            None => f.write_str(&self.text),
+        }
     }
 }
 
@@ -140,13 +155,14 @@ fn is_hdf5(bytes: &[u8]) -> bool {
 /// Reads a file.
 ///
 /// # Errors
-/// When it is of version 7.3 or no MAT file, ends early, states sizes that its bytes do not hold, or needs more than [`LIMIT`].
+/// When it is no MAT file, ends early, states sizes that its bytes do not hold, or needs more than [`LIMIT`].
 pub fn read(bytes: &[u8]) -> Result<MatFile, Error> {
-    if is_hdf5(bytes) || bytes.starts_with(b"MATLAB 7.3") {
-        return Err(Error::new(
-            0,
-            "expected a MAT file of version 5, found version 7.3 (HDF5): save it with save('-v7'), or scipy.io.savemat",
-        ));
+    if is_hdf5(bytes) {
+        return version73::read(bytes);
+    }
+    if bytes.starts_with(b"MATLAB 7.3") {
+        let what = "expected HDF5 in a MAT file of version 7.3, found its head alone: was the file copied whole?";
+        return Err(Error::new(512, what));
     }
     if let Some(order) = version5::order(bytes) {
         return version5::read(bytes, order);
@@ -156,6 +172,6 @@ pub fn read(bytes: &[u8]) -> Result<MatFile, Error> {
     }
     Err(Error::new(
         0,
-        "expected a MAT file (`MATLAB 5.0 MAT-file` and `IM` or `MI` at byte 126), found something else",
+        "expected a MAT file (`MATLAB 5.0 MAT-file` and `IM` or `MI` at byte 126, or HDF5), found something else",
     ))
 }

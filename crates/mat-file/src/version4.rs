@@ -84,7 +84,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<MatFile, Error> {
         let begin = at + HEAD + head.name;
         let end = begin.checked_add(size).ok_or_else(early)?;
         let data = bytes.get(begin..end).ok_or_else(early)?;
-        budget.take(elements.saturating_mul(8), at)?;
+        budget.take(elements.saturating_mul(8), Some(at))?;
         at = end;
         let shape = head.shape.to_vec();
         let reason = match (head.complex, head.class) {

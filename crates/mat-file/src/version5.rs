@@ -5,7 +5,10 @@ use std::io::Read as _;
 use flate2::read::ZlibDecoder;
 
 use crate::bytes::{Budget, Kind, Order, count, numbers, rows, word};
-use crate::{Array, Error, MatFile, Value, Variable};
+use crate::cell::Begin;
+use crate::{
+    Array, Error, MatFile, OBJECT as UNREAD_OBJECT, SPARSE as UNREAD_SPARSE, Value, Variable,
+};
 
 /// Bytes before the first element.
 const HEAD: usize = 128;
@@ -128,7 +131,7 @@ impl Reader {
         decoder.read_to_end(&mut unpacked).map_err(|error| {
             Error::new(element.at, format!("a packed variable cannot be unpacked: {error}"))
         })?;
-        self.budget.take(unpacked.len(), element.at)?;
+        self.budget.take(unpacked.len(), Some(element.at))?;
         Ok(unpacked)
     }
 
@@ -184,11 +187,9 @@ impl Reader {
                 return self.keep(name, Value::Numbers(Array { shape, values }), element.at);
             }
             6..=15 => "complex numbers",
-            SPARSE => "a sparse matrix: write it with full()",
+            SPARSE => UNREAD_SPARSE,
             FUNCTION => "a function",
-            OBJECT | OPAQUE => {
-                "an object, such as a string, table or timetable: write plain arrays, cells of characters, structs"
-            }
+            OBJECT | OPAQUE => UNREAD_OBJECT,
             _ => "an array of an unknown class",
         };
         // The data of objects stand in a variable without a name.
@@ -199,7 +200,7 @@ impl Reader {
     }
 
     fn keep(&mut self, name: String, value: Value, at: usize) -> Result<(), Error> {
-        self.budget.take(name.len() + 64, at)?;
+        self.budget.take(name.len() + 64, Some(at))?;
         self.found.variables.push(Variable { name, value });
         Ok(())
     }
@@ -252,7 +253,7 @@ impl Reader {
                 format!("`{name}`: expected {elements} numbers, found {there}"),
             ));
         }
-        self.budget.take(elements.saturating_mul(8), element.at)?;
+        self.budget.take(elements.saturating_mul(8), Some(element.at))?;
         Ok(numbers(element.data, kind, self.order).collect())
     }
 
@@ -278,7 +279,7 @@ impl Reader {
                 ));
             }
         };
-        self.budget.take(characters.len().saturating_mul(4), element.at)?;
+        self.budget.take(characters.len().saturating_mul(4), Some(element.at))?;
         if characters.len() > elements {
             return Err(Error::new(
                 element.at,
@@ -296,25 +297,12 @@ impl Reader {
         elements: usize,
         depth: usize,
     ) -> Result<(), Error> {
-        let begin = self.found.variables.len();
-        let skipped = self.found.skipped.len();
+        let begin = Begin::of(&self.found);
         for k in 1..=elements {
             let part = parts.next()?;
             self.array(part, Some(format!("{name}{{{k}}}")), depth + 1)?;
         }
-        let text = |it: &Variable| match &it.value {
-            Value::Texts(texts) if texts.len() == 1 => texts.first().cloned(),
-            Value::Numbers(array) if array.values.is_empty() => Some(String::new()),
-            _ => None,
-        };
-        let own = &self.found.variables[begin..];
-        let texts: Option<Vec<_>> = own.iter().map(text).collect();
-        let only = self.found.skipped.len() == skipped && own.len() == elements;
-        let some = own.iter().any(|it| matches!(it.value, Value::Texts(_)));
-        if let Some(texts) = texts.filter(|_| only && some) {
-            self.found.variables.truncate(begin);
-            return self.keep(name, Value::Texts(texts), parts.at);
-        }
+        begin.join_texts(&mut self.found, &name, elements);
         Ok(())
     }
 

@@ -11,7 +11,7 @@ use crate::table::{Column, ROWS, Table};
 /// Reads a file. Structs that each hold channels, such as `run(1)` and `run(2)`, are tables one after the other.
 ///
 /// # Errors
-/// When it is no MAT file, of version 7.3, or holds no channels.
+/// When it is no MAT file, or holds no channels.
 pub(crate) fn read(bytes: &[u8], file: &str, named: &[&str]) -> Result<Vec<Table>, Bad> {
     let bad = |text: String| Bad { file: file.to_owned(), line: None, text };
     let found = mat_file::read(bytes).map_err(|error| bad(error.to_string()))?;

@@ -3,6 +3,8 @@
 use std::path::Path;
 
 use damage::Target;
+use hdf5_pure::FileBuilder;
+use hdf5_pure::mat::{MatBuilder, Options};
 
 use super::writer::{Made, column, file};
 
@@ -19,6 +21,12 @@ pub const TARGET: Target = Target {
         "\x01\0\x04\0",
         "\x10\0\0\0",
         "\x12\0\0\0",
+        "MATLAB_class",
+        "MATLAB_empty",
+        "\u{89}HDF",
+        "SNOD",
+        "TREE",
+        "OHDR",
     ],
     own: None,
     attempt,
@@ -42,7 +50,35 @@ fn sound() -> Vec<Vec<u8>> {
         old.extend(b"v\0");
         old.extend(data);
     }
-    vec![file(&made(), true), file(&made(), false), old]
+    vec![file(&made(), true), file(&made(), false), old, of_matlab(), of_others()]
+}
+
+/// Version 7.3.
+fn of_matlab() -> Vec<u8> {
+    let mut file = MatBuilder::new(Options::default());
+    let ramp: Vec<f64> = (0..600).map(f64::from).collect();
+    file.write_f64("FX", &[600, 1], &ramp).expect("an array");
+    file.write_char("tireid", "Größe").expect("a text");
+    let channel = |fields: &mut hdf5_pure::mat::StructWriter| {
+        fields.builder().write_i16("P", &[2, 2], &[1, 2, 3, 4])?;
+        Ok(())
+    };
+    file.struct_("channel", channel).expect("a struct");
+    file.cell("names", &[2, 1], |cell| {
+        cell.push_char("FX")?;
+        cell.push_scalar_f64(1.0)?;
+        Ok(())
+    })
+    .expect("a cell");
+    file.finish().expect("a file")
+}
+
+/// HDF5 with arrays in chunks and texts.
+fn of_others() -> Vec<u8> {
+    let mut file = FileBuilder::new();
+    let ramp: Vec<f32> = (0..100u8).map(f32::from).collect();
+    file.create_dataset("v_x").with_f32_data(&ramp).with_chunks(&[30]).with_deflate(6);
+    file.finish().expect("a file")
 }
 
 fn attempt(bytes: &[u8], _folder: &Path) -> bool {

@@ -1,0 +1,32 @@
+//! Makes one value of a cell that holds nothing but texts.
+
+use crate::{MatFile, Value, Variable};
+
+/// Where the members of a cell begin among what was found.
+pub(crate) struct Begin {
+    variables: usize,
+    skipped: usize,
+}
+
+impl Begin {
+    pub fn of(found: &MatFile) -> Self {
+        Self { variables: found.variables.len(), skipped: found.skipped.len() }
+    }
+
+    /// Replaces the members by one value with the name of the cell, if all are texts of one row, or empty.
+    pub fn join_texts(self, found: &mut MatFile, name: &str, members: usize) {
+        let text = |it: &Variable| match &it.value {
+            Value::Texts(texts) if texts.len() == 1 => texts.first().cloned(),
+            Value::Numbers(array) if array.values.is_empty() => Some(String::new()),
+            _ => None,
+        };
+        let own = &found.variables[self.variables..];
+        let texts: Option<Vec<_>> = own.iter().map(text).collect();
+        let only = found.skipped.len() == self.skipped && own.len() == members;
+        let some = own.iter().any(|it| matches!(it.value, Value::Texts(_)));
+        if let Some(texts) = texts.filter(|_| only && some) {
+            found.variables.truncate(self.variables);
+            found.variables.push(Variable { name: name.to_owned(), value: Value::Texts(texts) });
+        }
+    }
+}
