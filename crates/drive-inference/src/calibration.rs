@@ -23,6 +23,10 @@ use crate::regularisation::Expected;
 use crate::tires::{SIZE, Tires, corners};
 use crate::wanted::Wanted;
 
+mod judged;
+
+pub use judged::{Judged, judge};
+
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
 const STEP: f64 = 0.03;
 /// Where the process noise starts [m/s, m/s, rad/s, N]: so high that the filter follows the log with tires that are far off.

@@ -8,9 +8,11 @@ mod injected;
 #[path = "../../drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use drive_inference::calibration::calibrate;
+use drive_inference::calibration::{calibrate, judge};
+use drive_inference::cause::Cause;
 use drive_inference::{Drive, Error};
 use injected::{Injected, TIRES, car, clean, tolerance};
+use tire_inference::verdict::Verdict;
 
 #[test]
 fn a_lever_a_delay_and_an_offset_are_recovered_at_once() {
@@ -24,6 +26,43 @@ fn a_lever_a_delay_and_an_offset_are_recovered_at_once() {
             let most = tolerance(it.cause).max(2.0 * it.std);
             assert!(off.abs() < most && off.abs() < 3.0 * it.std, "seed {seed}: {it:?}, {truth}");
         }
+    }
+}
+
+#[test]
+fn verdicts_ask_for_both_sides_and_for_halves_that_agree() {
+    let clean = clean(&TIRES);
+    let made = Injected::new(1);
+    let log = made.log(&clean, 1);
+    let wanted = [Cause::SteeringOffset, Cause::SideslipLever];
+    let said = |drive: &Drive| {
+        let found = judge(&car(), std::slice::from_ref(drive), &wanted).expect("a drive");
+        found.into_iter().map(|it| (it.verdict, it.reason)).collect::<Vec<_>>()
+    };
+    let whole = said(&log);
+    assert_eq!(whole[0].0, Verdict::Identified, "{}", whole[0].1);
+    // Nothing else measures where the sensor of v_y is.
+    assert_eq!(whole[1].0, Verdict::Weak, "{}", whole[1].1);
+    assert!(whole[1].1.contains("with a tape"), "{}", whole[1].1);
+
+    let mut moved = log.clone();
+    let half = moved.len() / 2;
+    for k in half..moved.len() {
+        moved.v_y[k] -= 1.0 * moved.r[k];
+        moved.delta[k] += 0.02;
+    }
+    for (verdict, reason) in said(&moved) {
+        assert_eq!(verdict, Verdict::NotIdentifiable, "{reason}");
+        assert!(reason.contains("halves of the drive disagree"), "{reason}");
+    }
+
+    let left: Vec<usize> = (0..log.len()).filter(|k| log.a_y[*k] > 0.0).collect();
+    let mut left = log.rows(&left);
+    let time: Vec<f64> = (0..left.len()).map(|k| log.t[k]).collect();
+    left.t = time;
+    for (verdict, reason) in said(&left) {
+        assert_eq!(verdict, Verdict::NotIdentifiable, "{reason}");
+        assert!(reason.contains("turns to one side"), "{reason}");
     }
 }
 

@@ -58,6 +58,9 @@ pub struct ClosedLoop {
     pub profile: bool,
     /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
     pub errors: BTreeMap<Cause, Mode>,
+    /// Errors of sensors that are estimated by themselves, too, on rows some hundredths of a second apart, from all of the drive and from its
+    /// halves, such as `["sideslip_lever", "sideslip_delay", "steering_offset"]`. They are told and nothing is corrected.
+    pub calibrate: Vec<Cause>,
     /// Standard deviations of these errors before any data, each in its unit; those of sensors that were mounted with care by
     /// default.
     pub error_std: BTreeMap<Cause, f64>,
@@ -125,6 +128,7 @@ impl Default for ClosedLoop {
             compare: usual.compare,
             errors: BTreeMap::new(),
             error_std: BTreeMap::new(),
+            calibrate: Vec::new(),
             bounds: BoundsChoice::default(),
             typical: BTreeMap::new(),
             regularisation: usual.regularisation,
@@ -199,7 +203,18 @@ impl ClosedLoop {
         for (cause, std) in &self.error_std {
             rules::positive(&format!("error_std.{}", cause.about().name), *std)?;
         }
+        for (place, cause) in self.calibrate.iter().enumerate() {
+            let first = !self.calibrate[..place].contains(cause);
+            let name = cause.about().name;
+            demand(
+                first,
+                &format!("calibrate.{place}"),
+                "each error once",
+                format_args!("`{name}` again"),
+            )?;
+        }
         let errors = self.errors.keys().map(|cause| ("errors", cause));
+        let errors = errors.chain(self.calibrate.iter().map(|cause| ("calibrate", cause)));
         let of_car = errors.chain(self.error_std.keys().map(|cause| ("error_std", cause)));
         for (table, cause) in of_car.filter(|(_, cause)| Cause::CAR.contains(cause)) {
             let name = cause.about().name;

@@ -2,12 +2,14 @@
 
 use std::fmt::Write;
 
+use drive_inference::calibration::Judged;
 use drive_inference::replay::Replay;
 use drive_inference::{Drive, Identified};
 use html_page::{Axis, Class, Plot, escape};
 use numerics::text::significant;
 use tire_inference::axles::Axle;
 
+use crate::names::words;
 use crate::page::misfit::Misfit;
 
 /// What was identified from drives.
@@ -15,6 +17,8 @@ use crate::page::misfit::Misfit;
 pub struct Drives<'a> {
     /// What was found.
     pub found: &'a Identified,
+    /// Errors of sensors that were estimated by themselves.
+    pub calibration: &'a [Judged],
     /// The drives.
     pub recordings: &'a [Drive],
     /// Drives that were not used, by name, and how the identified car went along them.
@@ -38,6 +42,7 @@ pub fn drives(drives: &Drives) -> String {
     let mut html = String::from("<h2>How the drives are explained</h2>\n");
     innovations(&mut html, drives.found);
     misfit(&mut html, drives.found);
+    calibration(&mut html, drives.calibration);
     html.push_str("<h3>Lateral acceleration</h3>\n");
     html.push_str(&acceleration(drives));
     html.push_str("<h3>Smoothing with the nominal car</h3>\n");
@@ -85,6 +90,38 @@ fn misfit(html: &mut String, found: &Identified) {
         }
     }
     html.push_str("</div>\n");
+}
+
+/// Errors of sensors, with what speaks for them.
+fn calibration(html: &mut String, judged: &[Judged]) {
+    if judged.is_empty() {
+        return;
+    }
+    html.push_str(
+        "<h3>Errors of sensors by themselves (nothing is corrected)</h3>\n<table>\n\
+         <tr><th>Error</th><th>Value</th><th>95 %</th><th>Halves of the drive</th><th>Verdict</th><th>Why</th></tr>\n",
+    );
+    for it in judged {
+        let (factor, unit) = it.error.cause.about().shown;
+        let show = |value: f64| significant(factor * value, 3);
+        let [low, high] = it.error.interval;
+        let halves = it.halves.map_or_else(
+            || "–".to_owned(),
+            |[[first, _], [second, _]]| format!("{} and {}", show(first), show(second)),
+        );
+        let _ = writeln!(
+            html,
+            "<tr><td>{}</td><td class=\"number\">{} {unit}</td><td class=\"number\">{} … {}</td>\
+             <td class=\"number\">{halves}</td><td>{}</td><td>{}</td></tr>",
+            it.error.cause.about().title,
+            show(it.error.value),
+            show(low),
+            show(high),
+            words(it.verdict),
+            escape(&it.reason)
+        );
+    }
+    html.push_str("</table>\n");
 }
 
 /// A line for each drive, of a value for each of its rows.

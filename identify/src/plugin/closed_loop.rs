@@ -1,11 +1,14 @@
 //! Identifies the tires of both axles from a drive under closed-loop control, and tells what was found.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+mod calibration;
 mod columns;
+mod facts;
 
 use std::collections::BTreeMap;
 
 use drive_doctor::Examination;
+use drive_inference::calibration::Judged;
 use drive_inference::cause::Cause;
 use drive_inference::replay::{Replay, replay};
 use drive_inference::selection::Mode;
@@ -120,6 +123,7 @@ pub(super) fn closed_loop(
         doctor::cap(&log, estimate);
     }
     doctor::cap_causes(&log, &mut found.causes);
+    let calibration = calibration::judged(config, &options, (&used, &log), host)?;
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
@@ -128,8 +132,16 @@ pub(super) fn closed_loop(
     let verdict = overall(&options, &found, &log).verdict();
     let of_plant = draws::of_drives(&config.node, &found);
     leave_start_values((&of_plant, Draws::Together), &verdict, config.seed, host);
-    draw(&options, (&used, &recording.sampling, &log), &found, &validations, host);
-    Ok(report(&options, (&used, &recording.sampling, &log), &found, &validations))
+    let found = Found { identified: &found, calibration: &calibration, validations: &validations };
+    draw(&options, (&used, &recording.sampling, &log), &found, host);
+    Ok(report(&options, (&used, &recording.sampling, &log), &found))
+}
+
+/// What was found, for the result and the page.
+struct Found<'a> {
+    identified: &'a Identified,
+    calibration: &'a [Judged],
+    validations: &'a [Validation],
 }
 
 /// The options for a log that nothing may be identified from: no search for causes that a fit cannot make up for, and no
@@ -243,8 +255,7 @@ fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examinati
 fn report(
     options: &DriveOptions,
     (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    found: &Identified,
-    validations: &[Validation],
+    Found { identified: found, calibration, validations }: &Found,
 ) -> Value {
     let axles = json!(found.estimates);
     let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
@@ -258,6 +269,8 @@ fn report(
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
+    let calibration = calibration.iter().map(|it| (it.error.name, it));
+    result.insert("calibration".to_owned(), json!(calibration.collect::<BTreeMap<_, _>>()));
     result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
     result.insert("recordings".to_owned(), recordings.collect());
     result.insert("sampling".to_owned(), json!(sampling));
@@ -270,8 +283,7 @@ fn report(
 fn draw(
     options: &DriveOptions,
     (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    found: &Identified,
-    validations: &[Validation],
+    Found { identified: found, calibration, validations }: &Found,
     host: &mut dyn Host,
 ) {
     let prior = options.prior;
@@ -311,56 +323,18 @@ fn draw(
         .collect();
     let (overall, car) =
         (overall(options, found, log), page::car::driven(&options.car, &options.uncertainty));
-    let facts = facts(used, sampling);
+    let facts = facts::facts(used, sampling);
     let page = Page {
         title: "Tires from closed-loop driving",
         overall: Some(&overall),
         car: &car,
         facts: &facts,
         sections: sections.collect(),
-        drives: Some(Drives { found, recordings: used, replays: &replays }),
+        drives: Some(Drives { found, calibration, recordings: used, replays: &replays }),
         log: Some(log),
         ..Page::default()
     };
     page::leave(&page, host);
-}
-
-/// The log, and what was made of it, for people.
-fn facts(used: &[Drive], sampling: &Sampling) -> Vec<(String, String)> {
-    let Sampling { step, steps: [least, most], gap, gaps, repeated, short } = sampling;
-    let time = |time: f64| significant(time, 4);
-    let ends = |drive: &Drive| match (drive.t.first(), drive.t.last()) {
-        (Some(first), Some(last)) => format!("{} … {} s", time(*first), time(*last)),
-        _ => String::new(),
-    };
-    let mut facts = vec![
-        ("used".to_owned(), used.iter().map(ends).collect::<Vec<_>>().join(", ")),
-        ("rows".to_owned(), used.iter().map(Drive::len).sum::<usize>().to_string()),
-        (
-            "time step".to_owned(),
-            format!("median {} s, {} to {} s", time(*step), time(*least), time(*most)),
-        ),
-    ];
-    if !gaps.is_empty() {
-        let list = gaps.iter().take(10).map(|[a, b]| format!("{} … {} s", time(*a), time(*b)));
-        let more = if gaps.len() > 10 { ", …" } else { "" };
-        let list = list.collect::<Vec<_>>().join(", ");
-        let count = gaps.len();
-        facts.push((
-            "gaps".to_owned(),
-            format!(
-                "{count} of more than {} s, nothing is integrated over them: {list}{more}",
-                time(*gap)
-            ),
-        ));
-    }
-    for (name, count) in [
-        ("rows of repeated times, dropped", repeated),
-        ("rows in stretches that are too short", short),
-    ] {
-        facts.extend((*count > 0).then(|| (name.to_owned(), count.to_string())));
-    }
-    facts
 }
 
 /// What a formulation says of one axle, which nobody judged.

@@ -95,6 +95,21 @@ fn number(value: &Value) -> f64 {
 }
 
 #[test]
+fn calibrated_errors_are_told_with_verdicts_in_the_result_and_on_the_page() {
+    let mut recording = LIMIT.clone();
+    recording.delta.iter_mut().for_each(|delta| *delta += 0.01);
+    let mut log = Log::default();
+    let config = "calibrate = [\"steering_offset\"]\nem_passes = 0";
+    let found = run(&recording, config, &mut log).expect("tires");
+    let offset = &found["calibration"]["steering_offset"];
+    let [low, high] = [0, 1].map(|k| number(&offset["interval"][k]));
+    assert!(low < 0.01 && 0.01 < high && high - low < 0.005, "{offset}");
+    assert!(offset["reason"].as_str().is_some_and(|it| !it.is_empty()), "{offset}");
+    let page = log.files.values().find(|text| text.contains("<html")).expect("a page");
+    assert!(page.contains("Errors of sensors by themselves"));
+}
+
+#[test]
 fn slip_far_below_the_peak_is_told_to_be_too_little() {
     let car = Vehicle::default();
     let recording = drive::drive(&car, &drive::chirp(15.0), &drive::CLEAN, 2);
