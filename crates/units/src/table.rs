@@ -41,6 +41,7 @@ pub(crate) const NAMES: &[(&str, [i8; 8], f64)] = &[
     ("mi", LENGTH, 1609.344),
     ("l", [0, 3, 0, 0, 0, 0, 0, 0], 1e-3),
     ("s", TIME, 1.0),
+    ("ns", TIME, 1e-9),
     ("us", TIME, 1e-6),
     ("ms", TIME, 1e-3),
     ("min", TIME, 60.0),

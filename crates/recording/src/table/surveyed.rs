@@ -6,6 +6,7 @@ use log_file::{Kind, Log, Time, Values};
 
 use super::csv::csv_tallies;
 use super::mcap::mcap_tallies;
+use super::title::unit_of_time;
 use super::{File, TableError, logged};
 use crate::survey::{Channel, Survey, Tally};
 
@@ -45,7 +46,10 @@ fn of_log(path: &Path, mut log: Log) -> Result<Survey, TableError> {
         let factor = match time_place.map(|it| (kinds[it], found.unit(places[it]))) {
             Some((Kind::Stamp(per_second), _)) => 1.0 / per_second as f64,
             Some((_, Some(unit))) => units::Unit::parse(&unit).map_or(1.0, |it| it.factor),
-            _ => 1.0,
+            Some((_, None)) => time_place
+                .and_then(|it| unit_of_time(&channels[places[it]].name))
+                .map_or(1.0, |unit| unit.factor),
+            None => 1.0,
         };
         let mut row = 0u64;
         let taken = log.visit(clock, &places, &mut |stretch: &[Values]| {

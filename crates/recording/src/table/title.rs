@@ -46,6 +46,13 @@ pub(super) fn unit(text: &str) -> Option<String> {
     }
 }
 
+/// The unit in the name of a time that has no other: `timestamp_ms`, `t_us`.
+pub(crate) fn unit_of_time(name: &str) -> Option<Unit> {
+    let (_, last) = name.trim().rsplit_once(['_', ' ', '.', '-'])?;
+    let known = ["ns", "us", "ms", "s"];
+    known.contains(&last).then(|| Unit::parse(last).ok()).flatten()
+}
+
 /// Other signs for the same unit: `°C`, `m/s²`, `µm`, and `-` for no dimension.
 pub(super) fn spelled(text: &str) -> String {
     let text = text.trim();
@@ -81,6 +88,16 @@ pub(super) fn unit_cell(cell: &str) -> Option<Option<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_name_of_a_time_may_end_with_its_unit() {
+        let factor = |name| unit_of_time(name).map(|unit| unit.factor);
+        assert_eq!(
+            ["timestamp_ms", "t_us", "log.time_ns", "time_s"].map(factor),
+            [Some(1e-3), Some(1e-6), Some(1e-9), Some(1.0)]
+        );
+        assert_eq!(["time", "items", "ms", "atoms", "time_Ms"].map(factor), [None; 5]);
+    }
 
     #[test]
     fn a_unit_in_brackets_is_no_part_of_the_name() {

@@ -62,11 +62,38 @@ fn widest(lines: &[Line], separators: &[Separator]) -> Option<Header> {
     };
     let found = wide(&mut lines.iter().filter(|line| !line.is_comment()));
     let Some(found) = found else { return wide(&mut lines.iter()) };
+    // Decimal commas make rows wide; then the titles above them have no comma.
+    if found.separator == Separator::Comma {
+        let others = [Separator::Semicolon, Separator::Tab].into_iter();
+        let mut others = others.filter(|it| separators.contains(it));
+        if let Some(other) = others.find_map(|it| regular(lines, it, found.begin)) {
+            return Some(other);
+        }
+    }
     let above = lines.iter().rev().find(|line| line.begin < found.begin);
     match above.filter(|line| found.is_numbers && line.is_comment()) {
         Some(comment) => Some(comment.header(found.separator)),
         None => Some(found),
     }
+}
+
+/// The first of the widest lines of a separator, if it stands at a place or before, and nine of ten lines below are as wide.
+fn regular(lines: &[Line], separator: Separator, until: usize) -> Option<Header> {
+    let lines = || lines.iter().filter(|line| !line.is_comment());
+    let headers = lines().map(|line| line.header(separator));
+    let found = headers.reduce(|best, it| match it.titles.len() > best.titles.len() {
+        true => it,
+        false => best,
+    })?;
+    let width = found.titles.len();
+    let below = lines().filter(|line| line.begin > found.begin);
+    let (mut all, mut alike) = (0, 0);
+    for line in below {
+        all += 1;
+        alike += usize::from(line.cells(separator).len() == width);
+    }
+    (width > 1 && found.begin <= until && !found.is_numbers && 10 * alike >= 9 * all)
+        .then_some(found)
 }
 
 fn lines(bytes: &[u8]) -> impl Iterator<Item = Line<'_>> {

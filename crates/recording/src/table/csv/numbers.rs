@@ -7,7 +7,7 @@ use super::file::{CsvFile, text};
 pub(super) use super::growing::Form;
 use super::growing::{At, Growing, Wrong, index};
 use crate::table::kept::Kept;
-use crate::table::title::spelled;
+use crate::table::title::{spelled, unit_of_time};
 use crate::table::wanted::{Decimal, Separator, Wanted};
 
 /// The cells of some columns, with their file.
@@ -143,7 +143,8 @@ impl<'a> Cells<'a> {
     /// The seconds in one unit of the time.
     fn time_factor(&self, column: usize, said: Option<Unit>) -> Result<f64, CsvError> {
         let Some(written) = self.file.unit(self.places[column])? else {
-            return Ok(said.map_or(1.0, |unit| unit.factor));
+            let title = &self.file.header.titles[self.places[column]].plain;
+            return Ok(said.or_else(|| unit_of_time(title)).map_or(1.0, |unit| unit.factor));
         };
         let is_time =
             |unit: &Unit| Unit::parse("s").is_ok_and(|second| unit.same_dimension(&second));

@@ -7,6 +7,7 @@ use super::file::{CsvFile, text};
 use super::text_at;
 use crate::survey::{Channel, Survey, Tally};
 use crate::table::TableError;
+use crate::table::title::unit_of_time;
 use crate::table::wanted::{Decimal, Dialect, Separator};
 
 /// So many rows tell the decimal mark.
@@ -36,7 +37,10 @@ pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
             || TIMES.contains(&name.trim_end_matches('s'))
     };
     let time = channels.iter().position(is_time).unwrap_or(0);
-    let unit = channels[time].unit.as_deref().and_then(|it| units::Unit::parse(it).ok());
+    let unit = match &channels[time].unit {
+        Some(unit) => units::Unit::parse(unit).ok(),
+        None => unit_of_time(&channels[time].name),
+    };
     let factor = unit.map_or(1.0, |unit| unit.factor);
     let warning = file.rows(&mut |_, record| {
         let stamp = text(&record[time]);

@@ -30,6 +30,32 @@ fn error(text: impl AsRef<[u8]>, wanted: &Wanted) -> String {
     }
 }
 
+/// A survey asks for no column, so titles, separator and decimal mark are all to be seen.
+#[test]
+fn a_survey_finds_titles_and_columns_in_every_dialect() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("log.csv");
+    #[rustfmt::skip]
+    let cases = [
+        ("plain", "t,v,w\n0,1.5,2\n1,2.5,3\n2,3.5,4\n"),
+        ("decimal commas", "t;v;w\n0,0;1,5;2,0\n1,0;2,5;3,0\n2,0;3,5;4,0\n"),
+        ("decimal commas below units", "t;v;w\ns;m/s;-\n0,0;1,5;2,0\n1,0;2,5;3,0\n2,0;3,5;4,0\n"),
+        ("decimal commas below notes", "Car, with, notes\nt;v;w\n0,0;1,5;2,0\n1,0;2,5;3,0\n2,0;3,5;4,0\n"),
+        ("tabs, decimal commas", "t\tv\tw\n0,0\t1,5\t2,0\n1,0\t2,5\t3,0\n2,0\t3,5\t4,0\n"),
+        ("commas, semicolons in texts", "t,v,w,note\n0,1.5,2,a;b;c\n1,2.5,3,d;e;f\n2,3.5,4,g;h;i\n"),
+        ("milliseconds", "t_ms,v,w\n0,1.5,2\n1000,2.5,3\n2000,3.5,4\n"),
+    ];
+    for (name, text) in cases {
+        std::fs::write(&path, text).expect("a file");
+        let found = super::csv_tallies(&path).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let names: Vec<_> = found.channels.iter().take(3).map(|it| it.name.as_str()).collect();
+        assert!(names == ["t", "v", "w"] || names == ["t_ms", "v", "w"], "{name}: {names:?}");
+        let tally = &found.channels[1].tally;
+        assert_eq!(tally.range, Some((1.5, 3.5)), "{name}");
+        assert_eq!(tally.times, Some((0.0, 2.0)), "{name}");
+    }
+}
+
 #[test]
 fn one_recording_is_the_same_in_every_dialect() {
     let plain = (vec![0.5, 1.0], vec![12.5, -1000.25], None);

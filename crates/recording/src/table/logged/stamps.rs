@@ -7,6 +7,7 @@ use units::Unit;
 
 use super::found::Found;
 use crate::table::csv::CsvError;
+use crate::table::title::unit_of_time;
 use crate::table::{TableError, Wanted};
 
 /// The time stamps of a clock, while they are read.
@@ -138,7 +139,10 @@ fn factor(
     wanted: &Wanted,
 ) -> Result<f64, TableError> {
     let Some(unit) = written else {
-        return Ok(wanted.time_unit.map_or(1.0, |unit| unit.factor));
+        return Ok(wanted
+            .time_unit
+            .or_else(|| unit_of_time(column))
+            .map_or(1.0, |unit| unit.factor));
     };
     let is_time = |it: &Unit| Unit::parse("s").is_ok_and(|second| it.same_dimension(&second));
     let known = Unit::parse(&unit).ok().filter(is_time);
