@@ -1,5 +1,6 @@
 //! Holds what is found of cars that predict drives, and how good they are: for results and pages.
 
+use drive_prediction::agreement::Ratings;
 use drive_prediction::predictor::State;
 use drive_prediction::score::{LateralScore, RolloutScore};
 use serde::Serialize;
@@ -16,6 +17,8 @@ pub struct Judged {
     /// Open-loop predictions, one for each horizon that a stretch is long enough for.
     #[serde(flatten, serialize_with = "by_horizon")]
     pub open_loop: Vec<RolloutScore>,
+    /// Ratings by ISO/TS 18571; predictions over the longest horizon.
+    pub iso_18571: Ratings,
 }
 
 /// What was found of a parameter.

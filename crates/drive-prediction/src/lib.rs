@@ -6,6 +6,7 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod agreement;
 pub mod baseline;
 pub mod car;
 pub mod curve;

@@ -2,9 +2,11 @@
 
 use std::fmt::Write;
 
+use drive_prediction::agreement::Agreement;
 use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
 use numerics::text::{significant, with_std};
+use vehicle::Body;
 
 use crate::judged::{Found, Judged, Trace};
 use crate::names::{class, words};
@@ -14,7 +16,7 @@ const SIZE: [f64; 2] = [1000.0, 260.0];
 
 /// The page: the first model is the one that is judged.
 pub fn page(
-    (judged, found): (&[Judged], &[Found]),
+    (judged, found, car): (&[Judged], &[Found], &Body),
     traces: &[Trace],
     summary: &[String],
     parts: &str,
@@ -34,6 +36,7 @@ pub fn page(
     for score in horizons.into_iter().flatten() {
         open_loop(&mut html, judged, score.horizon);
     }
+    rated(&mut html, judged);
     if let (false, Some(model)) = (traces.is_empty(), judged.first()) {
         let _ = writeln!(
             html,
@@ -43,13 +46,13 @@ pub fn page(
         );
         traces.iter().for_each(|trace| drawn(&mut html, trace));
     }
-    parameters(&mut html, found);
+    parameters(&mut html, found, car);
     html_page::page("Prediction of drives", "td.best { font-weight: 700; }\n", &html)
 }
 
 /// A cell with a number and its 95 % interval, if there is one.
-fn cell(value: f64, interval: Option<[f64; 2]>, best: f64) -> String {
-    let class = if value <= best { "number best" } else { "number" };
+fn cell(value: f64, interval: Option<[f64; 2]>, is_best: bool) -> String {
+    let class = if is_best { "number best" } else { "number" };
     let interval = interval.map_or(String::new(), |[low, high]| {
         format!(" <span class=\"faint\">{} to {}</span>", significant(low, 3), significant(high, 3))
     });
@@ -79,7 +82,7 @@ fn lateral(html: &mut String, judged: &[Judged]) {
             html,
             "<tr><th>{}</th>{}<td class=\"number\">{:+.3}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escape(name),
-            cell(score.rmse, score.rmse_interval, best),
+            cell(score.rmse, score.rmse_interval, score.rmse <= best),
             score.bias,
             share(score.coverage_half),
             share(score.coverage),
@@ -95,7 +98,7 @@ fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
     let _ = writeln!(
         html,
         "<h3>Open loop over {horizon} s</h3>\n<table>\n<tr><th>Model</th><th>v_y [m/s]</th><th>Yaw rate [rad/s]</th><th>Position at the \
-         end [m]</th><th>v_y, yaw rate in the 95 % band</th><th>Spins</th><th>Predictions</th></tr>"
+         end [m]</th><th>v_y, yaw rate in the 50 % band</th><th>In the 95 % band</th><th>Spins</th><th>Predictions</th></tr>"
     );
     let best = [
         least(scores.iter().map(|it| it.1.v_y)),
@@ -103,17 +106,19 @@ fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
         least(scores.iter().map(|it| it.1.position)),
     ];
     for (name, score) in &scores {
-        let inside = score.coverage.map_or("–".to_owned(), |[v_y, r]| {
-            format!("{}, {}", share(Some(v_y)), share(Some(r)))
+        let inside = [score.coverage_half, score.coverage].map(|band| match band {
+            Some(shares) => shares.map(|it| share(Some(it))).join(", "),
+            None => "–".to_owned(),
         });
+        let inside = inside.join("</td><td>");
         let interval = |i: usize| score.intervals.map(|it| it[i]);
         let _ = writeln!(
             html,
             "<tr><th>{}</th>{}{}{}<td>{inside}</td><td>{:.1} %</td><td>{}</td></tr>",
             escape(name),
-            cell(score.v_y, interval(0), best[0]),
-            cell(score.r, interval(1), best[1]),
-            cell(score.position, interval(2), best[2]),
+            cell(score.v_y, interval(0), score.v_y <= best[0]),
+            cell(score.r, interval(1), score.r <= best[1]),
+            cell(score.position, interval(2), score.position <= best[2]),
             100.0 * score.spun,
             score.count
         );
@@ -121,9 +126,56 @@ fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
     html.push_str("</table>\n");
 }
 
-fn parameters(html: &mut String, found: &[Found]) {
+/// The rating of one signal of a model.
+type Of = fn(&Judged) -> Option<&Agreement>;
+
+/// Ratings by ISO/TS 18571, with their parts.
+fn rated(html: &mut String, judged: &[Judged]) {
+    let longest =
+        judged.iter().flat_map(|it| &it.open_loop).map(|it| it.horizon).fold(0.0, f64::max);
+    let channels: [(&str, Of); 3] = [
+        ("a_y", |it| it.iso_18571.a_y.as_ref()),
+        ("yaw rate", |it| it.iso_18571.r.as_ref()),
+        ("v_y", |it| it.iso_18571.v_y.as_ref()),
+    ];
+    if judged.iter().all(|it| channels.iter().all(|(_, of)| of(it).is_none())) {
+        return;
+    }
+    let _ = writeln!(
+        html,
+        "<h3>Ratings by ISO/TS 18571</h3>\n<p class=\"faint\">Of a_y from measured states in pieces of 10 s, of yaw rate and v_y in predictions \
+         over {longest} s: means over the pieces in which something happens. 1 is the best; above 0.94 is excellent, above 0.80 good, above \
+         0.58 fair.</p>\n<table>\n<tr><th>Signal</th><th>Model</th><th>Rating</th><th>Grade</th><th>Corridor</th><th>Phase</th>\
+         <th>Magnitude</th><th>Slope</th><th>Pieces</th></tr>"
+    );
+    for (signal, of) in channels {
+        let best = judged.iter().filter_map(of).map(|it| it.overall).fold(0.0, f64::max);
+        for (model, it) in judged.iter().filter_map(|it| Some((&it.name, of(it)?))) {
+            let parts = [it.corridor, it.phase, it.magnitude, it.slope];
+            let parts = parts.map(|part| format!("<td class=\"number\">{part:.2}</td>")).concat();
+            let _ = writeln!(
+                html,
+                "<tr><th>{signal}</th><td>{}</td>{}<td>{}</td>{parts}<td>{}</td></tr>",
+                escape(model),
+                cell(it.overall, it.interval, it.overall >= best),
+                it.grade,
+                it.pieces
+            );
+        }
+    }
+    html.push_str("</table>\n");
+}
+
+fn parameters(html: &mut String, found: &[Found], car: &Body) {
+    let _ = writeln!(
+        html,
+        "<h2>The car</h2>\n<p class=\"faint\">As configured: {} kg, centre of gravity {} m behind the front and {} m ahead of the rear axle.</p>",
+        significant(car.m, 4),
+        significant(car.l_f, 4),
+        significant(car.l_r, 4)
+    );
     html.push_str(
-        "<h2>The car</h2>\n<table class=\"stack\">\n<tr><th>Parameter</th><th>Value</th><th>95 % interval</th><th>Differs between logs by</th>\
+        "<table class=\"stack\">\n<tr><th>Parameter</th><th>Value</th><th>95 % interval</th><th>Differs between logs by</th>\
          <th>Verdict</th><th>Why</th></tr>\n",
     );
     for it in found {

@@ -1,5 +1,6 @@
 //! Identifies a car that predicts drives, and judges it, beside simple models, on parts that were not fitted.
 
+use drive_prediction::agreement::ratings;
 use drive_prediction::baseline::baselines;
 use drive_prediction::car::fit::Fitted;
 use drive_prediction::car::parameters::{COUNT, LAG, Prior};
@@ -80,10 +81,10 @@ pub(super) fn prediction(
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
     let traces: Vec<Trace> = drawn.filter_map(|drive| trace(models[0], drive, longest)).collect();
     let html = page::prediction::page(
-        (&judged, &found),
+        (&judged, &found, &car.body),
         &traces,
         &summary,
-        &parts(judged_on, !held.is_empty()),
+        &parts(&fitted, &held),
     );
     host.file("prediction.html", &html);
     let scores: Map<String, Value> =
@@ -216,9 +217,11 @@ fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
 
 fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
     let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
-    let open_loop = ahead.collect();
+    let open_loop: Vec<RolloutScore> = ahead.collect();
+    let longest = open_loop.iter().map(|it| it.horizon).fold(0.0, f64::max);
+    let iso_18571 = ratings(model, drives, longest);
     let name = model.name().to_owned();
-    Judged { name, a_y: lateral(model, drives), open_loop }
+    Judged { name, a_y: lateral(model, drives), open_loop, iso_18571 }
 }
 
 /// How much of a drive is drawn [s], and of how many drives.
@@ -252,8 +255,8 @@ fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
     Some(Trace { name: drive.name.clone(), measured, predicted })
 }
 
-/// What the scores are of.
-fn parts(drives: &[Drive], held_out: bool) -> String {
+/// What was fitted, and what the scores are of.
+fn parts(fitted: &[Drive], held: &[Drive]) -> String {
     let part = |drive: &Drive| {
         let times = || drive.counted(&drive.time);
         let rows = times().count();
@@ -261,12 +264,13 @@ fn parts(drives: &[Drive], held_out: bool) -> String {
             [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)];
         format!("{}, {:.1} to {:.1} s, {rows} rows", drive.name, ends[0], ends[1])
     };
-    let list: Vec<_> = drives.iter().map(part).collect();
-    let which = if held_out { "not fitted" } else { "fitted" };
-    format!(
-        "Of parts that were {which}: {}. Faint numbers are 95 % intervals, from blocks of time.",
-        list.join("; ")
-    )
+    let list = |drives: &[Drive]| drives.iter().map(part).collect::<Vec<_>>().join("; ");
+    let judged = match held.is_empty() {
+        true => "Errors are of the same parts.".to_owned(),
+        false => format!("Errors are of parts that were not fitted: {}.", list(held)),
+    };
+    let fitted = list(fitted);
+    format!("Fitted: {fitted}. {judged} Faint numbers are 95 % intervals, from blocks of time.")
 }
 
 fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
