@@ -42,7 +42,7 @@ pub enum Command {
     Test(test::Arguments),
     /// Build FMU packages of the workspace and pack them, or pack a scenario as a system of SSP or as one FMU.
     Pack(pack::Arguments),
-    /// Print the description of an FMU.
+    /// Print the description of an FMU, or the channels of a recording or a log.
     Inspect(inspect::Arguments),
     /// Judge an FMU by the rules of its version of FMI, a line for each; exit code 0 when it breaks none, 1 when it
     /// breaks one, 2 when it cannot be opened.

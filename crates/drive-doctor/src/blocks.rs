@@ -78,6 +78,15 @@ impl Fit {
         self.values[index] / self.stds[index]
     }
 
+    /// The fit with a constant added to a coefficient, of all rows and of both halves.
+    pub fn moved(mut self, index: usize, by: f64) -> Self {
+        self.values[index] += by;
+        for (values, _) in self.halves.iter_mut().flatten() {
+            values[index] += by;
+        }
+        self
+    }
+
     pub fn interval(&self, index: usize) -> [f64; 2] {
         let reach = T_95 * self.stds[index];
         [self.values[index] - reach, self.values[index] + reach]

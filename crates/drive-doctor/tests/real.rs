@@ -145,3 +145,38 @@ fn a_staircase_tells_the_map_of_the_steering_and_circles_do_not() {
         assert!(error.contains("not identifiable"), "{error}");
     }
 }
+
+/// However late a channel is: an estimate to first order alone would find less than half of it.
+#[test]
+fn a_channel_of_the_250_lm_that_is_moved_is_named_with_its_delay() {
+    let log = LOGS.iter().find(|it| it.name == "250 LM").expect("a log of the list");
+    let Some((log, car)) = log.read() else { return };
+    for (channel, delay) in [
+        ("delta", -0.1),
+        ("delta", 0.05),
+        ("delta", 0.2),
+        ("delta", 0.4),
+        ("a_y", -0.1),
+        ("a_y", 0.2),
+        ("a_y", 0.4),
+        ("v_y", -0.1),
+        ("v_y", 0.2),
+        ("v_y", 0.4),
+        ("r", 0.2),
+        ("r", 0.4),
+    ] {
+        let mut moved = log.clone();
+        let Some(signal) = log.get(channel) else { panic!("no {channel}") };
+        let time = signal.time.iter().map(|t| t + delay).collect();
+        moved.insert(channel, time, signal.value.clone());
+        let found = examine(&moved, &car);
+        let name = format!("{channel}_delay");
+        let told: Vec<_> = found.findings.iter().filter(|it| it.check == name).collect();
+        let [told] = told[..] else { panic!("{channel} {delay}: {:#?}", found.findings) };
+        let value = told.value.unwrap_or_default();
+        // The recording has 14 ms of its own between a_y and the others.
+        assert!((value - delay).abs() < 0.025, "{channel} {delay}: {}", told.sentence);
+        assert_eq!(told.sure, Sure::Certain, "{channel} {delay}: {}", told.sentence);
+        assert_eq!(told.refuses, value.abs() > 0.1, "{}", told.sentence);
+    }
+}

@@ -6,14 +6,17 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 mod causes;
+mod taken;
 mod terms;
 mod witnesses;
 
-use causes::{CAUSES, Kind};
+use causes::{A_Y_DELAY, CAUSES, Kind};
+use taken::Taken;
 use terms::{Measured, NUISANCES, Relation, Terms};
 
 use numerics::text::significant;
 
+use super::clocks::behind_yaw_rate;
 use crate::blocks::{Blocks, Fit};
 use crate::case::Case;
 use crate::correction::Correction;
@@ -35,6 +38,12 @@ const EXPLAINS: f64 = 0.004;
 /// Share of what the best explanation explains from which on another one is as good.
 const RIVAL: f64 = 0.85;
 
+/// Most rounds, each on a log without the delays that the ones before found.
+const ROUNDS: usize = 8;
+
+/// Beyond this delay slips and forces are those of different manoeuvres: nothing may be identified [s].
+const LONG: f64 = 0.1;
+
 /// Looks for errors in what is left of the relations.
 pub(crate) fn check(case: &mut Case) {
     if !case.has(&["v_x", "r", "a_y", "v_y"]) {
@@ -53,30 +62,22 @@ pub(crate) fn check(case: &mut Case) {
     if case.is_one_sided {
         return;
     }
-    let Some(motion) = Motion::of(case) else { return };
-    let terms = match Terms::new(&motion) {
-        Ok(terms) => terms,
-        Err(name) => {
-            let reason = format!("`{name}` is mostly noise where its rate of change is needed");
-            case.cannot_tell("calibration", reason, "Drive harder, or use a better sensor.");
-            return;
+    let mut taken = Taken::default();
+    // So late that to first order nothing is seen of it.
+    if let Some(late) = Motion::of(case).and_then(|motion| behind_yaw_rate(&motion)) {
+        taken.take(case, A_Y_DELAY, late);
+    }
+    let mut rounds = 0;
+    let (measured, found) = loop {
+        rounds += 1;
+        let Some((measured, found)) = round(case, &taken) else { return };
+        let long = found.as_ref().map_or(Vec::new(), |found| taken.long(found));
+        if long.is_empty() || rounds == ROUNDS {
+            break (measured, found);
         }
+        long.into_iter().for_each(|(cause, value)| taken.take(case, cause, value));
+        taken.settle(case);
     };
-    let (mut measured, mut found) = (terms.measure(case, &[]), None);
-    if measured.is_empty() {
-        let reason = "too few rows have all of v_x, v_y, r and a_y while the car drives".to_owned();
-        case.cannot_tell("calibration", reason, "Record some minutes.");
-        return;
-    }
-    // Which rows are off a fit, only a fit with the errors says.
-    for _ in 0..3 {
-        found = search(&mut measured, SUSPECTED);
-        let Some(errors) = &found else { break };
-        measured = terms.measure(case, &errors.values());
-    }
-    if found.is_some() {
-        found = search(&mut measured, 1.0);
-    }
     let missing = |relation| measured.iter().all(|it| it.relation != relation);
     if missing(Relation::Rear) {
         let reason =
@@ -104,6 +105,35 @@ pub(crate) fn check(case: &mut Case) {
     }
 }
 
+/// Looks for errors once, on a log from which delays were taken. `None` where it cannot tell any.
+fn round(case: &mut Case, taken: &Taken) -> Option<(Vec<Measured>, Option<Found>)> {
+    let motion = Motion::of(case)?;
+    let terms = match Terms::new(&motion) {
+        Ok(terms) => terms,
+        Err(name) => {
+            let reason = format!("`{name}` is mostly noise where its rate of change is needed");
+            case.cannot_tell("calibration", reason, "Drive harder, or use a better sensor.");
+            return None;
+        }
+    };
+    let (mut measured, mut found) = (terms.measure(case, &[]), None);
+    if measured.is_empty() {
+        let reason = "too few rows have all of v_x, v_y, r and a_y while the car drives".to_owned();
+        case.cannot_tell("calibration", reason, "Record some minutes.");
+        return None;
+    }
+    // Which rows are off a fit, only a fit with the errors says.
+    for _ in 0..3 {
+        found = search(&mut measured, SUSPECTED, taken);
+        let Some(errors) = &found else { break };
+        measured = terms.measure(case, &errors.left());
+    }
+    if found.is_some() {
+        found = search(&mut measured, 1.0, taken);
+    }
+    Some((measured, found))
+}
+
 /// Errors that were found, with a fit of all of them.
 struct Found {
     /// Indices in [`CAUSES`], the most important first.
@@ -111,20 +141,24 @@ struct Found {
     /// Those that explain about as much as each.
     rivals: Vec<Vec<usize>>,
     fit: Fit,
+    /// What was taken out of the log of each before; the fit has it too.
+    taken: Vec<f64>,
     /// Columns of the fit before those of the errors.
     before: usize,
 }
 
 impl Found {
-    fn values(&self) -> Vec<(usize, f64)> {
-        self.causes.iter().copied().zip(self.fit.values[self.before..].iter().copied()).collect()
+    /// What the log still has of each error.
+    fn left(&self) -> Vec<(usize, f64)> {
+        let values = self.fit.values[self.before..].iter().zip(&self.taken);
+        self.causes.iter().copied().zip(values.map(|(all, taken)| all - taken)).collect()
     }
 }
 
 /// Searches errors of a share of the usual limits; relations of axles whose slip is still not that of a tire are left out.
-fn search(measured: &mut Vec<Measured>, limit: f64) -> Option<Found> {
+fn search(measured: &mut Vec<Measured>, limit: f64, taken: &Taken) -> Option<Found> {
     while !measured.is_empty() {
-        let found = among(measured, limit);
+        let found = among(measured, limit, taken);
         let all: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
         let alone = || balanced(measured, &all).fit(&all);
         let fit = found.as_ref().map(|found| found.fit.clone()).or_else(alone)?;
@@ -138,9 +172,14 @@ fn search(measured: &mut Vec<Measured>, limit: f64) -> Option<Found> {
     None
 }
 
-fn among(measured: &[Measured], limit: f64) -> Option<Found> {
+fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
     let own: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
-    let (mut causes, mut rivals): (Vec<usize>, Vec<Vec<usize>>) = (Vec::new(), Vec::new());
+    // An error of which a part was taken is one, however little is left.
+    let is_taken = |cause: &usize| taken.of(*cause) != 0.0;
+    let here = |cause: &usize| measured.iter().any(|it| it.blocks.has(NUISANCES + cause));
+    let mut causes: Vec<usize> =
+        (0..CAUSES.len()).filter(|cause| is_taken(cause) && here(cause)).collect();
+    let mut rivals: Vec<Vec<usize>> = vec![Vec::new(); causes.len()];
     let columns = |causes: &[usize]| -> Vec<usize> {
         own.iter().copied().chain(causes.iter().map(|cause| NUISANCES + cause)).collect()
     };
@@ -181,8 +220,14 @@ fn among(measured: &[Measured], limit: f64) -> Option<Found> {
             let matters = (limit * WORTH * cause.least..cause.kind.most()).contains(&size);
             !matters || fit.t(index).abs() < limit * POSSIBLE
         };
+        let fades = |place: &usize| !is_taken(&causes[*place]) && fades(place);
         let Some(place) = (0..causes.len()).rev().find(fades) else {
-            return Some(Found { causes, rivals, fit, before: own.len() });
+            let taken: Vec<f64> = causes.iter().map(|cause| taken.of(*cause)).collect();
+            let fit = taken
+                .iter()
+                .enumerate()
+                .fold(fit, |fit, (place, taken)| fit.moved(own.len() + place, *taken));
+            return Some(Found { causes, rivals, fit, taken, before: own.len() });
         };
         causes.remove(place);
         rivals.remove(place);
@@ -227,7 +272,12 @@ fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
 fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, index: usize) {
     let (cause, at) = (&CAUSES[index], found.before + place);
     let (value, interval) = (found.fit.values[at], found.fit.interval(at));
-    if case.is_ratio_rough && (cause.channel, cause.kind) == ("delta", Kind::Scale) {
+    let is_told = match (cause.channel, cause.kind) {
+        ("delta", Kind::Scale) => case.is_ratio_rough,
+        ("r", Kind::Delay) => case.r_moved != 0.0,
+        _ => false,
+    };
+    if is_told {
         return;
     }
     let rivals: Vec<String> =
@@ -286,6 +336,6 @@ fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, i
         sentence,
         consequence: cause.consequence().to_owned(),
         correction,
-        refuses: false,
+        refuses: cause.kind == Kind::Delay && value.abs() > LONG,
     });
 }

@@ -97,8 +97,41 @@ pub(crate) fn check(case: &mut Case) {
     let wheels = [front, rear].into_iter().flatten().min_by(|a, b| a.std.total_cmp(&b.std));
     let (course, acceleration) = (course(case, &motion), acceleration(case, &motion));
     let clocks = Clocks { steering, wheels, front, rear, course, acceleration };
-    if let Some((delay, sure)) = clocks.judged() {
-        report(case, delay, &clocks, sure);
+    match clocks.judged() {
+        Some((delay, sure)) => report(case, delay, &clocks, sure),
+        None if !case.has(&["v_y"]) => late_acceleration(case, &motion, &clocks),
+        None => {}
+    }
+}
+
+/// How far the lateral acceleration is behind the yaw rate [s], if that is beyond any filter and any car. Sliding is left out, so it is a rough figure.
+pub(super) fn behind_yaw_rate(motion: &Motion) -> Option<f64> {
+    turning(motion).filter(|it| it.interval()[1] < -OF_NO_CAR).map(|it| -it.value)
+}
+
+/// Reports a lateral acceleration that is behind the yaw rate, of a log without v_y, where no other clock says that the yaw rate is early.
+fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
+    let Some(delay) = turning(motion).filter(|it| it.interval()[1] < -OF_CAR) else { return };
+    let others = [clocks.wheels, clocks.course].into_iter().flatten();
+    let is_early = others.map(|it| it.interval()[1] < -OF_WHEELS).any(|early| early);
+    let sure = if is_early || !delay.is_constant() { Sure::Possible } else { Sure::Likely };
+    let (value, [low, high]) = (-delay.value, delay.interval());
+    let [shown, least, most] = [value, -high, -low].map(|x| significant(x, 2));
+    case.report(Finding {
+        check: "a_y_delay".to_owned(),
+        channels: vec!["a_y"],
+        sure,
+        value: Some(value),
+        interval: Some([-high, -low]),
+        unit: "s",
+        sentence: format!("`a_y` is {shown} s [{least}, {most}] behind the yaw rate."),
+        consequence: "Forces are those of other moments than slips: every curve is wrong."
+            .to_owned(),
+        correction: Correction::column(&[Key::Delay(value)]),
+        refuses: true,
+    });
+    if sure.is_serious() {
+        case.correct("a_y", 1.0, value);
     }
 }
 
@@ -219,6 +252,12 @@ fn acceleration(case: &Case, motion: &Motion) -> Option<Delay> {
     let target: Vec<f64> = smooth.iter().zip(&sliding).map(|(a_y, rate)| a_y - rate).collect();
     let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
     search(motion, &[turn, motion.smooth(&motion.raw("r"), 0.15, 1)], &target)
+}
+
+/// a_y is about v_x r.
+fn turning(motion: &Motion) -> Option<Delay> {
+    let turn = motion.combine("v_x", "r", |v_x, r| v_x * r);
+    search(motion, &[turn, motion.smooth(&motion.raw("r"), 0.15, 1)], &motion.raw("a_y"))
 }
 
 /// The course turns by r, but for a sideslip that comes and goes.

@@ -51,6 +51,9 @@ const fn cause(channel: &'static str, kind: Kind, least: f64) -> Cause {
 /// The error that is a constant in the slips of both axles.
 pub(super) const CONSTANT: usize = 6;
 
+/// The delay of the lateral acceleration.
+pub(super) const A_Y_DELAY: usize = 10;
+
 /// All errors that are looked for.
 pub(super) const CAUSES: [Cause; 15] = [
     cause("delta", Kind::Offset, 0.0015),

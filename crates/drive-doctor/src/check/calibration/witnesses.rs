@@ -31,7 +31,8 @@ impl Witness {
         let columns: Vec<usize> = own.chain(causes.iter().map(|cause| NUISANCES + cause)).collect();
         let fit = measured.blocks.fit(&columns)?;
         let at = measured.own.len() + index;
-        Some(Self { relation: measured.relation, value: fit.values[at], std: fit.stds[at] })
+        let value = fit.values[at] + found.taken[place];
+        Some(Self { relation: measured.relation, value, std: fit.stds[at] })
     }
 
     fn tells(&self) -> bool {
