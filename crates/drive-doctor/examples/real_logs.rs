@@ -24,6 +24,9 @@ fn main() {
         if let Some(it) = &found.understeer {
             println!("  {}", it.sentence);
         }
+        for it in &found.rolling {
+            println!("  {}", it.sentence);
+        }
         for it in &found.not_told {
             println!("  not told {}: {}. {}", it.check, it.reason, it.advice);
         }

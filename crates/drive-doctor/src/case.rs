@@ -103,6 +103,8 @@ pub(crate) struct Case {
     pub cut_off: Vec<&'static str>,
     /// By how much the yaw rate was moved against all other channels [s].
     pub r_moved: f64,
+    /// The longest time for which a sensor holds a value [s]: no clock is known better than to half of it.
+    pub held: f64,
     /// Whether the steering ratio was found, and so is known roughly only.
     pub is_ratio_rough: bool,
 }
@@ -124,6 +126,7 @@ impl Case {
             is_one_sided: false,
             cut_off: Vec::new(),
             r_moved: 0.0,
+            held: 0.0,
             is_ratio_rough: false,
         }
     }

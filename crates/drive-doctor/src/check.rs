@@ -4,6 +4,7 @@ mod bank;
 mod calibration;
 mod clocks;
 mod force;
+mod gains;
 mod stuck;
 mod swapped;
 mod time;
@@ -25,6 +26,7 @@ pub(crate) const CHECKS: &[Check] = &[
     swapped::wheels,
     force::check,
     clocks::check,
+    gains::check,
     understeer::check,
     bank::check,
     calibration::check,

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::correction::Correction;
+use crate::rolling::Rolling;
 use crate::understeer::Understeer;
 
 /// How sure a finding is.
@@ -89,6 +90,9 @@ pub struct Examination {
     /// What steering tells of the tires.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub understeer: Option<Understeer>,
+    /// Radii with which wheels roll, of axles whose speeds are there.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rolling: Vec<Rolling>,
     /// Whether the log has too few rows for its motion to be looked at.
     pub too_short: bool,
 }

@@ -15,6 +15,7 @@ mod check;
 mod correction;
 mod finding;
 mod motion;
+mod rolling;
 mod statistics;
 mod steering_map;
 mod understeer;
@@ -22,6 +23,7 @@ mod understeer;
 pub use case::{CHANNELS, KnownCar};
 pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
+pub use rolling::Rolling;
 pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
 pub use understeer::Understeer;
 

@@ -40,6 +40,9 @@ pub fn section(found: &Examination) -> String {
     if let Some(it) = &found.understeer {
         let _ = writeln!(html, "<p>{}</p>", escape(&it.sentence));
     }
+    for it in &found.rolling {
+        let _ = writeln!(html, "<p>{}</p>", escape(&it.sentence));
+    }
     for it in &found.not_told {
         let _ = writeln!(
             html,

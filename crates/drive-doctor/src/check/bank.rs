@@ -83,6 +83,15 @@ pub(crate) fn check(case: &mut Case) {
     if let Some(slow) = level.slow(&motion) {
         without_roll(case, &motion, &slow);
     }
+    if case.is_one_sided {
+        case.cannot_tell(
+            "bank of the road",
+            "in turns to one side, as on an oval, it cannot be told apart from curvature"
+                .to_owned(),
+            "Drive the other way around too, and along a level straight.",
+        );
+        return;
+    }
     case.cannot_tell(
         "bank of the road",
         "without a roll angle a road that always falls to one side looks like an offset of `a_y`, and one that is banked in its turns like a scale".to_owned(),

@@ -284,12 +284,15 @@ fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, i
         found.rivals[place].iter().map(|&rival| CAUSES[rival].check()).collect();
     let constant = found.fit.agrees(at);
     let contradiction = match (cause.channel, cause.kind) {
-        ("v_y", Kind::Arm | Kind::Delay) => witnesses::contradiction(measured, found, place),
+        ("v_y", Kind::Arm | Kind::Delay | Kind::Angle) => {
+            witnesses::contradiction(measured, found, place)
+        }
         _ => None,
     };
+    let is_within_hold = cause.kind == Kind::Delay && value.abs() < 0.5 * case.held;
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
         _ if cause.kind == Kind::Relaxation => Sure::Possible,
-        _ if contradiction.is_some() => Sure::Possible,
+        _ if contradiction.is_some() || is_within_hold => Sure::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
         _ if (cause.channel, cause.kind) == ("v_y", Kind::Scale) => Sure::Possible,
         _ if value.abs() < cause.least => Sure::Possible,
@@ -310,6 +313,12 @@ fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, i
         }
         (None, _) => sentence += " One half of the log alone does not tell it.",
         _ => (),
+    }
+    if is_within_hold {
+        let held = significant(case.held, 2);
+        sentence += &format!(
+            " But a sensor holds its values for {held} s: it can be the clock of that one."
+        );
     }
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");

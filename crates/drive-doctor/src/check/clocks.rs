@@ -112,8 +112,8 @@ pub(super) fn behind_yaw_rate(motion: &Motion) -> Option<f64> {
 /// Reports a lateral acceleration that is behind the yaw rate, of a log without v_y, where no other clock says that the yaw rate is early.
 fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
     let Some(delay) = turning(motion).filter(|it| it.interval()[1] < -OF_CAR) else { return };
-    let others = [clocks.wheels, clocks.course].into_iter().flatten();
-    let is_early = others.map(|it| it.interval()[1] < -OF_WHEELS).any(|early| early);
+    let mut others = [clocks.wheels, clocks.course].into_iter().flatten();
+    let is_early = others.any(|it| it.interval()[1] < -OF_WHEELS);
     let sure = if is_early || !delay.is_constant() { Sure::Possible } else { Sure::Likely };
     let (value, [low, high]) = (-delay.value, delay.interval());
     let [shown, least, most] = [value, -high, -low].map(|x| significant(x, 2));
@@ -359,11 +359,13 @@ fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
     let late = if delay.value > 0.0 { "late" } else { "early" };
     let mut sentence = format!("`r` is {late}: {}.", clocks.text());
     let constant = delay.is_constant();
-    if !constant {
-        let [first, second] = delay.halves.map(|x| significant(x, 2));
-        sentence +=
-            &format!(" It is no constant: {first} s in the first half, {second} s in the second.");
-    }
+    let [first, second] = delay.halves.map(|x| significant(x, 2));
+    sentence += &match constant {
+        true => format!(" The halves of the log say {first} and {second} s."),
+        false => {
+            format!(" It is no constant: {first} s in the first half, {second} s in the second.")
+        }
+    };
     case.report(Finding {
         check: "r_delay".to_owned(),
         channels: vec!["r"],

@@ -137,6 +137,7 @@ fn held(case: &mut Case, name: &'static str) {
     let actuator = ["F_x", "delta"].contains(&name);
     if held && !actuator {
         *signal = keep(signal, &first);
+        case.held = case.held.max(period);
     }
     let percent = significant(100.0 * share, 2);
     let (sentence, correction) = match held {

@@ -77,6 +77,17 @@ const VICON: [Column; 5] = [
     ("a_y", "a_y", 1.0),
     ("delta", "steering_angle_rad", 1.0),
 ];
+/// The gyro and the encoder of the small car against the places of the camera system; the encoder over 0.05 m.
+const GAINS: [Column; 8] = [
+    ("v_x", "v_x", 1.0),
+    ("v_y", "v_y", 1.0),
+    ("r", "yaw_rate_imu", 1.0),
+    ("a_y", "a_y", 1.0),
+    ("delta", "steering_angle_rad", 1.0),
+    ("omega_fl", "wheel_speed", 1.0 / 0.05),
+    ("x", "x_m", 1.0),
+    ("y", "y_m", 1.0),
+];
 const LAGGED: [Column; 5] = [
     ("v_x", "v_x", 1.0),
     ("v_y", "v_y", 1.0),
@@ -112,6 +123,8 @@ pub const LOGS: &[Log] = &[
     dart("free_fast vicon", "dart_free_fast.csv", &VICON),
     dart("free_moderate lagged", "dart_free_moderate.csv", &LAGGED),
     dart("free_fast lagged", "dart_free_fast.csv", &LAGGED),
+    dart("free_moderate gains", "dart_free_moderate.csv", &GAINS),
+    dart("free_fast gains", "dart_free_fast.csv", &GAINS),
     dart("circles_rubber_left", "dart_circles_rubber_left.csv", &VICON),
     dart("circles_rubber_right", "dart_circles_rubber_right.csv", &VICON),
     dart("circles_tape_left", "dart_circles_tape_left.csv", &VICON),

@@ -1,0 +1,209 @@
+//! Looks for scales: of the yaw rate against the course, and the radius with which wheels roll.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
+
+use numerics::text::significant;
+
+use crate::blocks::{Blocks, Fit, T_95, split, trim};
+use crate::case::Case;
+use crate::correction::{Correction, Key};
+use crate::finding::{Finding, Sure};
+use crate::motion::{Motion, moves};
+use crate::rolling::Rolling;
+use crate::statistics::{quantile, rough_noise};
+
+/// Time over which turning is added up [s]: noise and delays are small against the angles.
+const TURN: f64 = 2.0;
+/// Distance of the begins of such times [s].
+const EVERY: f64 = 0.1;
+/// Standard deviations from 0 at which a scale is likely and certain, and the least that matters.
+const LIKELY: f64 = 4.5;
+const CERTAIN: f64 = 9.0;
+const LEAST: f64 = 0.01;
+/// Filter of speeds [s].
+const SLOW: f64 = 0.25;
+/// Share of the usual lateral acceleration of turns below which a car rolls straight on.
+const STRAIGHT: f64 = 0.3;
+/// Share by which the radii of two axles differ that is worth a word.
+const APART: f64 = 0.01;
+
+/// Compares the yaw rate with the course, and wheel speeds with the speed.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x"]) {
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    if case.has(&["r", "course"]) {
+        yaw_rate(case, &motion);
+    }
+    let axles = [("front", ["omega_fl", "omega_fr"]), ("rear", ["omega_rl", "omega_rr"])];
+    case.found.rolling = axles
+        .into_iter()
+        .filter_map(|(axle, wheels)| rolling(case, &motion, axle, &wheels))
+        .collect();
+    if let [front, rear] = &case.found.rolling[..] {
+        let (ratio, share) = (rear.radius / front.radius, rear.radius / front.radius - 1.0);
+        if share.abs() > APART && front.excludes(rear) {
+            let sentence = format!(
+                "The wheels of both axles roll with different radii: {} m in front, {} m behind. Either the tires differ, or an encoder has another scale.",
+                significant(front.radius, 4),
+                significant(rear.radius, 4)
+            );
+            case.report(Finding {
+                check: "radii".to_owned(),
+                channels: vec!["omega_fl", "omega_rl"],
+                sure: Sure::Possible,
+                value: Some(ratio),
+                interval: None,
+                unit: "1",
+                sentence,
+                consequence: "Longitudinal slip has an offset.".to_owned(),
+                correction: Correction::advice(
+                    "Roll the car by ten turns of each wheel, and measure the distance.",
+                ),
+                refuses: false,
+            });
+        }
+    }
+}
+
+/// ∫ r dt over some seconds is (1 + gain) times the turning of the body, which is that of the course less that of the sideslip, plus an offset.
+fn yaw_rate(case: &mut Case, motion: &Motion) {
+    let (r, v_x) = (motion.raw("r"), motion.raw("v_x"));
+    let sideslip = match case.has(&["v_y"]) {
+        true => motion.combine("v_y", "v_x", f64::atan2),
+        false => vec![0.0; v_x.len()],
+    };
+    let heading: Vec<f64> =
+        motion.raw("course").iter().zip(&sideslip).map(|(course, beta)| course - beta).collect();
+    let moves = moves(&motion.smooth(&v_x, SLOW, 0));
+    let length = (TURN / motion.step).round() as usize;
+    let stride = (EVERY / motion.step).round().max(1.0) as usize;
+    let starts = (0..r.len().saturating_sub(length)).step_by(stride);
+    let (mut turned, mut added, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
+    let split = split(&moves);
+    for start in starts {
+        let rows = start..=start + length;
+        let sum: f64 = r[rows.clone()].windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).sum();
+        turned.push(heading[start + length] - heading[start]);
+        added.push(sum * motion.step);
+        // A time that a stop or a gap interrupts tells nothing.
+        blocks.push(split[start].filter(|_| moves[rows].iter().all(|moves| *moves)));
+    }
+    let one = vec![1.0; turned.len()];
+    let blocks = trim(&[&turned, &one], &added, &blocks);
+    let Some(fit) = Blocks::of(&[&turned, &one], &added, |k| blocks[k]).fit(&[0, 1]) else {
+        return;
+    };
+    // Noise of the course is in the column, which makes the coefficient smaller by its share.
+    let noise = rough_noise(&heading);
+    let kept = turned.iter().zip(&blocks).filter(|(_, block)| block.is_some());
+    let turning =
+        kept.clone().map(|(turned, _)| turned * turned).sum::<f64>() / kept.count() as f64;
+    let thinned = 2.0 * noise * noise / turning;
+    let (gain, std) = (fit.values[0] - 1.0, fit.stds[0].hypot(thinned));
+    if gain.abs() < LEAST || gain.abs() < LIKELY * std {
+        return;
+    }
+    if case.is_one_sided {
+        case.cannot_tell(
+            "scale of the yaw rate",
+            "in turns to one side it looks like an offset".to_owned(),
+            "Drive left and right turns at several speeds.",
+        );
+        return;
+    }
+    let constant = is_constant(&fit);
+    let sure = match (constant, gain.abs() / std) {
+        (false, _) => Sure::Possible,
+        // More is another unit, or a course of something else.
+        _ if gain.abs() > 0.3 => Sure::Possible,
+        // The sideslip that comes and goes is not known.
+        (true, CERTAIN..) if !case.has(&["v_y"]) => Sure::Likely,
+        (true, CERTAIN..) => Sure::Certain,
+        (true, _) => Sure::Likely,
+    };
+    let [low, high] = [gain - T_95 * std, gain + T_95 * std];
+    let percent = |gain: f64| significant(100.0 * gain.abs(), 2);
+    let (least, most) = if gain > 0.0 { (low, high) } else { (high, low) };
+    let much = if gain > 0.0 { "much" } else { "little" };
+    let mut sentence = format!(
+        "`r` reads {} % [{}, {}] too {much} for the turning of the course.",
+        percent(gain),
+        percent(least),
+        percent(most)
+    );
+    if let (false, Some([first, second])) = (constant, &fit.halves) {
+        let [first, second] = [first, second].map(|half| percent(half.0[0] - 1.0));
+        sentence += &format!(
+            " The halves of the log disagree ({first} and {second} %): it is no constant."
+        );
+    }
+    case.report(Finding {
+        check: "r_scale".to_owned(),
+        channels: vec!["r"],
+        sure,
+        value: Some(gain),
+        interval: Some([low, high]),
+        unit: "1",
+        sentence,
+        consequence: "Both slips and the equilibrium of forces are wrong.".to_owned(),
+        correction: match sure.is_serious() {
+            true => Correction::column(&[Key::Gain(1.0 / (1.0 + gain))]),
+            false => Correction::advice("None as long as it is only possible."),
+        },
+        refuses: false,
+    });
+    if sure.is_serious() {
+        case.correct("r", 1.0 + gain, 0.0);
+    }
+}
+
+/// Whether both halves have the same scale, within chance.
+fn is_constant(fit: &Fit) -> bool {
+    fit.halves.as_ref().is_some_and(|[first, second]| {
+        let apart = (first.0[0] - second.0[0]).abs();
+        apart < 2.5 * first.1[0].hypot(second.1[0])
+    })
+}
+
+/// ω / v_x = (1 + c a_x) / R of an axle that rolls straight on: a force makes slip, so the radius is that at none.
+fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<Rolling> {
+    let here: Vec<&str> = wheels.iter().copied().filter(|it| case.has(&[it])).collect();
+    if here.is_empty() {
+        return None;
+    }
+    let speeds: Vec<Vec<f64>> =
+        here.iter().map(|it| motion.smooth(&motion.raw(it), SLOW, 0)).collect();
+    let v_x = motion.smooth(&motion.raw("v_x"), SLOW, 0);
+    let a_x = match case.has(&["a_x"]) {
+        true => motion.smooth(&motion.raw("a_x"), SLOW, 0),
+        false => motion.smooth(&motion.raw("v_x"), SLOW, 1),
+    };
+    let mean = |k: usize| speeds.iter().map(|it| it[k]).sum::<f64>() / speeds.len() as f64;
+    let ratio: Vec<f64> = (0..v_x.len()).map(|k| mean(k) / v_x[k]).collect();
+    let moves = moves(&v_x);
+    let turning = motion.smooth(&motion.combine("v_x", "r", |v_x, r| v_x * r), SLOW, 0);
+    let usual = STRAIGHT * quantile(turning.iter().map(|it| it.abs()), 0.95);
+    // Without a yaw rate, and with both wheels, turns cancel.
+    let rolls = |k: usize| moves[k] && (!case.has(&["r"]) || turning[k].abs() < usual);
+    let straight: Vec<bool> = (0..v_x.len()).map(rolls).collect();
+    let one = vec![1.0; v_x.len()];
+    let blocks = trim(&[&one, &a_x], &centred(&ratio, &straight), &split(&straight));
+    let fit = Blocks::of(&[&one, &a_x], &ratio, |k| blocks[k]).fit(&[0, 1])?;
+    let [low, high] = fit.interval(0);
+    let radius = 1.0 / fit.values[0];
+    let slip = fit.interval(1).map(|it| it * radius);
+    Rolling::new(
+        axle,
+        (radius, [1.0 / high, 1.0 / low]),
+        (fit.values[1] * radius, slip),
+        is_constant(&fit),
+    )
+}
+
+/// The ratio less its middle, so that the bulk is what is small.
+fn centred(ratio: &[f64], used: &[bool]) -> Vec<f64> {
+    let middle =
+        quantile(ratio.iter().zip(used).filter(|(_, used)| **used).map(|(it, _)| *it), 0.5);
+    ratio.iter().map(|it| it - middle).collect()
+}
