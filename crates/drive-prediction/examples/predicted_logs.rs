@@ -1,5 +1,5 @@
 //! Predicts logs of real cars that were not fitted, beside simple models that see the same inputs:
-//! `cargo run --release -p drive-prediction --example real_logs -- FOLDER`.
+//! `cargo run --release -p drive-prediction --example predicted_logs -- FOLDER`.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
