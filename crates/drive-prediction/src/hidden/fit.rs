@@ -105,7 +105,7 @@ pub struct Fit {
 
 /// Values that a sensor must give: two seconds at 100 Hz, twenty at 10 Hz.
 const LEAST_VALUES: usize = 200;
-const LIMITS: Limits = Limits { iterations: 40, target: 2e-4, tolerance: 2e-3, damping: 1e-2 };
+const LIMITS: Limits = Limits { iterations: 150, target: 2e-4, tolerance: 2e-3, damping: 1e-2 };
 /// Half width of a 95 % interval.
 const Z_95: f64 = 1.959_964;
 
