@@ -38,7 +38,10 @@ pub struct Drifting {
 }
 
 /// Lateral points and load at rest of both axles [N].
-fn axles<'a>(prepared: &'a Prepared, pipeline: &Pipeline) -> [(&'static str, &'a Series, f64); 2] {
+pub(crate) fn axles<'a>(
+    prepared: &'a Prepared,
+    pipeline: &Pipeline,
+) -> [(&'static str, &'a Series, f64); 2] {
     let [front, rear] = pipeline.car.body.static_loads();
     [
         ("front", &prepared.front.lateral.series, front),

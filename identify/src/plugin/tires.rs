@@ -19,6 +19,7 @@ use tire_inference::settings::{Method, Settings};
 use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::draws::{self, DrawnTire, Draws};
+use crate::loads::{self, Loaded, Loads};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
 use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
@@ -100,9 +101,10 @@ pub(super) fn tires(
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
-    for (widening, (settings, answer)) in
-        widenings(&pipeline, &uncertainty, &recording, &found, host)?.iter().zip(&mut found)
-    {
+    go_on(host, 0.94, "loads and longitudinal forces")?;
+    let mut loads = Loads::fit(&prepared, &pipeline);
+    let widenings = widenings((&pipeline, &uncertainty), &recording, (&found, &mut loads), host)?;
+    for (widening, (settings, answer)) in widenings.iter().zip(&mut found) {
         widening.widen(answer, &settings.prior, config.seed);
     }
     let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
@@ -117,32 +119,38 @@ pub(super) fn tires(
     let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
     let drift = stretches::drift(config.drift.length, signal, (&prepared, &pipeline));
     let car = page::car::logged(&car, &uncertainty);
+    let longitudinal = |key: &str| {
+        let mut both = curves.iter().zip(&found);
+        both.find(|(curve, _)| curve.key == key).map(|(_, (_, answer))| &answer.estimates[0].1)
+    };
+    let mut loads = loads.told(["front_x", "rear_x"].map(longitudinal));
+    doctor::cap_loads(&log, &mut loads);
     let of_plant = of_plant(config, &curves, &found);
     overall.remarks.extend(draws::missing(&of_plant));
     // Each curve has its own data: what they leave open is independent.
     leave_start_values((&of_plant, Draws::Apart), &overall.verdict(), config.seed, host);
-    leave_page((&curves, &found, &overall), (&prepared, &car, &log), &drift, host);
+    leave_page((&curves, &found, &overall), (&prepared, &car, &log), (&drift, &loads), host);
     let mut result = report(config, (&curves, &found, &overall), (&prepared, &log));
     result["drift"] = stretches::report(&drift);
+    [result["load_sensitivity"], result["combined_slip"]] = loads::report(&loads);
     if let Some(windows) = &config.windows {
         result["windows"] = stretches::windows(windows, (&prepared, &pipeline));
     }
     Ok(result)
 }
 
-/// How far each curve moves with the uncertain data of the car.
+/// How far each curve, and what loads tell, move with the uncertain data of the car.
 fn widenings(
-    pipeline: &Pipeline,
-    uncertainty: &CarUncertainty,
+    (pipeline, uncertainty): (&Pipeline, &CarUncertainty),
     recording: &DriveLog,
-    found: &[(Settings, Answer)],
+    (found, loads): (&[(Settings, Answer)], &mut Loads),
     host: &mut dyn Host,
 ) -> Result<Vec<Widening>, String> {
     let mut widenings = vec![Widening::default(); found.len()];
     for (name, cars) in perturbed(&pipeline.car, uncertainty) {
         go_on(host, 0.95, &format!("fitting with another {name}"))?;
         let failed = |error: String| format!("with another {name}: {error}");
-        let fits = |car| -> Result<Vec<Theta>, String> {
+        let fits = |car| -> Result<(Vec<Theta>, loads::Ends), String> {
             let pipeline = Pipeline { car, ..pipeline.clone() };
             let prepared = pipeline.run(recording).map_err(|error| failed(error.to_string()))?;
             let fit = |(curve, (settings, answer)): (Curve, &(Settings, Answer))| {
@@ -153,10 +161,13 @@ fn widenings(
                     settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
                 fit.map(|solution| solution.theta).map_err(|error| failed(error.to_string()))
             };
-            curves(&prepared).into_iter().zip(found).map(fit).collect()
+            let curves: Result<_, _> = curves(&prepared).into_iter().zip(found).map(fit).collect();
+            Ok((curves?, loads.with(&prepared, &pipeline)))
         };
         let [low, high] = cars.map(fits);
-        let ends = low?.into_iter().zip(high?);
+        let ((low, low_loads), (high, high_loads)) = (low?, high?);
+        loads.add(name, [low_loads, high_loads]);
+        let ends = low.into_iter().zip(high);
         widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
     }
     Ok(widenings)
@@ -251,7 +262,7 @@ fn of_plant<'a>(
 fn leave_page(
     (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
-    drift: &[stretches::Drifting],
+    (drift, loads): (&[stretches::Drifting], &[Loaded]),
     host: &mut dyn Host,
 ) {
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
@@ -269,6 +280,7 @@ fn leave_page(
         facts: &facts,
         log: Some(log),
         drift,
+        loads,
         sections: sections.collect(),
         ..Page::default()
     };

@@ -30,6 +30,8 @@ const DOUBTED: f64 = 3.0;
 const KNOWN: f64 = 1e-3;
 /// Neither the ellipse nor a load makes a tire weaker than that.
 const LEAST_FACTOR: f64 = 0.2;
+/// Sums of squares of smaller numbers are finite.
+const HUGE: f64 = 1e100;
 /// Rows that are looked at: neighbours of more say the same.
 const MOST_ROWS: usize = 20_000;
 /// Time of a block [s], longer than a corner, so that what a road does in one counts once; and the fewest of them.
@@ -69,7 +71,7 @@ impl Rows {
         let Samples { slip, force, weight } = &series.samples;
         let numbers = [slip, force, weight, &series.load, &series.other, &series.time];
         let [low, high] = series.samples.slip_range()?;
-        let known = numbers.iter().all(|column| column.iter().all(|it| it.is_finite()));
+        let known = numbers.iter().all(|column| column.iter().all(|it| it.abs() < HUGE));
         (rows.len() >= LEAST_ROWS && high > low && known && nominal > 0.0).then(|| Self {
             load: series.load.iter().map(|load| load / nominal - 1.0).collect(),
             square: series.other.iter().map(|other| other * other).collect(),
