@@ -26,7 +26,7 @@ use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posteri
 use crate::start_values::Tire;
 use crate::stretches;
 use crate::told::{Overall, Told, forget_absent_peak};
-use crate::widening::{Widening, perturbed};
+use crate::widening::{Widening, braked_otherwise, perturbed};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -169,6 +169,16 @@ fn widenings(
         loads.add(name, [low_loads, high_loads]);
         let ends = low.into_iter().zip(high);
         widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
+    }
+    if let Some((name, cars)) = braked_otherwise(&pipeline.car) {
+        go_on(host, 0.97, &format!("loads with another {name}"))?;
+        let ends = cars.map(|car| {
+            let pipeline = Pipeline { car, ..pipeline.clone() };
+            let prepared = pipeline.run(recording).map_err(|error| error.to_string())?;
+            Ok::<_, String>(loads.with(&prepared, &pipeline))
+        });
+        let [low, high] = ends;
+        loads.add(name, [low?, high?]);
     }
     Ok(widenings)
 }

@@ -33,7 +33,7 @@ const LEAST_FACTOR: f64 = 0.2;
 /// Sums of squares of smaller numbers are finite.
 const HUGE: f64 = 1e100;
 /// Rows that are looked at: neighbours of more say the same.
-const MOST_ROWS: usize = 20_000;
+const MOST_ROWS: usize = 6_000;
 /// Time of a block [s], longer than a corner, so that what a road does in one counts once; and the fewest of them.
 const BLOCK: f64 = 5.0;
 const LEAST_BLOCKS: usize = 10;
@@ -64,14 +64,14 @@ struct Rows {
 
 impl Rows {
     fn of(series: &Series, nominal: f64) -> Option<Self> {
+        let Samples { slip, force, weight } = &series.samples;
+        let numbers = [slip, force, weight, &series.load, &series.other, &series.time];
+        let known = numbers.iter().all(|column| column.iter().all(|it| it.abs() < HUGE));
         let step = series.time.len().div_ceil(MOST_ROWS).max(1);
         let rows: Vec<usize> = (0..series.time.len()).step_by(step).collect();
         let mut series = series.pick(&rows);
         even_out(&mut series.samples);
-        let Samples { slip, force, weight } = &series.samples;
-        let numbers = [slip, force, weight, &series.load, &series.other, &series.time];
         let [low, high] = series.samples.slip_range()?;
-        let known = numbers.iter().all(|column| column.iter().all(|it| it.abs() < HUGE));
         (rows.len() >= LEAST_ROWS && high > low && known && nominal > 0.0).then(|| Self {
             load: series.load.iter().map(|load| load / nominal - 1.0).collect(),
             square: series.other.iter().map(|other| other * other).collect(),
@@ -230,10 +230,10 @@ impl Fit {
         mean[FIRST] = usual.load;
         mean[FIRST + 1] = usual.load;
         mean[FIRST + 2] = usual.ellipse.powi(-2);
-        let at = start.map_or(mean, |it| it.at);
-        let mut search = Search { rows: &rows, mean, std, variance: 0.01, at };
         // The noise of the last fit weighs the prior of the next one.
-        for _ in 0..3 {
+        let (at, variance, fits) = start.map_or((mean, 0.01, 3), |it| (it.at, it.variance, 2));
+        let mut search = Search { rows: &rows, mean, std, variance, at };
+        for _ in 0..fits {
             search.minimise();
             search.variance = search.residual_variance();
         }

@@ -59,7 +59,7 @@ impl fmt::Display for Obstacle {
             Self::HalvesDiffer => {
                 "Halves of the log contradict each other: something else changes.".to_owned()
             }
-            Self::Wide => "Too few rows tell it.".to_owned(),
+            Self::Wide => "Too few rows with other loads or forces tell it.".to_owned(),
         })
     }
 }
