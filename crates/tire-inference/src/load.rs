@@ -28,9 +28,9 @@ pub const EFFECTS: usize = 3;
 const NOTHING: f64 = 2.0 * NARROWED;
 /// Share of the rows beyond each end of what loads and longitudinal forces are said to reach.
 const BEYOND: f64 = 0.05;
-/// Smaller ranges of the relative load and of the longitudinal force over load are no excitation.
+/// Smaller ranges of the relative load, and longitudinal forces over load that take less than 1 % of the lateral one at μ_x = 1, tell nothing.
 const LEAST_LOAD: f64 = 0.05;
-const LEAST_FORCE: f64 = 0.1;
+const LEAST_FORCE: f64 = 0.14;
 /// Standard deviations between halves of the log that chance exceeds in 5 % of cases over three effects of two axles.
 const APART: f64 = 2.64;
 

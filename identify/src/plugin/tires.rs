@@ -117,7 +117,7 @@ pub(super) fn tires(
         overall.widened = CAR_ADDED;
     }
     let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
-    let drift = stretches::drift(config.drift.length, signal, (&prepared, &pipeline));
+    let drift = stretches::drift(&config.drift, signal, (&prepared, &pipeline));
     let car = page::car::logged(&car, &uncertainty);
     let longitudinal = |key: &str| {
         let mut both = curves.iter().zip(&found);
@@ -384,3 +384,6 @@ fn record(group: &str, columns: &[&Column], host: &mut dyn Host) {
         part += 1;
     }
 }
+
+#[cfg(test)]
+mod tests;
