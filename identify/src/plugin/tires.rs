@@ -1,14 +1,17 @@
 //! Identifies the tires of a car: prepares its signals, identifies each curve, and tells what was found.
 
+mod facts;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use drive_doctor::Examination;
 use drive_inference::CarUncertainty;
-use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Lost, OffsetSource, Pipeline, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -119,12 +122,7 @@ pub(super) fn tires(
     let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
     let drift = stretches::drift(&config.drift, signal, (&prepared, &pipeline));
     let car = page::car::logged(&car, &uncertainty);
-    let longitudinal = |key: &str| {
-        let mut both = curves.iter().zip(&found);
-        both.find(|(curve, _)| curve.key == key).map(|(_, (_, answer))| &answer.estimates[0].1)
-    };
-    let mut loads = loads.told(["front_x", "rear_x"].map(longitudinal));
-    doctor::cap_loads(&log, &mut loads);
+    let loads = of_loads(&loads, (&curves, &found), &log);
     let of_plant = of_plant(config, &curves, &found);
     overall.remarks.extend(draws::missing(&of_plant));
     // Each curve has its own data: what they leave open is independent.
@@ -137,6 +135,21 @@ pub(super) fn tires(
         result["windows"] = stretches::windows(windows, (&prepared, &pipeline));
     }
     Ok(result)
+}
+
+/// What is told of loads and longitudinal forces; the first method that was asked for is the one to go on with.
+fn of_loads(
+    loads: &Loads,
+    (curves, found): (&[Curve], &[(Settings, Answer)]),
+    log: &Examination,
+) -> Vec<Loaded> {
+    let longitudinal = |key: &str| {
+        let mut both = curves.iter().zip(found);
+        both.find(|(curve, _)| curve.key == key).map(|(_, (_, answer))| &answer.estimates[0].1)
+    };
+    let mut told = loads.told(["front_x", "rear_x"].map(longitudinal));
+    doctor::cap_loads(log, &mut told);
+    told
 }
 
 /// How far each curve, and what loads tell, move with the uncertain data of the car.
@@ -282,7 +295,7 @@ fn leave_page(
         prior: &settings.prior,
         methods: methods(found),
     });
-    let facts = facts(prepared);
+    let facts = facts::facts(prepared);
     let page = Page {
         title: "Tires",
         overall: Some(overall),
@@ -295,55 +308,6 @@ fn leave_page(
         ..Page::default()
     };
     page::leave(&page, host);
-}
-
-/// What was done to the recording, for people.
-fn facts(prepared: &Prepared) -> Vec<(String, String)> {
-    let report = &prepared.report;
-    let Lost { rows, held, slow, gear_shift, gap, short, used } = report.lost;
-    let mut facts = vec![
-        ("rows used".to_owned(), format!("{used} of {rows}")),
-        ("rows at common instants".to_owned(), report.rows.to_string()),
-        ("stretches".to_owned(), report.stretches.len().to_string()),
-    ];
-    let lost = [
-        ("rows that repeat the row before", held),
-        ("rows that are too slow", slow),
-        ("rows around gear shifts", gear_shift),
-        ("rows where a signal has a gap", gap),
-        ("rows in stretches that are too short", short),
-    ];
-    let lost = lost.into_iter().filter(|(_, count)| *count > 0);
-    facts.extend(lost.map(|(name, count)| (format!("{name}, not used"), count.to_string())));
-    facts.extend(report.offsets.iter().map(|offset| {
-        let from = match offset.source {
-            OffsetSource::Given => "given",
-            OffsetSource::Estimated => "estimated from straight driving",
-            OffsetSource::TooFewStraightSamples => "too little straight driving to tell",
-        };
-        let value = significant(offset.value, 3);
-        (
-            format!("offset of {}", offset.name),
-            format!("{value} {}, {from}", offset_unit(offset.name)),
-        )
-    }));
-    let repeated = report.held.iter().filter(|(_, count)| **count > 0);
-    facts.extend(
-        repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
-    );
-    facts.extend(report.points.iter().map(|points| {
-        let name = format!("{} {:?} points", points.axle, points.direction).to_lowercase();
-        (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))
-    }));
-    facts
-}
-
-fn offset_unit(name: &str) -> &'static str {
-    match name {
-        "r" => "rad/s",
-        "sideslip" => "rad",
-        _ => "m/s²",
-    }
 }
 
 /// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.
@@ -384,6 +348,3 @@ fn record(group: &str, columns: &[&Column], host: &mut dyn Host) {
         part += 1;
     }
 }
-
-#[cfg(test)]
-mod tests;
