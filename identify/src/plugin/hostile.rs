@@ -93,7 +93,7 @@ fn the_doctor_survives_signals_that_no_car_has() {
 fn the_identification_of_curves_survives_signals_that_no_car_has() {
     let front = "drive_front_share = 0.0";
     let config = format!("task = \"tires\"\nmethods = [\"least_squares\"]\n[car]\n{CAR}{front}\n");
-    survives(&config, &drive(), &[&["delta"], LATERAL]);
+    survives(&config, &drive(), &[&["delta"], &["a_x"], LATERAL]);
 }
 
 #[test]
