@@ -10,6 +10,7 @@ pub mod config;
 pub mod design;
 pub mod draws;
 pub mod judged;
+pub mod loads;
 pub mod names;
 pub mod page;
 mod plugin;

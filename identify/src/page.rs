@@ -7,6 +7,7 @@ pub mod doctor;
 mod drift;
 mod drives;
 mod head;
+mod loads;
 mod misfit;
 pub mod prediction;
 mod replay;
@@ -32,6 +33,7 @@ use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::ByName;
 
+use crate::loads::Loaded;
 use crate::stretches::Drifting;
 use crate::studies::{excitation, sensitivity};
 use crate::told::Overall;
@@ -55,6 +57,8 @@ pub struct Page<'a> {
     pub log: Option<&'a Examination>,
     /// How stiffness and friction change over the log.
     pub drift: &'a [Drifting],
+    /// What loads, longitudinal forces and slips tell.
+    pub loads: &'a [Loaded],
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.
@@ -120,6 +124,10 @@ fn render(page: &Page, figures: &[Figures]) -> String {
     }
     if let Some(drives) = &page.drives {
         html.push_str(&drives::drives(drives));
+    }
+    let loads = loads::section(page.loads);
+    if !loads.is_empty() {
+        let _ = writeln!(html, "<h2>Load and longitudinal force</h2>\n{loads}");
     }
     let drift = drift::section(page.drift);
     if !drift.is_empty() {

@@ -71,6 +71,7 @@ impl Analysis for Identify {
             Config::Tires(config) => {
                 let has = |name: &str| request.signal(name).is_some();
                 config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
+                config.drift.demand_laps(has)?;
                 let mut recording = DriveLog::default();
                 for signal in &request.signals {
                     recording.insert(signal.name, Vec::new(), Vec::new());

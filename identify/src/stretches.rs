@@ -7,7 +7,7 @@ use tire_inference::drift::{self, Drift};
 use tire_inference::local::{Local, Usual};
 use tire_inference::window::Window;
 
-use crate::config::stretches::Windows;
+use crate::config::stretches::{self, Windows};
 
 /// Parts of a log that are looked at: more would only say that the length is too short.
 const MOST: usize = 20_000;
@@ -38,7 +38,10 @@ pub struct Drifting {
 }
 
 /// Lateral points and load at rest of both axles [N].
-fn axles<'a>(prepared: &'a Prepared, pipeline: &Pipeline) -> [(&'static str, &'a Series, f64); 2] {
+pub(crate) fn axles<'a>(
+    prepared: &'a Prepared,
+    pipeline: &Pipeline,
+) -> [(&'static str, &'a Series, f64); 2] {
     let [front, rear] = pipeline.car.body.static_loads();
     [
         ("front", &prepared.front.lateral.series, front),
@@ -54,17 +57,45 @@ fn parts(series: &Series, length: f64) -> Vec<(f64, Series)> {
     let count = ((last - first) / length).floor().min(MOST as f64) as usize;
     let part = |k: usize| {
         let from = first + k as f64 * length;
-        let row = |time: f64| series.time.partition_point(|t| *t < time);
-        let rows: Vec<usize> = (row(from)..row(from + length)).collect();
-        (from, series.pick(&rows))
+        (from, between(series, [from, from + length]))
     };
     (0..count).map(part).collect()
 }
 
-/// Drift of K and D of both axles from stretch to stretch of a length [s], in a long log of a hundredth of it; with time stamps and values of a signal by its name, such as
-/// `tread_temperature_f`.
+/// The points from a time on, up to before another one [s].
+fn between(series: &Series, [from, until]: [f64; 2]) -> Series {
+    let row = |time: f64| series.time.partition_point(|t| *t < time);
+    let rows: Vec<usize> = (row(from)..row(until)).collect();
+    series.pick(&rows)
+}
+
+/// A lap: its number, and its beginning and end [s].
+type Lap = (f64, [f64; 2]);
+
+/// Laps of the signal `lap`, given by time stamps and values: wherever its nearest whole number changes. Of many laps some are put together.
+fn laps([times, values]: [&[f64]; 2]) -> Vec<Lap> {
+    let mut laps: Vec<Lap> = Vec::new();
+    let rows = times.iter().zip(values).filter(|(_, value)| value.is_finite());
+    for (time, number) in rows.map(|(time, value)| (*time, value.round())) {
+        if let Some((last, [_, until])) = laps.last_mut() {
+            *until = time;
+            if *last == number {
+                continue;
+            }
+        }
+        laps.push((number, [time; 2]));
+    }
+    // The last row is part of its lap.
+    laps.iter_mut().last().into_iter().for_each(|(_, [_, until])| *until = until.next_up());
+    let together = laps.len().div_ceil(MOST_STRETCHES as usize).max(1);
+    let joined = |laps: &[Lap]| (laps[0].0, [laps[0].1[0], laps[laps.len() - 1].1[1]]);
+    laps.chunks(together).map(joined).collect()
+}
+
+/// Drift of K and D of both axles from lap to lap, or from stretch to stretch of a length, in a long log of a hundredth of it; with time stamps and
+/// values of a signal by its name, such as `lap` and `tread_temperature_f`.
 pub fn drift<'a>(
-    length: f64,
+    config: &stretches::Drift,
     signal: impl Fn(&str) -> Option<[&'a [f64]; 2]>,
     (prepared, pipeline): (&Prepared, &Pipeline),
 ) -> Vec<Drifting> {
@@ -72,25 +103,32 @@ pub fn drift<'a>(
     let of_axle = |(axle, series, load): (&'static str, &Series, f64)| {
         let seconds =
             series.time.last().zip(series.time.first()).map_or(0.0, |(last, first)| last - first);
-        let length = length.max(seconds / MOST_STRETCHES);
+        let length = config.length.max(seconds / MOST_STRETCHES);
         let name = format!("tread_temperature_{}", &axle[..1]);
-        let temperature = |from: f64| {
+        let temperature = |[from, until]: [f64; 2]| {
             let [times, values] = signal(&name)?;
             let row = |time: f64| times.partition_point(|t| *t < time);
-            let values = values.get(row(from)..row(from + length))?;
+            let values = values.get(row(from)..row(until))?;
             let sum: f64 = values.iter().sum();
             (!values.is_empty()).then(|| sum / values.len() as f64)
         };
-        let stretches: Vec<[drift::Value; 2]> = parts(series, length)
+        let parts: Vec<(Option<f64>, [f64; 2], Series)> = if config.laps {
+            let part = |(number, ends)| (Some(number), ends, between(series, ends));
+            signal("lap").map(laps).unwrap_or_default().into_iter().map(part).collect()
+        } else {
+            let part = |(from, part)| (None, [from, from + length], part);
+            parts(series, length).into_iter().map(part).collect()
+        };
+        let stretches: Vec<[drift::Value; 2]> = parts
             .iter()
-            .filter_map(|(from, part)| {
+            .filter_map(|(lap, ends, part)| {
                 let local = Local::fit(part, load, &usual)?;
-                let time = from + 0.5 * length;
                 let value = |(logarithm, variance)| drift::Value {
-                    time,
+                    time: 0.5 * (ends[0] + ends[1]),
+                    lap: *lap,
                     logarithm,
                     variance,
-                    temperature: temperature(*from),
+                    temperature: temperature(*ends),
                 };
                 Some(local.logarithms().map(value))
             })
@@ -126,4 +164,27 @@ pub fn windows(config: &Windows, (prepared, pipeline): (&Prepared, &Pipeline)) -
         (axle.to_owned(), Value::Array(all))
     };
     Value::Object(axles(prepared, pipeline).into_iter().map(of_axle).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laps_begin_where_their_number_changes() {
+        let times: Vec<f64> = (0..10).map(f64::from).collect();
+        let values = [1.0, 1.0, f64::NAN, 1.4, 1.6, 2.0, 2.0, 0.0, 0.0, 0.0];
+        let found = laps([&times, &values]);
+        let expected = [(1.0, [0.0, 4.0]), (2.0, [4.0, 7.0]), (0.0, [7.0, 9.0_f64.next_up()])];
+        assert_eq!(found, expected);
+        assert_eq!(laps([&[], &[]]), []);
+        assert_eq!(laps([&times, &[f64::NAN; 10]]), []);
+    }
+
+    #[test]
+    fn many_laps_are_put_together() {
+        let times: Vec<f64> = (0..1000).map(f64::from).collect();
+        let found = laps([&times, &times]);
+        assert_eq!((found.len(), found[1]), (100, (10.0, [10.0, 20.0])));
+    }
 }

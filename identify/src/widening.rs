@@ -7,7 +7,7 @@
 use drive_inference::CarUncertainty;
 use numerics::statistics::NORMAL_95;
 use numerics::text::significant;
-use preparation::Car;
+use preparation::{BrakeShare, Car, ShareRule};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use tire_inference::estimate::{Answer, Estimate};
@@ -46,6 +46,22 @@ pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, 
     .filter(|(_, std, _)| *std > 0.0)
     .map(|(name, _, cars)| (name, cars))
     .collect()
+}
+
+/// Standard deviation of the front axle's share of the braking force [-] where nobody knows it: brakes of cars are from 0.55 to 0.75.
+const USUAL_SHARE_STD: f64 = 0.05;
+
+/// The car with other shares of the braking force, where a rule stands for the share: those at the loads at rest, at minus and plus one
+/// standard deviation. It moves longitudinal forces only.
+pub fn braked_otherwise(car: &Car) -> Option<(&'static str, [Car; 2])> {
+    let BrakeShare::Rule(ShareRule::ByLoad) = car.brake_front_share else { return None };
+    let [front, rear] = car.body.static_loads();
+    let share = front / (front + rear);
+    let moved = [-USUAL_SHARE_STD, USUAL_SHARE_STD].map(|by| {
+        let brake_front_share = BrakeShare::Fixed((share + by).clamp(0.0, 1.0));
+        Car { brake_front_share, ..*car }
+    });
+    Some(("share of the brakes", moved))
 }
 
 /// Moves of the parameters of one curve, each by one standard deviation of a datum of the car.

@@ -70,6 +70,8 @@ fn an_error_has_the_path_of_its_key() {
         ("task = \"doctor\"\nwheelbase = 2.4\nl_f = 2.5", "l_f"),
         ("task = \"doctor\"\nwheelbase = 3.0\nl_f = 1.33\nl_r = 1.07", "wheelbase"),
         ("task = \"tires\"\nprepare.shortest = nan", "prepare.shortest"),
+        ("task = \"tires\"\ndrift.length = 0.0", "drift.length"),
+        ("task = \"tires\"\ndrift.laps = 3", "drift.laps"),
         ("task = \"closed_loop\"\ntypical.S_h = 0.0", "typical.S_h"),
         ("task = \"closed_loop\"\nbounds.C = [-1.0, 2.0]", "bounds.C"),
         ("task = \"closed_loop\"\nwindows = [[0.0, 1.0], [3.0, 2.0]]", "windows.1"),

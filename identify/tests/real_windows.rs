@@ -5,6 +5,7 @@ mod real_log;
 #[path = "support/windows.rs"]
 mod windows;
 
+use identify::config::stretches::Drift;
 use identify::stretches;
 use tire_inference::axles::Axle;
 use tire_inference::drift::DriftVerdict;
@@ -27,7 +28,10 @@ fn ten_seconds_seldom_tell_the_curve_and_say_so() {
 fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
     let Some(log) = Log::of_250lm() else { return };
     let prepared = log.pipeline.run(&log.recording).expect("points");
-    let told = |length: f64| stretches::drift(length, |_| None, (&prepared, &log.pipeline));
+    let told = |length: f64| {
+        let config = Drift { length, ..Drift::default() };
+        stretches::drift(&config, |_| None, (&prepared, &log.pipeline))
+    };
     for length in [10.0, 15.0, 20.0, 30.0] {
         for it in told(length) {
             println!("{length} s, ratio {:.1}: {}", it.drift.likelihood_ratio, it.sentence);
@@ -45,4 +49,31 @@ fn the_stiffness_of_the_250lm_drifts_as_its_halves_say() {
     let [_, low, high] = rear.drift.change.expect("a change");
     assert!((low..=high).contains(&(107.0 / 125.0 - 1.0)), "{}", rear.sentence);
     assert!(rear.sentence.contains("No constant describes it"), "{}", rear.sentence);
+}
+
+#[test]
+fn laps_are_stretches() {
+    let Some(log) = Log::of_250lm() else { return };
+    let prepared = log.pipeline.run(&log.recording).expect("points");
+    let series = &prepared.rear.lateral.series;
+    let begin = series.time[0];
+    // Laps of 20 s, so that they are the stretches of that length.
+    let number = |time: &f64| ((time - begin) / 20.0).floor();
+    let lap: Vec<f64> = series.time.iter().map(number).collect();
+    let signal = |name: &str| (name == "lap").then_some([&series.time[..], &lap[..]]);
+    let told = |laps: bool| {
+        let config = Drift { length: 20.0, laps };
+        let told = stretches::drift(&config, signal, (&prepared, &log.pipeline));
+        let rear = told.into_iter().find(|it| it.axle == "rear" && it.quantity == "K");
+        rear.expect("a drift").drift
+    };
+    let [by_time, by_lap] = [false, true].map(told);
+    assert_eq!(by_lap.stretches[3].lap, Some(3.0));
+    // What is left at the end is a lap, but not a stretch.
+    assert!(
+        (by_time.stretches.len()..=by_time.stretches.len() + 1).contains(&by_lap.stretches.len())
+    );
+    let [alone, other] = [&by_time, &by_lap].map(|it| it.stretches[3].alone);
+    assert!((alone / other - 1.0).abs() < 1e-3, "{alone} and {other}");
+    println!("by time {:.1}, by lap {:.1}", by_time.likelihood_ratio, by_lap.likelihood_ratio);
 }

@@ -25,6 +25,8 @@ const VAGUE: f64 = 0.3;
 pub struct Value {
     /// Middle of the stretch [s].
     pub time: f64,
+    /// Number of the lap, where the stretch is one.
+    pub lap: Option<f64>,
     /// Logarithm of K or D.
     pub logarithm: f64,
     /// Variance of the logarithm.
@@ -50,6 +52,9 @@ pub enum DriftVerdict {
 pub struct Smoothed {
     /// Middle of the stretch [s].
     pub time: f64,
+    /// Number of the lap, where the stretch is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lap: Option<f64>,
     /// Value, in the unit of the quantity.
     pub value: f64,
     /// 95 % interval.
@@ -238,8 +243,8 @@ impl Model<'_> {
         };
         let stretch = |k: usize| {
             let [value, low, high] = ends(mean[k], covariance[(k, k)]);
-            let Value { time, logarithm, .. } = self.values[k];
-            Smoothed { time, value, interval: [low, high], alone: logarithm.exp() }
+            let Value { time, lap, logarithm, .. } = self.values[k];
+            Smoothed { time, lap, value, interval: [low, high], alone: logarithm.exp() }
         };
         let last = count - 1;
         let variance = covariance[(0, 0)] + covariance[(last, last)] - 2.0 * covariance[(0, last)];
@@ -292,7 +297,7 @@ mod tests {
             let temperature = 350.0 + 15.0 * (time / 130.0).sin();
             let noise = 0.03 * draw() + 0.02 * draw();
             let logarithm = logarithm(time, temperature) + noise;
-            Value { time, logarithm, variance: 0.0009, temperature: Some(temperature) }
+            Value { time, lap: None, logarithm, variance: 0.0009, temperature: Some(temperature) }
         };
         (0..30).map(stretch).collect()
     }

@@ -18,6 +18,7 @@ pub mod estimate;
 pub mod fit;
 pub mod kernel;
 pub mod linearised_slip_noise;
+pub mod load;
 pub mod local;
 pub mod minimise;
 pub mod model;

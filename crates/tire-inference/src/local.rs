@@ -25,7 +25,7 @@ const LEAST_BLOCKS: usize = 5;
 /// Share of the rows beyond each end of the excited slip.
 const BEYOND: f64 = 0.05;
 /// Fewer rows are no stretch.
-const LEAST_ROWS: usize = 50;
+pub(crate) const LEAST_ROWS: usize = 50;
 const ITERATIONS: usize = 30;
 
 /// What is usual of lateral curves and of the logs of cars. The coordinates are ln K, C, ln D, E.
@@ -73,7 +73,7 @@ impl Usual {
     }
 }
 
-fn even_out(samples: &mut Samples) {
+pub(crate) fn even_out(samples: &mut Samples) {
     let Some([low, high]) = samples.slip_range() else { return };
     let width = (high - low).max(f64::MIN_POSITIVE) / GROUPS as f64;
     let group = |slip: f64| (((slip - low) / width) as usize).min(GROUPS - 1);
@@ -86,13 +86,13 @@ fn even_out(samples: &mut Samples) {
 }
 
 /// B, C, D, E of ln K, C, ln D, E.
-fn theta(at: &Vector4<f64>) -> Theta {
+pub(crate) fn theta(at: &Vector4<f64>) -> Theta {
     let (K, C, D, E) = (at[0].exp(), at[1], at[2].exp(), at[3]);
     [K / (C * D), C, D, E, 0.0, 0.0]
 }
 
 /// Friction coefficient, and its derivatives by ln K, C, ln D, E.
-fn slope(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
+pub(crate) fn slope(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
     let tire = theta(at);
     let (value, [by_B, by_C, by_D, by_E, ..]) = value_and_gradient(&tire, slip);
     let [B, C, D, ..] = tire;

@@ -45,18 +45,29 @@ impl Windows {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Drift {
-    /// Length of a stretch [s], such as a lap.
+    /// Length of a stretch [s].
     pub length: f64,
+    /// Stretches are laps, as the signal `lap` has them, whatever `length` is.
+    pub laps: bool,
 }
 
 impl Default for Drift {
     fn default() -> Self {
-        Self { length: 20.0 }
+        Self { length: 20.0, laps: false }
     }
 }
 
 impl Drift {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         rules::positive("length", self.length)
+    }
+
+    /// Demands the signal that tells laps.
+    ///
+    /// # Errors
+    /// When laps are asked for without it.
+    pub fn demand_laps(&self, has: impl Fn(&str) -> bool) -> Result<(), ConfigError> {
+        let message = "expected the signal `lap`, the number of the lap, found none: map it to a column, or leave `laps` out for stretches of `length`";
+        if self.laps && !has("lap") { Err(ConfigError::at("drift.laps", message)) } else { Ok(()) }
     }
 }

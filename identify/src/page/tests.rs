@@ -89,6 +89,7 @@ fn page(found: &Found, title: &str) -> String {
         excitation: Some(&found.study),
         sensitivity: Some(&sensitivity),
         drift: &[],
+        loads: &[],
     })
 }
 

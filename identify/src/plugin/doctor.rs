@@ -15,6 +15,7 @@ use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use vehicle::Body;
 
 use crate::config::Doctor;
+use crate::loads::Loaded;
 use crate::page::doctor;
 use crate::told::Overall;
 
@@ -138,6 +139,14 @@ pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
     let model = judge(found, ModelVerdict::default());
     for (name, verdict) in &mut estimate.identified {
         model.cap_with(verdict, estimate.reason.entry(name.clone()).or_default());
+    }
+}
+
+/// Caps what is told of loads and longitudinal forces from such a log.
+pub(super) fn cap_loads(found: &Examination, loads: &mut [Loaded]) {
+    let model = judge(found, ModelVerdict::default());
+    for effect in loads.iter_mut().flat_map(Loaded::effects_mut) {
+        model.cap_with(&mut effect.verdict, &mut effect.reason);
     }
 }
 

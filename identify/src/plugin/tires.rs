@@ -1,14 +1,17 @@
 //! Identifies the tires of a car: prepares its signals, identifies each curve, and tells what was found.
 
+mod facts;
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
 use drive_doctor::Examination;
 use drive_inference::CarUncertainty;
-use numerics::text::significant;
 use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
-use preparation::{Column, DriveLog, Lost, OffsetSource, Pipeline, Points, Prepared, Stage};
+use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{Coupled, couple};
 use tire_inference::estimate::{Answer, identify};
@@ -19,13 +22,14 @@ use tire_inference::settings::{Method, Settings};
 use crate::config::Tires;
 use crate::design::d_optimal;
 use crate::draws::{self, DrawnTire, Draws};
+use crate::loads::{self, Loaded, Loads};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
 use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
 use crate::start_values::Tire;
 use crate::stretches;
 use crate::told::{Overall, Told, forget_absent_peak};
-use crate::widening::{Widening, perturbed};
+use crate::widening::{Widening, braked_otherwise, perturbed};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -100,9 +104,10 @@ pub(super) fn tires(
     if config.axle_coupling > 0.0 {
         couple_axles(&curves, &mut found, config.axle_coupling)?;
     }
-    for (widening, (settings, answer)) in
-        widenings(&pipeline, &uncertainty, &recording, &found, host)?.iter().zip(&mut found)
-    {
+    go_on(host, 0.94, "loads and longitudinal forces")?;
+    let mut loads = Loads::fit(&prepared, &pipeline);
+    let widenings = widenings((&pipeline, &uncertainty), &recording, (&found, &mut loads), host)?;
+    for (widening, (settings, answer)) in widenings.iter().zip(&mut found) {
         widening.widen(answer, &settings.prior, config.seed);
     }
     let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
@@ -115,34 +120,50 @@ pub(super) fn tires(
         overall.widened = CAR_ADDED;
     }
     let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
-    let drift = stretches::drift(config.drift.length, signal, (&prepared, &pipeline));
+    let drift = stretches::drift(&config.drift, signal, (&prepared, &pipeline));
     let car = page::car::logged(&car, &uncertainty);
+    let loads = of_loads(&loads, (&curves, &found), &log);
     let of_plant = of_plant(config, &curves, &found);
     overall.remarks.extend(draws::missing(&of_plant));
     // Each curve has its own data: what they leave open is independent.
     leave_start_values((&of_plant, Draws::Apart), &overall.verdict(), config.seed, host);
-    leave_page((&curves, &found, &overall), (&prepared, &car, &log), &drift, host);
+    leave_page((&curves, &found, &overall), (&prepared, &car, &log), (&drift, &loads), host);
     let mut result = report(config, (&curves, &found, &overall), (&prepared, &log));
     result["drift"] = stretches::report(&drift);
+    [result["load_sensitivity"], result["combined_slip"]] = loads::report(&loads);
     if let Some(windows) = &config.windows {
         result["windows"] = stretches::windows(windows, (&prepared, &pipeline));
     }
     Ok(result)
 }
 
-/// How far each curve moves with the uncertain data of the car.
+/// What is told of loads and longitudinal forces; the first method that was asked for is the one to go on with.
+fn of_loads(
+    loads: &Loads,
+    (curves, found): (&[Curve], &[(Settings, Answer)]),
+    log: &Examination,
+) -> Vec<Loaded> {
+    let longitudinal = |key: &str| {
+        let mut both = curves.iter().zip(found);
+        both.find(|(curve, _)| curve.key == key).map(|(_, (_, answer))| &answer.estimates[0].1)
+    };
+    let mut told = loads.told(["front_x", "rear_x"].map(longitudinal));
+    doctor::cap_loads(log, &mut told);
+    told
+}
+
+/// How far each curve, and what loads tell, move with the uncertain data of the car.
 fn widenings(
-    pipeline: &Pipeline,
-    uncertainty: &CarUncertainty,
+    (pipeline, uncertainty): (&Pipeline, &CarUncertainty),
     recording: &DriveLog,
-    found: &[(Settings, Answer)],
+    (found, loads): (&[(Settings, Answer)], &mut Loads),
     host: &mut dyn Host,
 ) -> Result<Vec<Widening>, String> {
     let mut widenings = vec![Widening::default(); found.len()];
     for (name, cars) in perturbed(&pipeline.car, uncertainty) {
         go_on(host, 0.95, &format!("fitting with another {name}"))?;
         let failed = |error: String| format!("with another {name}: {error}");
-        let fits = |car| -> Result<Vec<Theta>, String> {
+        let fits = |car| -> Result<(Vec<Theta>, loads::Ends), String> {
             let pipeline = Pipeline { car, ..pipeline.clone() };
             let prepared = pipeline.run(recording).map_err(|error| failed(error.to_string()))?;
             let fit = |(curve, (settings, answer)): (Curve, &(Settings, Answer))| {
@@ -153,11 +174,24 @@ fn widenings(
                     settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
                 fit.map(|solution| solution.theta).map_err(|error| failed(error.to_string()))
             };
-            curves(&prepared).into_iter().zip(found).map(fit).collect()
+            let curves: Result<_, _> = curves(&prepared).into_iter().zip(found).map(fit).collect();
+            Ok((curves?, loads.with(&prepared, &pipeline)))
         };
         let [low, high] = cars.map(fits);
-        let ends = low?.into_iter().zip(high?);
+        let ((low, low_loads), (high, high_loads)) = (low?, high?);
+        loads.add(name, [low_loads, high_loads]);
+        let ends = low.into_iter().zip(high);
         widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
+    }
+    if let Some((name, cars)) = braked_otherwise(&pipeline.car) {
+        go_on(host, 0.97, &format!("loads with another {name}"))?;
+        let ends = cars.map(|car| {
+            let pipeline = Pipeline { car, ..pipeline.clone() };
+            let prepared = pipeline.run(recording).map_err(|error| error.to_string())?;
+            Ok::<_, String>(loads.with(&prepared, &pipeline))
+        });
+        let [low, high] = ends;
+        loads.add(name, [low?, high?]);
     }
     Ok(widenings)
 }
@@ -251,7 +285,7 @@ fn of_plant<'a>(
 fn leave_page(
     (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
     (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
-    drift: &[stretches::Drifting],
+    (drift, loads): (&[stretches::Drifting], &[Loaded]),
     host: &mut dyn Host,
 ) {
     let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
@@ -261,7 +295,7 @@ fn leave_page(
         prior: &settings.prior,
         methods: methods(found),
     });
-    let facts = facts(prepared);
+    let facts = facts::facts(prepared);
     let page = Page {
         title: "Tires",
         overall: Some(overall),
@@ -269,59 +303,11 @@ fn leave_page(
         facts: &facts,
         log: Some(log),
         drift,
+        loads,
         sections: sections.collect(),
         ..Page::default()
     };
     page::leave(&page, host);
-}
-
-/// What was done to the recording, for people.
-fn facts(prepared: &Prepared) -> Vec<(String, String)> {
-    let report = &prepared.report;
-    let Lost { rows, held, slow, gear_shift, gap, short, used } = report.lost;
-    let mut facts = vec![
-        ("rows used".to_owned(), format!("{used} of {rows}")),
-        ("rows at common instants".to_owned(), report.rows.to_string()),
-        ("stretches".to_owned(), report.stretches.len().to_string()),
-    ];
-    let lost = [
-        ("rows that repeat the row before", held),
-        ("rows that are too slow", slow),
-        ("rows around gear shifts", gear_shift),
-        ("rows where a signal has a gap", gap),
-        ("rows in stretches that are too short", short),
-    ];
-    let lost = lost.into_iter().filter(|(_, count)| *count > 0);
-    facts.extend(lost.map(|(name, count)| (format!("{name}, not used"), count.to_string())));
-    facts.extend(report.offsets.iter().map(|offset| {
-        let from = match offset.source {
-            OffsetSource::Given => "given",
-            OffsetSource::Estimated => "estimated from straight driving",
-            OffsetSource::TooFewStraightSamples => "too little straight driving to tell",
-        };
-        let value = significant(offset.value, 3);
-        (
-            format!("offset of {}", offset.name),
-            format!("{value} {}, {from}", offset_unit(offset.name)),
-        )
-    }));
-    let repeated = report.held.iter().filter(|(_, count)| **count > 0);
-    facts.extend(
-        repeated.map(|(name, count)| (format!("repeated rows of {name}"), count.to_string())),
-    );
-    facts.extend(report.points.iter().map(|points| {
-        let name = format!("{} {:?} points", points.axle, points.direction).to_lowercase();
-        (name, format!("{} of {} rows, {} outliers", points.used, points.rows, points.outliers))
-    }));
-    facts
-}
-
-fn offset_unit(name: &str) -> &'static str {
-    match name {
-        "r" => "rad/s",
-        "sideslip" => "rad",
-        _ => "m/s²",
-    }
 }
 
 /// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.

@@ -98,3 +98,16 @@ fn no_peak_is_widened_to_the_other_side() {
     let [old, new] = [&before, &after].map(|answer| answer.estimates[0].1.interval["peak_slip"]);
     assert!(new[0] >= 0.0 && new[0] < old[0] && new[1] > old[1], "{old:?} {new:?}");
 }
+
+#[test]
+fn brakes_that_nobody_knows_are_moved_about_their_rule() {
+    let by_load = BrakeShare::Rule(ShareRule::ByLoad);
+    let car = Car { brake_front_share: by_load, ..Car::default() };
+    let (_, cars) = braked_otherwise(&car).expect("a rule");
+    let [front, rear] = car.body.static_loads();
+    for (car, by) in cars.iter().zip([-0.05, 0.05]) {
+        let BrakeShare::Fixed(share) = car.brake_front_share else { panic!("{car:?}") };
+        assert_relative_eq!(share, front / (front + rear) + by);
+    }
+    assert_eq!(braked_otherwise(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }), None);
+}

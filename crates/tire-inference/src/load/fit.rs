@@ -1,0 +1,291 @@
+//! Fits the curve of an axle with the effects of load and longitudinal force, and says how uncertain they are.
+//!
+//! The estimate is a maximum a posteriori one by Levenberg's and Marquardt's method; its covariance is the larger one of independent
+//! residuals and of blocks of time as clusters (Liang and Zeger 1986), plus offsets considered as Schmidt (1966) does.
+#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+
+use nalgebra::{SMatrix, SVector, Vector4};
+use preparation::Series;
+use preparation::samples::Samples;
+
+use super::EFFECTS;
+use crate::dependence::correlation_time;
+use crate::kernel::value;
+use crate::local::{LEAST_ROWS, Usual, even_out, slope, theta};
+
+/// ln K, C, ln D, E at rest and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
+const COUNT: usize = 9;
+type Vector = SVector<f64, COUNT>;
+type Matrix = SMatrix<f64, COUNT, COUNT>;
+/// The first effect, and the first curvature.
+const FIRST: usize = 4;
+const CURVED: usize = FIRST + EFFECTS;
+
+/// Standard deviations of the effects, and of the curvatures: loads of tires bend curves little (Pacejka 4.3.2).
+const USUAL_STD: [f64; EFFECTS] = [0.3, 0.15, 0.6];
+const CURVATURE_STD: f64 = 0.2;
+/// Factors of standard deviations, for the verdict: of an effect that nothing but the data is to tell, of the others, and of one that is known.
+const UNKNOWN: f64 = 30.0;
+const DOUBTED: f64 = 3.0;
+const KNOWN: f64 = 1e-3;
+/// Neither the ellipse nor a load makes a tire weaker than that.
+const LEAST_FACTOR: f64 = 0.2;
+/// Sums of squares of smaller numbers are finite.
+const HUGE: f64 = 1e100;
+/// Rows that are looked at: neighbours of more say the same.
+const MOST_ROWS: usize = 6_000;
+/// Time of a block [s], longer than a corner, so that what a road does in one counts once; and the fewest of them.
+const BLOCK: f64 = 5.0;
+const LEAST_BLOCKS: usize = 10;
+const ITERATIONS: usize = 40;
+
+/// An estimate with all that its variances come from.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    at: Vector,
+    std: Vector,
+    /// Of the cost without the prior.
+    information: Matrix,
+    /// Variance of one independent residual.
+    variance: f64,
+    /// Sums of the scores by block, and what unknown offsets of force and slip add to them.
+    blocks: Vec<Vector>,
+    offsets: [Vector; 2],
+}
+
+struct Rows {
+    samples: Samples,
+    time: Vec<f64>,
+    /// F_z / F_z0 − 1.
+    load: Vec<f64>,
+    /// (F_x / F_z)².
+    square: Vec<f64>,
+}
+
+impl Rows {
+    fn of(series: &Series, nominal: f64) -> Option<Self> {
+        let Samples { slip, force, weight } = &series.samples;
+        let numbers = [slip, force, weight, &series.load, &series.other, &series.time];
+        let known = numbers.iter().all(|column| column.iter().all(|it| it.abs() < HUGE));
+        let step = series.time.len().div_ceil(MOST_ROWS).max(1);
+        let rows: Vec<usize> = (0..series.time.len()).step_by(step).collect();
+        let mut series = series.pick(&rows);
+        even_out(&mut series.samples);
+        let [low, high] = series.samples.slip_range()?;
+        (rows.len() >= LEAST_ROWS && high > low && known && nominal > 0.0).then(|| Self {
+            load: series.load.iter().map(|load| load / nominal - 1.0).collect(),
+            square: series.other.iter().map(|other| other * other).collect(),
+            samples: series.samples,
+            time: series.time,
+        })
+    }
+
+    /// The model at a row and another slip, with its derivatives.
+    fn model(&self, at: &Vector, row: usize, slip: f64) -> (f64, Vector) {
+        let Local { tire, factors, rest } = Local::of(at, self.load[row], self.square[row]);
+        let (coefficient, by) = slope(&tire, slip);
+        let ellipse = rest.max(LEAST_FACTOR).sqrt();
+        let z = self.load[row];
+        let mut slopes = Vector::zeros();
+        slopes.fixed_rows_mut::<4>(0).copy_from(&(by * ellipse));
+        for (place, of_curve) in [0, 2].into_iter().enumerate() {
+            if factors[place] > LEAST_FACTOR {
+                let by_factor = ellipse * by[of_curve] / factors[place];
+                slopes[FIRST + place] = by_factor * z;
+                slopes[CURVED + place] = by_factor * z * z;
+            }
+        }
+        if rest > LEAST_FACTOR {
+            slopes[FIRST + 2] = -0.5 * self.square[row] / ellipse * coefficient;
+        }
+        (ellipse * coefficient, slopes)
+    }
+
+    fn residuals(&self, at: &Vector) -> Vec<f64> {
+        let Samples { slip, force, weight } = &self.samples;
+        let residual = |row: usize| {
+            let Local { tire, rest, .. } = Local::of(at, self.load[row], self.square[row]);
+            let model = rest.max(LEAST_FACTOR).sqrt() * value(&theta(&tire), slip[row]);
+            weight[row].sqrt() * (force[row] - model)
+        };
+        (0..slip.len()).map(residual).collect()
+    }
+}
+
+/// The tire at a load and a longitudinal force.
+struct Local {
+    tire: Vector4<f64>,
+    /// Of K and D by load.
+    factors: [f64; 2],
+    /// Radicand of the ellipse.
+    rest: f64,
+}
+
+impl Local {
+    fn of(at: &Vector, z: f64, square: f64) -> Self {
+        let factors = [0, 1].map(|place| 1.0 + at[FIRST + place] * z + at[CURVED + place] * z * z);
+        let [K, D] = factors.map(|factor| factor.max(LEAST_FACTOR).ln());
+        let tire = Vector4::new(at[0] + K, at[1], at[2] + D, at[3]);
+        Self { tire, factors, rest: 1.0 - at[FIRST + 2] * square }
+    }
+}
+
+struct Search<'a> {
+    rows: &'a Rows,
+    mean: Vector,
+    std: Vector,
+    variance: f64,
+    at: Vector,
+}
+
+impl Search<'_> {
+    fn cost(&self, at: &Vector) -> f64 {
+        let square: f64 = self.rows.residuals(at).iter().map(|it| it * it).sum();
+        square + self.variance * (at - self.mean).component_div(&self.std).norm_squared()
+    }
+
+    /// Half of the Hessian of the squares without the prior, and half of their descent.
+    fn normal_equations(&self) -> (Matrix, Vector) {
+        let (mut hessian, mut descent) = (Matrix::zeros(), Vector::zeros());
+        let Samples { slip, force, weight } = &self.rows.samples;
+        for row in 0..slip.len() {
+            let (value, by) = self.rows.model(&self.at, row, slip[row]);
+            hessian += weight[row] * by * by.transpose();
+            descent += weight[row] * (force[row] - value) * by;
+        }
+        (hessian, descent)
+    }
+
+    fn minimise(&mut self) {
+        let weights = self.std.map(|std| self.variance / (std * std));
+        let (mut damping, mut cost) = (1e-3, self.cost(&self.at));
+        for _ in 0..ITERATIONS {
+            let (mut hessian, mut descent) = self.normal_equations();
+            hessian += Matrix::from_diagonal(&weights);
+            descent += weights.component_mul(&(self.mean - self.at));
+            let better = (0..8).find_map(|_| {
+                let damped = hessian + Matrix::from_diagonal(&(hessian.diagonal() * damping));
+                let mut next = self.at + damped.try_inverse()? * descent;
+                next[1] = next[1].clamp(0.5, 2.5);
+                next[3] = next[3].min(0.99);
+                let new = self.cost(&next);
+                if new < cost {
+                    return Some((next, new));
+                }
+                damping *= 4.0;
+                None
+            });
+            let Some((next, new)) = better else { return };
+            let gain = (cost - new) / cost;
+            (self.at, cost) = (next, new);
+            damping *= 0.3;
+            if gain < 1e-7 {
+                return;
+            }
+        }
+    }
+
+    /// Of independent residuals: of those that hang together, one in their correlation time is.
+    fn residual_variance(&self) -> f64 {
+        let residuals = self.rows.residuals(&self.at);
+        let square: f64 = residuals.iter().map(|it| it * it).sum();
+        (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
+    }
+
+    fn fit(self, usual: &Usual) -> Fit {
+        let (information, _) = self.normal_equations();
+        let Samples { slip, force, weight } = &self.rows.samples;
+        let time = &self.rows.time;
+        let (first, last) = (time[0], time[time.len() - 1]);
+        let seconds = (last - first).max(f64::MIN_POSITIVE);
+        let count = ((seconds / BLOCK) as usize).clamp(LEAST_BLOCKS, MOST_ROWS);
+        let mut blocks = vec![Vector::zeros(); count];
+        let mut offsets = [Vector::zeros(); 2];
+        for row in 0..slip.len() {
+            let (value, by) = self.rows.model(&self.at, row, slip[row]);
+            let block = ((time[row] - first) / seconds * count as f64) as usize;
+            blocks[block.min(count - 1)] += weight[row] * (force[row] - value) * by;
+            let step = 1e-5;
+            let steepness = (self.rows.model(&self.at, row, slip[row] + step).0 - value) / step;
+            offsets[0] += weight[row] * usual.force_offset * by;
+            offsets[1] += weight[row] * usual.slip_offset * steepness * by;
+        }
+        let unbiased = (count as f64 / (count as f64 - 1.0)).sqrt();
+        blocks.iter_mut().for_each(|block| *block *= unbiased);
+        let Self { at, std, variance, .. } = self;
+        Fit { at, std, information, variance, blocks, offsets }
+    }
+}
+
+impl Fit {
+    /// Fits points at the load at rest [N], from another fit of the same tire where there is one.
+    pub fn of(series: &Series, nominal: f64, usual: &Usual, start: Option<&Self>) -> Option<Self> {
+        let rows = Rows::of(series, nominal)?;
+        let (mut mean, mut std) = (Vector::zeros(), Vector::repeat(CURVATURE_STD));
+        mean.fixed_rows_mut::<4>(0).copy_from(&usual.mean);
+        std.fixed_rows_mut::<4>(0).copy_from(&usual.std);
+        for (place, of_effect) in USUAL_STD.into_iter().enumerate() {
+            std[FIRST + place] = of_effect;
+        }
+        mean[FIRST] = usual.load;
+        mean[FIRST + 1] = usual.load;
+        mean[FIRST + 2] = usual.ellipse.powi(-2);
+        // The noise of the last fit weighs the prior of the next one.
+        let (at, variance, fits) = start.map_or((mean, 0.01, 3), |it| (it.at, it.variance, 2));
+        let mut search = Search { rows: &rows, mean, std, variance, at };
+        for _ in 0..fits {
+            search.minimise();
+            search.variance = search.residual_variance();
+        }
+        Some(search.fit(usual))
+    }
+
+    /// k, d and 1 / μ_x².
+    pub fn effects(&self) -> [f64; EFFECTS] {
+        std::array::from_fn(|place| self.at[FIRST + place])
+    }
+
+    /// What is usual.
+    pub fn usual_std(&self, effect: usize) -> f64 {
+        self.std[FIRST + effect]
+    }
+
+    /// Variance of an effect, with what is usual.
+    pub fn variance(&self, effect: usize) -> f64 {
+        self.variance_under(FIRST + effect, &self.std, true)
+    }
+
+    /// The same without offsets that both halves of a log have in common.
+    pub fn variance_of_half(&self, effect: usize) -> f64 {
+        self.variance_under(FIRST + effect, &self.std, false)
+    }
+
+    /// Variance of an effect by the data, with hardly a prior of it and a wide one of the others; one of them may be known.
+    pub fn variance_alone(&self, effect: usize, known: Option<usize>) -> f64 {
+        let mut std = self.std;
+        for place in 0..EFFECTS {
+            let wider = if place == effect { UNKNOWN } else { DOUBTED };
+            std[FIRST + place] *= if known == Some(place) { KNOWN } else { wider };
+        }
+        self.variance_under(FIRST + effect, &std, true)
+    }
+
+    /// Variance of a coordinate under a prior; infinite where it cannot be computed.
+    fn variance_under(&self, place: usize, std: &Vector, offsets: bool) -> f64 {
+        let weights = std.map(|std| self.variance / (std * std));
+        let hessian = self.information + Matrix::from_diagonal(&weights);
+        // Scales of slips and squares differ by orders.
+        let scale = hessian.diagonal().map(|it| it.max(f64::MIN_POSITIVE).sqrt().recip());
+        let scaled = Matrix::from_fn(|i, j| hessian[(i, j)] * scale[i] * scale[j]);
+        let Some(inverse) = scaled.cholesky().map(|it| it.inverse()) else {
+            return f64::INFINITY;
+        };
+        let row = Vector::from_fn(|j, _| inverse[(place, j)] * scale[place] * scale[j]);
+        let square = |score: &Vector| row.dot(score).powi(2);
+        let prior: f64 = (0..COUNT).map(|j| (row[j] * weights[j] * std[j]).powi(2)).sum();
+        let inside = self.blocks.iter().map(square).sum::<f64>() + prior;
+        let plain = self.variance * row[place];
+        let shared = if offsets { self.offsets.iter().map(square).sum() } else { 0.0 };
+        inside.max(plain) + shared
+    }
+}

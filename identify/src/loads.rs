@@ -1,0 +1,132 @@
+//! Tells how stiffness and friction of both axles change with the load, and what longitudinal forces and slips say of them.
+
+use preparation::{Pipeline, Prepared};
+use serde_json::{Value, json};
+use tire_inference::estimate::Estimate;
+use tire_inference::load::{Axle, EFFECTS, Effect, LoadEffects, Move};
+use tire_inference::local::Usual;
+use tire_inference::verdict::Verdict;
+
+use crate::stretches::axles;
+
+/// Effects of both axles with one car; absent where they cannot be fitted.
+pub type Ends = [Option<[f64; EFFECTS]>; 2];
+
+/// Both axles, with what other data of the car say.
+pub struct Loads {
+    axles: [(Option<Axle>, Vec<Move>); 2],
+}
+
+/// What is told of an axle.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// Key of the axle in the result.
+    pub axle: &'static str,
+    /// What its lateral points tell; absent where there are too few.
+    pub effects: Option<LoadEffects>,
+    /// Stiffness over longitudinal slip.
+    pub slip_stiffness: SlipStiffness,
+}
+
+/// Stiffness over longitudinal slip, K of the curve.
+#[derive(Clone, Debug)]
+pub struct SlipStiffness {
+    /// Value and 95 % interval [-].
+    pub found: Option<(f64, [f64; 2])>,
+    /// Whether the data tell it.
+    pub verdict: Verdict,
+    /// Why, or what is missing.
+    pub reason: String,
+}
+
+impl Loads {
+    /// Fits both axles.
+    pub fn fit(prepared: &Prepared, pipeline: &Pipeline) -> Self {
+        let fit = |(_, series, load)| (Axle::fit(series, load, &Usual::default()), Vec::new());
+        Self { axles: axles(prepared, pipeline).map(fit) }
+    }
+
+    /// The effects with another car.
+    pub fn with(&self, prepared: &Prepared, pipeline: &Pipeline) -> Ends {
+        let series = axles(prepared, pipeline);
+        std::array::from_fn(|at| {
+            let (_, series, load) = series[at];
+            self.axles[at].0.as_ref()?.again(series, load, &Usual::default())
+        })
+    }
+
+    /// Adds what a datum of the car does, at minus and plus one standard deviation.
+    pub fn add(&mut self, name: &'static str, [low, high]: [Ends; 2]) {
+        for (at, (_, moves)) in self.axles.iter_mut().enumerate() {
+            moves.extend(low[at].zip(high[at]).map(|(low, high)| (name, [low, high])));
+        }
+    }
+
+    /// What is told, with the longitudinal curves of both axles.
+    pub fn told(&self, longitudinal: [Option<&Estimate>; 2]) -> Vec<Loaded> {
+        let told = |(at, (fit, moves)): (usize, &(Option<Axle>, Vec<Move>))| Loaded {
+            axle: ["front", "rear"][at],
+            effects: fit.as_ref().map(|fit| fit.judge(moves)),
+            slip_stiffness: SlipStiffness::of(at, longitudinal[at]),
+        };
+        self.axles.iter().enumerate().map(told).collect()
+    }
+}
+
+impl SlipStiffness {
+    fn of(axle: usize, estimate: Option<&Estimate>) -> Self {
+        let Some(estimate) = estimate else {
+            let [left, right] = [["omega_fl", "omega_fr"], ["omega_rl", "omega_rr"]][axle];
+            return Self {
+                found: None,
+                verdict: Verdict::NotIdentifiable,
+                reason: format!(
+                    "The wheel speeds `{left}` and `{right}` are missing: there is no longitudinal slip. Log them, and give the radius of the wheels."
+                ),
+            };
+        };
+        Self {
+            found: estimate.mean.get("K").copied().zip(estimate.interval.get("K").copied()),
+            verdict: estimate.identified.get("K").copied().unwrap_or(Verdict::NotIdentifiable),
+            reason: estimate.reason.get("K").cloned().unwrap_or_default(),
+        }
+    }
+}
+
+impl Loaded {
+    /// All that has a verdict of the lateral points.
+    pub fn effects_mut(&mut self) -> impl Iterator<Item = &mut Effect> {
+        self.effects.iter_mut().flat_map(|it| [&mut it.K, &mut it.D, &mut it.mu_x])
+    }
+}
+
+/// Why nothing is told of an axle.
+pub const TOO_FEW: &str = "There are too few rows with a slip. Drive corners.";
+
+/// What is told under `load_sensitivity` and `combined_slip`, by axle.
+pub fn report(told: &[Loaded]) -> [Value; 2] {
+    let (mut sensitivity, mut combined) = (json!({}), json!({}));
+    for Loaded { axle, effects, slip_stiffness } in told {
+        let nothing = || json!({ "verdict": Verdict::NotIdentifiable, "reason": TOO_FEW });
+        let effect = |of: fn(&LoadEffects) -> &Effect| {
+            effects.as_ref().map_or_else(nothing, |it| json!(of(it)))
+        };
+        sensitivity[axle] = json!({
+            "K": effect(|it| &it.K),
+            "D": effect(|it| &it.D),
+            "load": effects.as_ref().map(|it| it.load),
+        });
+        let SlipStiffness { found, verdict, reason } = slip_stiffness;
+        combined[axle] = json!({
+            "mu_x": effect(|it| &it.mu_x),
+            "longitudinal_force": effects.as_ref().map(|it| it.longitudinal),
+            "slip_stiffness": {
+                "value": found.map(|it| it.0),
+                "interval": found.map(|it| it.1),
+                "verdict": verdict,
+                "reason": reason,
+            },
+        });
+    }
+    [sensitivity, combined]
+}

@@ -1,0 +1,125 @@
+//! Asserts what is said of loads and longitudinal forces of real cars, if the recordings are at hand.
+
+#[path = "../../crates/drive-doctor/tests/support/real_log.rs"]
+mod real_log;
+#[path = "support/windows.rs"]
+mod windows;
+
+use drive_inference::CarUncertainty;
+use identify::loads::{Loaded, Loads};
+use identify::widening::{braked_otherwise, perturbed};
+use preparation::{Pipeline, Series};
+use tire_inference::load::{Axle, Obstacle};
+use tire_inference::local::Usual;
+use tire_inference::verdict::Verdict;
+use windows::Log;
+
+/// What is told with this uncertainty of the car.
+fn told(log: &Log, uncertainty: &CarUncertainty) -> Vec<Loaded> {
+    let prepare = |pipeline: &Pipeline| pipeline.run(&log.recording).expect("points");
+    let mut loads = Loads::fit(&prepare(&log.pipeline), &log.pipeline);
+    let car = &log.pipeline.car;
+    let cars = perturbed(car, uncertainty);
+    for (name, cars) in cars.into_iter().chain(braked_otherwise(car)) {
+        let ends = cars.map(|car| {
+            let pipeline = Pipeline { car, ..log.pipeline.clone() };
+            loads.with(&prepare(&pipeline), &pipeline)
+        });
+        loads.add(name, ends);
+    }
+    let told = loads.told([None; 2]);
+    for it in &told {
+        let effects = it.effects.as_ref().expect("rows");
+        println!(
+            "{} {}: load {:.2?}, F_x/F_z {:.2?}",
+            log.name, it.axle, effects.load, effects.longitudinal
+        );
+        for (name, effect) in [("K", &effects.K), ("D", &effects.D), ("mu_x", &effects.mu_x)] {
+            println!(
+                "    {name}: {:.3} {:.3?}, width {:.2}, halves {:.2?}, {:?}: {}",
+                effect.value,
+                effect.interval,
+                effect.width,
+                effect.halves,
+                effect.verdict,
+                effect.reason
+            );
+        }
+    }
+    told
+}
+
+/// Verdicts of K, D and μ_x.
+fn verdicts(told: &Loaded) -> [Verdict; 3] {
+    let effects = told.effects.as_ref().expect("rows");
+    [&effects.K, &effects.D, &effects.mu_x].map(|it| it.verdict)
+}
+
+#[test]
+fn the_250lm_tells_its_rear_ellipse_and_no_load_sensitivity() {
+    let Some(log) = Log::of_250lm() else { return };
+    // The height is a guess (scenarios/tires_250lm.toml).
+    let told = told(&log, &CarUncertainty { h: 0.05, ..CarUncertainty::default() });
+    let [front, rear] = [0, 1].map(|axle| verdicts(&told[axle]));
+    assert_eq!(front, [Verdict::NotIdentifiable; 3]);
+    assert_eq!(rear, [Verdict::NotIdentifiable, Verdict::NotIdentifiable, Verdict::Identified]);
+    let mu_x = &told[1].effects.as_ref().expect("rows").mu_x;
+    assert!(mu_x.value > 1.0 && mu_x.value < 1.2, "{mu_x:?}");
+}
+
+/// Effects that are put into the forces of a real axle are found on top of its own.
+#[test]
+fn what_is_added_to_a_real_axle_is_found() {
+    let Some(log) = Log::of_250lm() else { return };
+    let prepared = log.pipeline.run(&log.recording).expect("points");
+    let (series, usual) = (&prepared.rear.lateral.series, Usual::default());
+    let [_, nominal] = log.pipeline.car.body.static_loads();
+    let fit = |series: &Series| Axle::fit(series, nominal, &usual).expect("a curve");
+    let own = fit(series).judge(&[]);
+    let square = own.mu_x.value.powi(-2);
+    let mut harder = series.clone();
+    for (force, other) in harder.samples.force.iter_mut().zip(&series.other) {
+        let rest = |square: f64| (1.0 - square * other * other).max(0.2).sqrt();
+        *force *= rest(square + 0.4) / rest(square);
+    }
+    let found = fit(&harder).judge(&[]).mu_x;
+    println!("{:.3} with 0.4 more {:.3}", square, found.value.powi(-2));
+    assert!((found.value.powi(-2) - square - 0.4).abs() < 0.08, "{found:?}");
+    assert_eq!(found.verdict, Verdict::Identified, "{found:?}");
+    let mut steeper = series.clone();
+    for (force, load) in steeper.samples.force.iter_mut().zip(&series.load) {
+        *force *= 1.0 - 0.3 * (load / nominal - 1.0);
+    }
+    let found = fit(&steeper).judge(&[]);
+    println!(
+        "K {:.3} to {:.3}, D {:.3} to {:.3}",
+        own.K.value, found.K.value, own.D.value, found.D.value
+    );
+    // What is usual holds them back.
+    for (own, found) in [(&own.K, &found.K), (&own.D, &found.D)] {
+        let by = found.value - own.value;
+        assert!(by < -0.05 && by > -0.35, "{by}");
+    }
+}
+
+#[test]
+fn without_load_transfer_nothing_is_said_of_loads() {
+    let Some(mut log) = Log::of_250lm() else { return };
+    log.pipeline.car.body.h = 0.0;
+    for axle in told(&log, &CarUncertainty::NONE) {
+        let effects = axle.effects.as_ref().expect("rows");
+        for effect in [&effects.K, &effects.D] {
+            assert_eq!(effect.obstacle, Some(Obstacle::Still), "{effect:?}");
+        }
+    }
+}
+
+#[test]
+fn a_car_that_hardly_brakes_tells_nothing() {
+    for name in ["dart_free_fast.csv", "dart_free_moderate.csv"] {
+        let Some(log) = Log::of_dart(name) else { return };
+        for axle in told(&log, &CarUncertainty::NONE) {
+            assert!(verdicts(&axle).iter().all(|it| *it != Verdict::Identified), "{axle:?}");
+        }
+    }
+}
