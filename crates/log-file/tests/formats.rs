@@ -266,7 +266,7 @@ fn arrays_of_matlab_share_the_time_of_their_struct() {
     assert_eq!(numbers(&mut log, "speed"), [5.0, 6.0]);
     assert_eq!(numbers(&mut log, "delta"), [0.25, 0.5]);
     let hdf5 = open(b"\x89HDF\r\n\x1a\n and more").err().expect("it is refused").to_string();
-    assert!(hdf5.contains("save('-v7')"), "{hdf5}");
+    assert!(hdf5.contains("the HDF5 file cannot be read"), "{hdf5}");
 }
 
 #[test]

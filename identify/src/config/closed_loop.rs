@@ -59,7 +59,7 @@ pub struct ClosedLoop {
     /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
     pub errors: BTreeMap<Cause, Mode>,
     /// Errors of sensors that are estimated by themselves, too, on rows some hundredths of a second apart, from all of the drive and from its
-    /// halves, such as `["sideslip_lever", "sideslip_delay", "steering_offset"]`. They are told and nothing is corrected.
+    /// halves, such as `["v_y_lever", "v_y_delay", "steering_offset"]`. They are told and nothing is corrected.
     pub calibrate: Vec<Cause>,
     /// Standard deviations of these errors before any data, each in its unit; those of sensors that were mounted with care by
     /// default.
