@@ -57,6 +57,7 @@ impl Analysis for Identify {
             "rad",
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
+        Need::optional("ground_speed", "m/s", "speed over ground, as of GNSS"),
         Need::optional("x", "m", "place on the ground; with y it stands for the course"),
         Need::optional("y", "m", "place on the ground, to the left of the axis of x"),
         Need::optional("gear", "", "gear"),

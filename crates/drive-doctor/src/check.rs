@@ -3,6 +3,7 @@
 mod bank;
 mod calibration;
 mod clocks;
+mod course;
 mod force;
 mod gains;
 mod stuck;
@@ -26,6 +27,7 @@ pub(crate) const CHECKS: &[Check] = &[
     swapped::wheels,
     force::check,
     clocks::check,
+    course::check,
     gains::check,
     understeer::check,
     bank::check,

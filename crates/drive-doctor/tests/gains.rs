@@ -13,9 +13,12 @@ struct Made {
     offset: f64,
     course_noise: f64,
     is_one_sided: bool,
+    /// By how much the course is late [s].
+    course_delay: f64,
 }
 
-const CLEAN: Made = Made { scale: 1.0, offset: 0.0, course_noise: 0.003, is_one_sided: false };
+const CLEAN: Made =
+    Made { scale: 1.0, offset: 0.0, course_noise: 0.003, is_one_sided: false, course_delay: 0.0 };
 const RADIUS: f64 = 0.31;
 /// Slip of a driven axle by forward acceleration [s²/m].
 const SLIP: f64 = 0.01;
@@ -54,7 +57,8 @@ fn examined(made: &Made, seed: u64) -> Examination {
     let names = ["v_x", "v_y", "r", "a_x", "a_y", "course", "omega_rl", "omega_rr"];
     let mut log = DriveLog::default();
     for (name, values) in names.into_iter().zip(columns) {
-        log.insert(name, time.clone(), values);
+        let delay = if name == "course" { made.course_delay } else { 0.0 };
+        log.insert(name, time.iter().map(|t| t + delay).collect(), values);
     }
     examine(&log, &KnownCar::default())
 }
@@ -80,6 +84,19 @@ fn a_right_yaw_rate_has_no_scale_whatever_the_noise_of_the_course() {
         let found = examined(&Made { course_noise, ..CLEAN }, seed);
         let scale = found.serious().find(|it| it.check == "r_scale");
         assert!(scale.is_none(), "{course_noise}: {scale:#?}");
+    }
+}
+
+#[test]
+fn a_late_course_is_told_and_does_not_make_a_scale() {
+    let found = examined(&CLEAN, 3);
+    assert!(found.findings.iter().all(|it| it.check != "course_delay"), "{found:#?}");
+    for course_delay in [0.1, 0.3] {
+        let found = examined(&Made { course_delay, ..CLEAN }, 3);
+        let it = found.findings.iter().find(|it| it.check == "course_delay");
+        let it = it.unwrap_or_else(|| panic!("{course_delay}: {found:#?}"));
+        assert!(it.value.is_some_and(|late| (late - course_delay).abs() < 0.01), "{it:#?}");
+        assert!(found.serious().all(|it| it.channels == ["course"]), "{found:#?}");
     }
 }
 

@@ -42,6 +42,10 @@ pub struct Sensors {
     pub a_y: Option<Vec<f64>>,
     /// Longitudinal specific force [m/s²].
     pub a_x: Option<Vec<f64>>,
+    /// Direction of travel over ground, positive to the left [rad]; NaN where there was no new value.
+    pub course: Option<Vec<f64>>,
+    /// Speed over ground [m/s]; NaN where there was no new value.
+    pub ground_speed: Option<Vec<f64>>,
 }
 
 impl Drive {

@@ -29,6 +29,10 @@ pub struct Recorded<'a> {
     pub a_x: Option<Channel<'a>>,
     /// Steering angle of the front wheels [rad].
     pub delta: Channel<'a>,
+    /// Direction of travel over ground, positive to the left [rad], as of GNSS. It may leap by a turn, be slower than the others and have gaps.
+    pub course: Option<Channel<'a>>,
+    /// Speed over ground [m/s], as of GNSS, with the same freedom.
+    pub ground_speed: Option<Channel<'a>>,
     /// Number of the lap.
     pub lap: Option<Channel<'a>>,
     /// Number of the log, from 1.
@@ -238,7 +242,14 @@ fn drive(
         log,
         step,
         counts: (0..rows).map(counts).collect(),
-        sensors: Some(Sensors { v: v_x_raw, r: r_raw, a_y: a_y_raw, a_x: raw("a_x") }),
+        sensors: Some(Sensors {
+            v: v_x_raw,
+            r: r_raw,
+            a_y: a_y_raw,
+            a_x: raw("a_x"),
+            course: recorded.course.map(|it| sampled(it, &time, step)),
+            ground_speed: recorded.ground_speed.map(|it| sampled(it, &time, step)),
+        }),
         r_dot: derivative(&r, step),
         v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),
         v_x,
@@ -261,6 +272,22 @@ fn near_gaps(given: &[(&str, Present)], time: &[f64], step: f64) -> Vec<bool> {
         wrong[row.saturating_sub(edge)..(row + edge + 1).min(rows)].fill(true);
     }
     wrong
+}
+
+/// The values of a sensor in the rows next to its stamps, none elsewhere: a filter must not take what is held or drawn between for new.
+fn sampled(channel: Channel, time: &[f64], step: f64) -> Vec<f64> {
+    let Present { time: stamps, value, .. } = Present::of(channel);
+    let mut rows = vec![f64::NAN; time.len()];
+    let mut before = f64::NAN;
+    for (stamp, value) in stamps.into_iter().zip(value) {
+        let is_new = value != before;
+        before = value;
+        let row = ((stamp - time[0]) / step).round();
+        if is_new && row >= 0.0 && (row as usize) < rows.len() {
+            rows[row as usize] = value;
+        }
+    }
+    rows
 }
 
 /// The values of a channel that holds, such as the number of a lap.
@@ -320,6 +347,20 @@ mod tests {
             message,
             "expected rows faster than `least_speed` = 20 m/s, found 6.00 m/s at most"
         );
+    }
+
+    #[test]
+    fn a_slow_sensor_that_is_held_has_a_value_where_it_had_a_new_one() {
+        let (time, value) = line(1000, 0.01);
+        let channel = Channel { time: &time, value: &value };
+        let held: Vec<f64> = (0..1000).map(|row| f64::from(row / 10 * 10) * 0.01).collect();
+        let course = Some(Channel { time: &time, value: &held });
+        let recorded =
+            Recorded { v_x: channel, r: channel, delta: channel, course, ..Recorded::default() };
+        let drive = &drives(&recorded, &PLAIN).expect("it is a drive")[0];
+        let course = drive.sensors.as_ref().and_then(|it| it.course.as_ref()).expect("a course");
+        let rows: Vec<usize> = (0..1000).filter(|row| course[*row].is_finite()).collect();
+        assert_eq!((rows.len(), rows[1], course[rows[1]]), (100, 10, 0.1));
     }
 
     #[test]

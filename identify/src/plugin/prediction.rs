@@ -212,7 +212,8 @@ fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
     let needed = |name: &str| channel(name).unwrap_or_default();
     let [v_x, r, delta] = NEEDED.map(needed);
     let [v_y, a_y, a_x, lap, log] = ["v_y", "a_y", "a_x", "lap", "log"].map(channel);
-    Recorded { v_x, v_y, r, a_y, a_x, delta, lap, log }
+    let [course, ground_speed] = ["course", "ground_speed"].map(channel);
+    Recorded { v_x, v_y, r, a_y, a_x, delta, course, ground_speed, lap, log }
 }
 
 fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {

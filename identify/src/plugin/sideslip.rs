@@ -39,6 +39,9 @@ pub(super) fn sideslip(
     behind(fitted, held)?;
     let setup = setup(car, config.least_speed);
     go_on(host, 0.1, "fitting tires without v_y")?;
+    // A course with another clock or sign would make the car slide that does not.
+    let is_doubted = |channel: &str| log.serious().any(|it| it.channels.contains(&channel));
+    let signals = |drive: &Drive| signals(drive, !is_doubted("course"));
     let training: Vec<Signals> =
         fitted.iter().map(|drive| signals(drive).first(last(drive))).collect();
     let found = fit(&setup, &training, None).map_err(|error| error.to_string())?;
@@ -59,6 +62,10 @@ pub(super) fn sideslip(
         told.iter_mut().for_each(|it| it.verdict = Verdict::NotIdentifiable);
     }
     let mut summary = summary(&found, score, &parts, !held.is_empty());
+    let has_course = |drive: &Drive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
+    if is_doubted("course") && fitted.iter().chain(held).any(has_course) {
+        summary.push("The course is not used, as something is wrong with it.".to_owned());
+    }
     doctor::warn(log, &mut summary);
     let shown: Vec<(String, Shown)> = parts
         .iter()
@@ -140,8 +147,8 @@ fn last(drive: &Drive) -> usize {
     drive.counts.iter().rposition(|counts| *counts).map_or(0, |row| row + 1)
 }
 
-/// What sensors gave; v_y is no part of it.
-fn signals(drive: &Drive) -> Signals {
+/// What sensors gave; v_y is no part of it, and the course only where nothing is wrong with it.
+fn signals(drive: &Drive, with_course: bool) -> Signals {
     let sensors = drive.sensors.clone().unwrap_or_default();
     let signals = Signals::new(drive.step, &drive.delta)
         .with(Channel::Speed, &sensors.v)
@@ -154,6 +161,12 @@ fn signals(drive: &Drive) -> Signals {
         Some(a_x) => signals.with_a_x(a_x),
         None => signals,
     };
+    let course = sensors.course.filter(|_| with_course);
+    let of_gnss = [(Channel::Course, course), (Channel::GroundSpeed, sensors.ground_speed)];
+    let signals = of_gnss.into_iter().fold(signals, |signals, (channel, values)| match values {
+        Some(values) => signals.with(channel, &values),
+        None => signals,
+    });
     signals.without_repeats()
 }
 

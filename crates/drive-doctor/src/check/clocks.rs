@@ -109,6 +109,13 @@ pub(super) fn behind_yaw_rate(motion: &Motion) -> Option<f64> {
     turning(motion).filter(|it| it.interval()[1] < -OF_NO_CAR).map(|it| -it.value)
 }
 
+/// By how much the course is behind the yaw rate [s], with its 95 % interval and whether both halves agree.
+pub(super) fn late_course(case: &Case, motion: &Motion) -> Option<(f64, [f64; 2], bool)> {
+    let delay = course(case, motion)?;
+    let [low, high] = delay.interval();
+    Some((-delay.value, [-high, -low], delay.is_constant()))
+}
+
 /// Reports a lateral acceleration that is behind the yaw rate, of a log without v_y, where no other clock says that the yaw rate is early.
 fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
     let Some(delay) = turning(motion).filter(|it| it.interval()[1] < -OF_CAR) else { return };

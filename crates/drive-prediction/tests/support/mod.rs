@@ -59,6 +59,7 @@ pub fn dart_in(folder: &Path, name: &str) -> Option<Drive> {
         r: column("yaw_rate_imu").iter().map(|r| r / 1.028).collect(),
         a_y: Some(column("a_y_imu").iter().map(|a| a - 0.22).collect()),
         a_x: None,
+        ..Sensors::default()
     };
     Some(Drive {
         name: name.to_owned(),
@@ -99,6 +100,7 @@ pub fn lm_in(folder: &Path) -> Option<Drive> {
         r: column("yaw_rate_radps"),
         a_y: Some(column("ay_mps2")),
         a_x: Some(column("ax_mps2")),
+        ..Sensors::default()
     };
     Some(Drive {
         name: "250 LM".to_owned(),

@@ -1,0 +1,51 @@
+//! Looks for a course over ground that is behind the motion, as a receiver of GNSS that filters it makes it.
+
+use numerics::text::significant;
+
+use super::clocks::late_course;
+use crate::case::Case;
+use crate::correction::{Correction, Key};
+use crate::finding::{Finding, Sure};
+use crate::motion::Motion;
+
+/// A delay that no sideslip makes [s].
+const LEAST: f64 = 0.05;
+
+/// Compares the course with the yaw rate, whose own clock was looked at before.
+pub(crate) fn check(case: &mut Case) {
+    if !case.has(&["v_x", "r", "course"]) || case.is_one_sided {
+        return;
+    }
+    let Some(motion) = Motion::of(case) else { return };
+    let Some((late, interval, is_constant)) = late_course(case, &motion) else { return };
+    let [low, high] = interval;
+    if low < LEAST && high > -LEAST {
+        return;
+    }
+    let word = if late > 0.0 { "late" } else { "early" };
+    let [shown, least, most] = match late > 0.0 {
+        true => [late, low, high],
+        false => [-late, -high, -low],
+    }
+    .map(|time| significant(time, 2));
+    let mut sentence = format!("`course` is {shown} s [{least}, {most}] {word} for the yaw rate.");
+    if !is_constant {
+        sentence += " The halves of the log disagree: it is no constant.";
+    }
+    case.report(Finding {
+        check: "course_delay".to_owned(),
+        channels: vec!["course"],
+        sure: Sure::Likely,
+        value: Some(late),
+        interval: Some(interval),
+        unit: "s",
+        sentence,
+        consequence: "It would tell a sideslip that is not there at the ends of turns.".to_owned(),
+        correction: match is_constant {
+            true => Correction::column(&[Key::Delay(late)]),
+            false => Correction::advice("Leave the column out."),
+        },
+        refuses: false,
+    });
+    case.correct("course", 1.0, late);
+}
