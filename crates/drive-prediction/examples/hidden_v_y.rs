@@ -104,8 +104,8 @@ fn lm(folder: &Path, judge: bool) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The 1:10 car: fitted to other logs with v_y, judged without.
-fn dart(folder: &Path) -> Result<(), Box<dyn Error>> {
+/// The 1:10 car: fitted to the other logs on rubber with v_y, judged without.
+fn dart(folder: &Path, judged: &str) -> Result<(), Box<dyn Error>> {
     let wheelbase = 0.1735;
     let (front, rear) = (0.847 / 1.58, 0.733 / 1.58);
     let body =
@@ -127,25 +127,30 @@ fn dart(folder: &Path) -> Result<(), Box<dyn Error>> {
         let signals = if seen { signals.with(Channel::LateralSpeed, &v_y) } else { signals };
         Ok((signals, [v_x, v_y]))
     };
-    let others = [
+    let logs = [
         "circles_rubber_left",
         "circles_rubber_right",
         "ramp_rubber_left",
         "ramp_rubber_right",
         "free_fast",
+        "free_moderate",
     ];
     let mut training = Vec::new();
-    for name in others {
+    for name in logs.into_iter().filter(|name| *name != judged) {
         training.push(load(name, true)?.0);
     }
     let fitted = fit(&setup, &training, None)?;
-    println!("DART, five logs with v_y (converged {}):\n{fitted}", fitted.converged);
-    let (signals, [v_x, v_y]) = load("free_moderate", false)?;
+    println!("DART, all logs but {judged}, with v_y (converged {}):\n{fitted}", fitted.converged);
+    let (signals, [v_x, v_y]) = load(judged, false)?;
     let truth = [v_x.as_slice(), v_y.as_slice()];
-    let gap = columns(&folder.join("dart_free_moderate.csv"))?("gap");
+    let gap = columns(&folder.join(format!("dart_{judged}.csv")))?("gap");
     let counts = |row: usize| v_x[row] > 0.6 && gap[row] == 0.0;
-    score("free_moderate, causal", &estimate(&setup, &fitted, &signals, None), truth, counts);
-    score("free_moderate, smoothed", &smoothed(&setup, &fitted, &signals, None), truth, counts);
+    for (kind, it) in [
+        ("causal", estimate(&setup, &fitted, &signals, None)),
+        ("smoothed", smoothed(&setup, &fitted, &signals, None)),
+    ] {
+        score(&format!("{judged}, {kind}"), &it, truth, counts);
+    }
     Ok(())
 }
 
@@ -154,5 +159,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Settings are chosen before anyone looks at what judges them.
     let judge = std::env::args().nth(2).is_none_or(|word| word != "training");
     lm(Path::new(&folder), judge)?;
-    dart(Path::new(&folder))
+    ["free_moderate", "free_fast"].into_iter().try_for_each(|log| dart(Path::new(&folder), log))
 }
