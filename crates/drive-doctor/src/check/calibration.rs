@@ -269,6 +269,36 @@ fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
     }
 }
 
+/// The error with what else may be: rivals, halves that disagree, a sensor that holds its values [s].
+fn sentence(
+    found: &Found,
+    place: usize,
+    (constant, rivals, held): (Option<bool>, &[String], Option<f64>),
+) -> String {
+    let (cause, at) = (&CAUSES[found.causes[place]], found.before + place);
+    let mut sentence = cause.sentence(found.fit.values[at], found.fit.interval(at));
+    if !rivals.is_empty() {
+        sentence += &format!(" Or else {}.", rivals.join(" or "));
+    }
+    match (constant, &found.fit.halves) {
+        (Some(false), Some(halves)) => {
+            let [first, second] = [0, 1].map(|half| significant(halves[half].0[at], 2));
+            sentence += &format!(
+                " The halves of the log disagree ({first} and {second}): it is no constant."
+            );
+        }
+        (None, _) => sentence += " One half of the log alone does not tell it.",
+        _ => (),
+    }
+    if let Some(held) = held {
+        let held = significant(held, 2);
+        sentence += &format!(
+            " But a sensor holds its values for {held} s: it can be the clock of that one."
+        );
+    }
+    sentence
+}
+
 fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, index: usize) {
     let (cause, at) = (&CAUSES[index], found.before + place);
     let (value, interval) = (found.fit.values[at], found.fit.interval(at));
@@ -300,26 +330,8 @@ fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, i
         (true, LIKELY..) => Sure::Likely,
         _ => Sure::Possible,
     };
-    let mut sentence = cause.sentence(value, interval);
-    if !rivals.is_empty() {
-        sentence += &format!(" Or else {}.", rivals.join(" or "));
-    }
-    match (constant, &found.fit.halves) {
-        (Some(false), Some(halves)) => {
-            let [first, second] = [0, 1].map(|half| significant(halves[half].0[at], 2));
-            sentence += &format!(
-                " The halves of the log disagree ({first} and {second}): it is no constant."
-            );
-        }
-        (None, _) => sentence += " One half of the log alone does not tell it.",
-        _ => (),
-    }
-    if is_within_hold {
-        let held = significant(case.held, 2);
-        sentence += &format!(
-            " But a sensor holds its values for {held} s: it can be the clock of that one."
-        );
-    }
+    let held = is_within_hold.then_some(case.held);
+    let mut sentence = sentence(found, place, (constant, &rivals, held));
     if let Some(contradiction) = &contradiction {
         sentence += &format!(" {contradiction}.");
         case.cannot_tell(

@@ -66,8 +66,9 @@ pub(crate) fn check(case: &mut Case) {
     }
 }
 
-/// ∫ r dt over some seconds is (1 + gain) times the turning of the body, which is that of the course less that of the sideslip, plus an offset.
-fn yaw_rate(case: &mut Case, motion: &Motion) {
+/// ∫ r dt over some seconds is (1 + gain) times the turning of the body, which is that of the course less that of the sideslip, plus an offset. A fit of that, and the standard
+/// deviation of the first coefficient.
+fn scale(case: &Case, motion: &Motion) -> Option<(Fit, f64)> {
     let (r, v_x) = (motion.raw("r"), motion.raw("v_x"));
     let sideslip = match case.has(&["v_y"]) {
         true => motion.combine("v_y", "v_x", f64::atan2),
@@ -91,16 +92,21 @@ fn yaw_rate(case: &mut Case, motion: &Motion) {
     }
     let one = vec![1.0; turned.len()];
     let blocks = trim(&[&turned, &one], &added, &blocks);
-    let Some(fit) = Blocks::of(&[&turned, &one], &added, |k| blocks[k]).fit(&[0, 1]) else {
-        return;
-    };
+    let fit = Blocks::of(&[&turned, &one], &added, |k| blocks[k]).fit(&[0, 1])?;
     // Noise of the course is in the column, which makes the coefficient smaller by its share.
     let noise = rough_noise(&heading);
     let kept = turned.iter().zip(&blocks).filter(|(_, block)| block.is_some());
     let turning =
         kept.clone().map(|(turned, _)| turned * turned).sum::<f64>() / kept.count() as f64;
     let thinned = 2.0 * noise * noise / turning;
-    let (gain, std) = (fit.values[0] - 1.0, fit.stds[0].hypot(thinned));
+    let std = fit.stds[0].hypot(thinned);
+    Some((fit, std))
+}
+
+/// Reports a scale of the yaw rate.
+fn yaw_rate(case: &mut Case, motion: &Motion) {
+    let Some((fit, std)) = scale(case, motion) else { return };
+    let gain = fit.values[0] - 1.0;
     if gain.abs() < LEAST || gain.abs() < LIKELY * std {
         return;
     }
