@@ -269,14 +269,16 @@ fn report(
     result.insert("innovations".to_owned(), json!(found.innovations));
     result.insert("noise".to_owned(), json!(found.noise));
     result.insert("covariance".to_owned(), json!(found.covariance));
-    let calibration = calibration.iter().map(|it| (it.error.name, it));
-    result.insert("calibration".to_owned(), json!(calibration.collect::<BTreeMap<_, _>>()));
+    let calibrated = calibration.iter().map(|it| (it.error.name, it));
+    result.insert("calibration".to_owned(), json!(calibrated.collect::<BTreeMap<_, _>>()));
     result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
     result.insert("recordings".to_owned(), recordings.collect());
     result.insert("sampling".to_owned(), json!(sampling));
     result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
     result.insert("seconds".to_owned(), json!(found.seconds));
-    overall(options, found, log).result(Some(log), result)
+    let mut overall = overall(options, found, log);
+    overall.remarks.extend(calibration::sentences(calibration));
+    overall.result(Some(log), result)
 }
 
 /// Leaves the page, with the deciding formulation first.

@@ -3,10 +3,12 @@
 use drive_doctor::Examination;
 use drive_inference::calibration::{Judged, judge};
 use drive_inference::{Drive, DriveOptions};
+use numerics::text::significant;
 use plugin::Host;
 use tire_inference::verdict::Verdict;
 
 use crate::config::ClosedLoop;
+use crate::names::words;
 use crate::plugin::go_on;
 
 /// The errors of sensors that are wanted by themselves; none can be told of a log that is wrong.
@@ -29,4 +31,19 @@ pub(super) fn judged(
         }
     }
     Ok(judged)
+}
+
+/// Each error with its interval and verdict in a sentence.
+pub(super) fn sentences(judged: &[Judged]) -> impl Iterator<Item = String> {
+    judged.iter().map(|it| {
+        let about = it.error.cause.about();
+        let (factor, unit) = about.shown;
+        let [value, low, high] = [it.error.value, it.error.interval[0], it.error.interval[1]]
+            .map(|number| significant(factor * number, 3));
+        let verdict = words(it.verdict);
+        format!(
+            "By itself, {} is {value} {unit} [{low}, {high}], {verdict}: {}",
+            about.title, it.reason
+        )
+    })
 }

@@ -105,6 +105,8 @@ fn calibrated_errors_are_told_with_verdicts_in_the_result_and_on_the_page() {
     let [low, high] = [0, 1].map(|k| number(&offset["interval"][k]));
     assert!(low < 0.01 && 0.01 < high && high - low < 0.005, "{offset}");
     assert!(offset["reason"].as_str().is_some_and(|it| !it.is_empty()), "{offset}");
+    let said = found["summary"].to_string();
+    assert!(said.contains("By itself, offset of the steering angle is 0.5"), "{said}");
     let page = log.files.values().find(|text| text.contains("<html")).expect("a page");
     assert!(page.contains("Errors of sensors by themselves"));
 }
