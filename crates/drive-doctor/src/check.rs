@@ -3,7 +3,7 @@
 mod bank;
 mod calibration;
 mod clocks;
-mod course;
+pub(crate) mod course;
 mod force;
 mod gains;
 mod stuck;

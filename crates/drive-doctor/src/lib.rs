@@ -21,6 +21,7 @@ mod steering_map;
 mod understeer;
 
 pub use case::{CHANNELS, KnownCar};
+pub use check::course::COURSE_CLOCK;
 pub use correction::{Correction, Place};
 pub use finding::{Examination, Finding, NotTold, Sure};
 pub use rolling::Rolling;

@@ -1,6 +1,6 @@
 //! Identifies tires without v_y and estimates it, and judges the estimate where v_y was measured and hidden.
 
-use drive_doctor::Examination;
+use drive_doctor::{COURSE_CLOCK, Examination};
 use drive_prediction::Drive;
 use drive_prediction::car::{Car, Steering};
 use drive_prediction::hidden::{
@@ -40,8 +40,9 @@ pub(super) fn sideslip(
     let setup = setup(car, config.least_speed);
     go_on(host, 0.1, "fitting tires without v_y")?;
     // A course with another clock or sign would make the car slide that does not.
-    let is_doubted = |channel: &str| log.serious().any(|it| it.channels.contains(&channel));
-    let signals = |drive: &Drive| signals(drive, !is_doubted("course"));
+    let is_doubted = log.serious().any(|it| it.channels.contains(&"course"))
+        || log.not_told.iter().any(|it| it.check == COURSE_CLOCK);
+    let signals = |drive: &Drive| signals(drive, !is_doubted);
     let training: Vec<Signals> =
         fitted.iter().map(|drive| signals(drive).first(last(drive))).collect();
     let found = fit(&setup, &training, None).map_err(|error| error.to_string())?;
@@ -63,8 +64,8 @@ pub(super) fn sideslip(
     }
     let mut summary = summary(&found, score, &parts, !held.is_empty());
     let has_course = |drive: &Drive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
-    if is_doubted("course") && fitted.iter().chain(held).any(has_course) {
-        summary.push("The course is not used, as something is wrong with it.".to_owned());
+    if is_doubted && fitted.iter().chain(held).any(has_course) {
+        summary.push("The course is not used: something is wrong with it, or nothing tells whether it is late.".to_owned());
     }
     doctor::warn(log, &mut summary);
     let shown: Vec<(String, Shown)> = parts

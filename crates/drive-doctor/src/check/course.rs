@@ -8,16 +8,24 @@ use crate::correction::{Correction, Key};
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
 
+/// The question whether a course is late, where it has no answer.
+pub const COURSE_CLOCK: &str = "clock of the course";
+
 /// A delay that no sideslip makes [s].
 const LEAST: f64 = 0.05;
 
 /// Compares the course with the yaw rate, whose own clock was looked at before.
 pub(crate) fn check(case: &mut Case) {
-    if !case.has(&["v_x", "r", "course"]) || case.is_one_sided {
+    if !case.has(&["v_x", "r", "course"]) {
         return;
     }
-    let Some(motion) = Motion::of(case) else { return };
-    let Some((late, interval, is_constant)) = late_course(case, &motion) else { return };
+    let motion = Motion::of(case).filter(|_| !case.is_one_sided);
+    let delay = motion.and_then(|motion| late_course(case, &motion));
+    let Some((late, interval, is_constant)) = delay else {
+        let reason = "no turns to both sides show whether it is late".to_owned();
+        case.cannot_tell(COURSE_CLOCK, reason, "Drive left and right turns for half a minute.");
+        return;
+    };
     let [low, high] = interval;
     if low < LEAST && high > -LEAST {
         return;
