@@ -310,7 +310,7 @@ fn verdict(judged: &[Judged]) -> String {
         |of: fn(&RolloutScore) -> f64| others().map(|it| of(&it)).fold(f64::INFINITY, f64::min);
     let a_y = car.a_y.map_or(String::new(), |it| format!(", a_y to {:.3} m/s2", it.rmse));
     format!(
-        "Over {} s the car predicts v_y to {:.3} m/s, the yaw rate to {:.3} rad/s and the place to {:.2} m (best simple model: {:.3}, {:.3}, \
+        "Over {} s the car predicts v_y to {:.3} m/s, the yaw rate to {:.3} rad/s and the place to {:.2} m (least of any simple model: {:.3}, {:.3}, \
          {:.2}){a_y}.",
         score.horizon,
         score.v_y,
