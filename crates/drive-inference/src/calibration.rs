@@ -68,6 +68,8 @@ pub struct Calibration {
     pub tires: Tires,
     /// The noises.
     pub noise: DriveNoise,
+    /// Whether the delays settled within the rounds.
+    pub settled: bool,
 }
 
 /// Estimates some errors of sensors, whose standard deviations before any data are wide.
@@ -120,7 +122,8 @@ pub fn calibrate(
         };
         let settled = round > 0 && !active.iter().enumerate().any(is_left);
         if settled || round + 1 == ROUNDS {
-            return Ok(told(&problem, &fit, &taken, step, wanted.len()));
+            let found = told(&problem, &fit, &taken, step, wanted.len());
+            return Ok(Calibration { settled, ..found });
         }
         for cause in Cause::DELAYS {
             taken[cause] += std::mem::take(&mut found.causes[cause]);
@@ -177,7 +180,7 @@ fn told(problem: &Problem, fit: &Fit, taken: &Causes, step: f64, wanted: usize) 
         Calibrated { cause, name: about.name, value, std, interval }
     };
     let errors = fit.active[..wanted].iter().enumerate().map(of).collect();
-    Calibration { errors, tires: at.tires, noise: at.noise }
+    Calibration { errors, tires: at.tires, noise: at.noise, settled: true }
 }
 
 /// How many rows become one: an odd number.

@@ -123,7 +123,7 @@ pub(super) fn closed_loop(
         doctor::cap(&log, estimate);
     }
     doctor::cap_causes(&log, &mut found.causes);
-    let calibration = calibration::judged(config, &options, (&used, &log), host)?;
+    let calibration = calibration::judged(config, &options, (&used, &log, &found.model), host)?;
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;

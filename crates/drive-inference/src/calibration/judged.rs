@@ -4,7 +4,7 @@ use serde::Serialize;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
-use super::{Calibrated, Z_95, calibrate, std};
+use super::{Calibrated, Calibration, Z_95, calibrate, std};
 use crate::cause::Cause;
 use crate::error::Error;
 use crate::recording::Drive;
@@ -16,6 +16,9 @@ const SIDE: f64 = 0.1;
 const APART: f64 = 2.58;
 /// Standard deviation, over that before any data, above which the drive says little.
 const NARROW: f64 = 0.3;
+
+/// Why nothing is told of delays that do not settle, nor of what is estimated with them.
+const UNSETTLED: &str = "The delays did not settle: give fewer errors at once, or a longer drive.";
 
 /// An error of a sensor that was estimated, and what speaks for it.
 #[derive(Clone, Debug, Serialize)]
@@ -37,18 +40,21 @@ pub struct Judged {
 ///
 /// [`Error`] if the recordings are unusable.
 pub fn judge(car: &Vehicle, recordings: &[Drive], wanted: &[Cause]) -> Result<Vec<Judged>, Error> {
-    let whole = calibrate(car, recordings, wanted)?.errors;
+    let Calibration { errors: whole, settled, .. } = calibrate(car, recordings, wanted)?;
     let halves = halves(recordings).map(|half| calibrate(car, &half, wanted).ok());
     let turned = sides(recordings);
     let judged = |(place, error): (usize, Calibrated)| {
-        let of = |half: &Option<super::Calibration>| {
+        let of = |half: &Option<Calibration>| {
             half.as_ref().and_then(|it| it.errors.get(place)).map(|it| [it.value, it.std])
         };
         let halves = match (of(&halves[0]), of(&halves[1])) {
             (Some(first), Some(second)) => Some([first, second]),
             _ => None,
         };
-        let (verdict, reason) = verdict(&error, halves, turned);
+        let (verdict, reason) = match settled {
+            true => verdict(&error, halves, turned),
+            false => (Verdict::NotIdentifiable, UNSETTLED.to_owned()),
+        };
         Judged { error, halves, verdict, reason }
     };
     Ok(whole.into_iter().enumerate().map(judged).collect())

@@ -5,6 +5,7 @@ use drive_inference::calibration::{Judged, judge};
 use drive_inference::{Drive, DriveOptions};
 use numerics::text::significant;
 use plugin::Host;
+use tire_inference::model::ModelVerdict;
 use tire_inference::verdict::Verdict;
 
 use crate::config::ClosedLoop;
@@ -15,7 +16,7 @@ use crate::plugin::go_on;
 pub(super) fn judged(
     config: &ClosedLoop,
     options: &DriveOptions,
-    (used, log): (&[Drive], &Examination),
+    (used, log, model): (&[Drive], &Examination, &ModelVerdict),
     host: &mut dyn Host,
 ) -> Result<Vec<Judged>, String> {
     if config.calibrate.is_empty() {
@@ -24,6 +25,8 @@ pub(super) fn judged(
     go_on(host, 0.9, "calibrating sensors")?;
     let mut judged =
         judge(&options.car, used, &config.calibrate).map_err(|error| error.to_string())?;
+    // A model that does not fit the drive tells no error of a sensor.
+    judged.iter_mut().for_each(|it| model.cap_with(&mut it.verdict, &mut it.reason));
     if let Some(refusal) = log.refusal() {
         for it in &mut judged {
             it.verdict = Verdict::NotIdentifiable;
