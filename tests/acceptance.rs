@@ -157,6 +157,9 @@ mod interop;
 // Lengths of files and functions.
 #[path = "acceptance/lengths.rs"]
 mod lengths;
+// Whoever looks runs nothing.
+#[path = "acceptance/looking.rs"]
+mod looking;
 // Runs that are watched by a viewer.
 #[cfg(feature = "rerun")]
 #[path = "acceptance/live.rs"]
@@ -285,6 +288,7 @@ fn second_half(tests: &mut Vec<suite::Test>) {
     #[cfg(feature = "rerun")]
     live::register(tests);
     lengths::register(tests);
+    looking::register(tests);
     manoeuvres::register(tests);
     memory::register(tests);
     packed_system::register(tests);

@@ -157,17 +157,18 @@ impl Host for AnalysisHost<'_> {
     fn record(&mut self, group: &str, signals: &[Signal]) {
         let Some(first) = signals.first() else { return };
         let even = signals.iter().all(|signal| signal.values.len() == first.time.len());
-        let ahead = first.time.iter().all(|time| *time >= 0.0) && first.time.is_sorted();
-        let result = if even && ahead {
-            self.sink.derived(&Derived {
-                analysis: self.name,
-                group,
-                time: first.time,
-                columns: signals,
-            })
+        let result = if even && first.time.is_sorted() {
+            // A channel whose delay is taken out begins before 0 s, where recordings have no time.
+            let begin = first.time.partition_point(|time| *time < 0.0);
+            let time = &first.time[begin..];
+            let columns: Vec<_> = signals
+                .iter()
+                .map(|signal| Signal { time, values: &signal.values[begin..], ..*signal })
+                .collect();
+            self.sink.derived(&Derived { analysis: self.name, group, time, columns: &columns })
         } else {
             let what = format!(
-                "expected columns of equal length over rising times from 0 on to record as `{group}`, found others"
+                "expected columns of equal length over rising times to record as `{group}`, found others"
             );
             Err(Error::analysis(self.name, what))
         };

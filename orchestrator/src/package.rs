@@ -19,7 +19,7 @@ use metadata::{Metadata, Package};
 
 pub use cargo::{BuildProgress, OnProgress};
 pub use error::BuildError;
-pub use requests::{build, library};
+pub use requests::{build, build_fmus, library};
 
 /// A cargo workspace.
 pub struct Workspace(Metadata);

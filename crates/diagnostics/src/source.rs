@@ -145,6 +145,12 @@ impl Source {
         file.folder.as_deref().unwrap_or_else(own)
     }
 
+    /// Whether the place is in a text out of an archive, whose folder others have filled.
+    #[must_use]
+    pub fn is_archived(&self, place: Range<usize>) -> bool {
+        self.find(place.start).1.folder.is_some()
+    }
+
     /// An error at a place, with `label` under it.
     #[must_use]
     pub fn error(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {

@@ -14,7 +14,7 @@ pub struct TextFile {
     pub path: PathBuf,
     /// Its contents.
     pub text: String,
-    /// The folder that paths in it are relative to; that of the file without it.
+    /// The folder that paths in it are relative to, of a text out of an archive; that of the file without it.
     pub folder: Option<PathBuf>,
 }
 

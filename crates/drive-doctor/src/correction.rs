@@ -9,10 +9,8 @@ use serde::Serialize;
 pub enum Place {
     /// Into the tables of the finding's columns: `r = { column = "yaw_rate", sign = -1 }`.
     Column,
-    /// Into `[analysis.table]` or `[[table]]`.
+    /// Into `[analysis.table]`.
     Table,
-    /// Into `[analysis.config]` of `task = "closed_loop"`.
-    ClosedLoop,
     /// Into the tables of the finding's two columns: each the title of the other.
     Both,
 }
@@ -83,16 +81,11 @@ impl Correction {
         let begins = std::iter::once(first).chain(wrong.iter().map(|[_, until]| *until));
         let ends = wrong.iter().map(|[from, _]| *from).chain([last]);
         let whole = begins.zip(ends).filter(|(from, until)| from < until);
-        // More digits than a window needs: stamps can be times of day.
+        // More digits than a stretch needs: stamps can be times of day.
         let text = |(from, until)| format!("[{from:.3}, {until:.3}]");
-        let windows: Vec<String> = whole.map(text).collect();
-        let note =
-            "task `tires` has no windows: take the rows out of the log, and a recording ends there";
-        Self {
-            text: format!("windows = [{}]", windows.join(", ")),
-            place: Some(Place::ClosedLoop),
-            note: Some(note.to_owned()),
-        }
+        let stretches: Vec<String> = whole.map(text).collect();
+        let text = format!("during = [{}]", stretches.join(", "));
+        Self { text, place: Some(Place::Table), note: None }
     }
 
     /// What to do, where no line does it.
@@ -114,8 +107,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_leave_out_what_is_wrong() {
+    fn stretches_leave_out_what_is_wrong() {
         let line = Correction::without(&[[3.0, 4.0], [7.0, 9.0]], [0.0, 9.0]).text;
-        assert_eq!(line, "windows = [[0.000, 3.000], [4.000, 7.000]]");
+        assert_eq!(line, "during = [[0.000, 3.000], [4.000, 7.000]]");
     }
 }

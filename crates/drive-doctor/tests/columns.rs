@@ -6,7 +6,7 @@ mod drive;
 #[path = "support/mistake.rs"]
 mod mistake;
 
-use drive_doctor::{Examination, Place, Sure, examine};
+use drive_doctor::{Examination, KnownCar, Place, Sure, examine};
 use preparation::DriveLog;
 
 /// The log with two channels in each other's column.
@@ -100,4 +100,41 @@ fn a_bank_that_comes_again_each_lap_is_told_without_a_roll_angle() {
     let bank = found.findings.iter().find(|it| it.check == "bank").expect("a finding");
     assert_eq!(bank.sure, Sure::Possible, "{bank:#?}");
     assert!(bank.sentence.contains("something slow"), "{bank:#?}");
+}
+
+/// A linear single track at 20 m/s that is steered by a sine, at 100 Hz: v_y, r, a_x, a_y, delta.
+fn at_constant_speed() -> DriveLog {
+    let (v_x, m, I_zz, l_f, l_r, C) = (20.0, 1200.0, 1800.0, 1.2, 1.4, 8e4);
+    let step = 0.01;
+    let (mut v_y, mut r) = (0.0, 0.0);
+    let mut columns = vec![Vec::new(); 6];
+    for k in 0..3000 {
+        let delta = 0.05 * (0.013 * f64::from(k)).sin();
+        let front = -C * ((v_y + l_f * r) / v_x - delta);
+        let rear = -C * ((v_y - l_r * r) / v_x);
+        let a_y = (front + rear) / m;
+        let row = [v_x, v_y, r, -v_y * r, a_y, delta];
+        columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+        v_y += step * (a_y - v_x * r);
+        r += step * (l_f * front - l_r * rear) / I_zz;
+    }
+    let time: Vec<f64> = (0..3000).map(|k| step * f64::from(k)).collect();
+    let mut log = DriveLog::default();
+    for (name, column) in ["v_x", "v_y", "r", "a_x", "a_y", "delta"].into_iter().zip(columns) {
+        log.insert(name, time.clone(), column);
+    }
+    log
+}
+
+#[test]
+fn a_speed_that_is_held_is_no_dead_channel() {
+    let found = examine(&at_constant_speed(), &KnownCar::default());
+    assert!(!found.is_ill(), "{found:#?}");
+    let held = found.findings.iter().find(|it| it.check == "v_x_constant").expect("a finding");
+    assert_eq!((held.sure, held.refuses), (Sure::Possible, false));
+    // Without the channels that agree nobody knows.
+    let mut bare = at_constant_speed();
+    bare.remove("a_y");
+    let found = examine(&bare, &KnownCar::default());
+    assert_eq!(found.findings[0].check, "v_x_dead", "{found:#?}");
 }

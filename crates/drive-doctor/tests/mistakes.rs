@@ -166,7 +166,7 @@ fn every_line_that_corrects_is_toml() {
     for (place, line) in &lines {
         let text = match place {
             Place::Column => format!("it = {{ column = \"x\", {line} }}"),
-            Place::Table | Place::ClosedLoop => line.clone(),
+            Place::Table => line.clone(),
             // Which title is the other's, only the file says.
             Place::Both => continue,
         };

@@ -37,7 +37,8 @@ pub trait Host {
     /// Reports the share of the work that is done, 0 to 1, and the next task. `false` asks the analysis to give up.
     fn progress(&mut self, share: f64, task: &str) -> bool;
 
-    /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first.
+    /// Adds signals to the recording, under the name of the group. They have equal lengths and the times of the first. Recordings
+    /// begin at 0 s: earlier rows are left out.
     fn record(&mut self, group: &str, signals: &[Signal]);
 
     /// Adds a diagram to the replay. Those of one group are shown together, the first one largest.

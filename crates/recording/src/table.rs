@@ -1,6 +1,7 @@
 //! Plays columns of a CSV file, an MCAP recording or the log of a data logger back.
 
 mod csv;
+mod during;
 mod error;
 mod gaps;
 mod join;

@@ -86,6 +86,18 @@ pub struct Overrides {
     pub tolerance: Option<f64>,
     /// Which FMUs run in processes of their own, where the scenario does not say it.
     pub isolate: Isolate,
+    /// Whether plugins and scripts of `[[analysis]]` are loaded.
+    pub analyses: AnalysisLoading,
+}
+
+/// Whether plugins and scripts of `[[analysis]]` are loaded: loading runs their code.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum AnalysisLoading {
+    /// They are, and say what they need and what is wrong with their part of the scenario.
+    #[default]
+    Load,
+    /// They are not, and the plan has no analyses of theirs: for whoever looks at a scenario and does not run it.
+    Skip,
 }
 
 impl Overrides {
@@ -148,7 +160,9 @@ impl System {
         let notes = (&mut mistakes, &mut warnings);
         let given = (&built.plugins, &parameters);
         let mut analyses = manoeuvres::analyses(scenario, &nodes, &columns);
-        analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
+        if overrides.analyses == AnalysisLoading::Load {
+            analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
+        }
         mistakes.take(validations::check_names(scenario, &nodes));
         let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
         let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);

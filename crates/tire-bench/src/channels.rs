@@ -86,12 +86,33 @@ pub struct Reading<'a> {
     pub axes: tire::Axes,
     /// Channels whose columns have other names or units: channel, column, unit.
     pub columns: &'a [(&'a str, &'a str, Option<&'a str>)],
-    /// Channels with one value in SI units, for files that have them not.
-    pub constants: &'a [(&'a str, f64)],
+    /// Channels with one value, for files that have them not.
+    pub constants: &'a [Constant<'a>],
     /// Units of files that state none.
     pub units: Option<FileUnits>,
     /// Radius without load [m], for moments about the centre of the wheel in files without a loaded radius.
     pub radius: f64,
+}
+
+impl Reading<'_> {
+    /// The constant of a channel [SI]: that of the file goes before that of all files.
+    pub(crate) fn constant(&self, file: &str, channel: &str) -> Option<f64> {
+        let of = |file: Option<&str>| {
+            self.constants.iter().find(|it| it.channel == channel && it.file == file)
+        };
+        of(Some(file)).or_else(|| of(None)).map(|it| it.value)
+    }
+}
+
+/// A channel with one value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Constant<'a> {
+    /// The file that it is of; without one, of all files.
+    pub file: Option<&'a str>,
+    /// One of [`CHANNELS`].
+    pub channel: &'a str,
+    /// Its value in the SI unit of the channel.
+    pub value: f64,
 }
 
 /// A column, and what makes SI units of it.
@@ -195,7 +216,9 @@ fn found<'t>(table: &'t Table, channel: &str, axes: &str) -> Option<&'t Column> 
 
 /// Factor and offset from a unit, as benches spell it, to one in SI.
 fn conversion(unit: &str, si: &str) -> Option<(f64, f64)> {
-    const SPELLINGS: [(&str, &str); 17] = [
+    const SPELLINGS: [(&str, &str); 18] = [
+        // Text files of FSAE TTC say by which standard the slip ratio is, where its unit would stand.
+        ("sae", "1"),
         ("n-m", "N.m"),
         ("nm", "N.m"),
         ("n m", "N.m"),
@@ -244,6 +267,7 @@ mod tests {
             ("%", "1", 5.0, 0.05),
             ("-", "1", 0.05, 0.05),
             ("none", "1", 0.05, 0.05),
+            ("SAE", "1", 0.05, 0.05),
         ] {
             let (scale, offset) = conversion(unit, si).expect(unit);
             assert!((scale * value + offset - expected).abs() < 1e-6, "{unit}");

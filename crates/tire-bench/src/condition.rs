@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use numerics::statistics::quantile;
 use tire::Coefficients;
 
 use crate::sample::{SWEPT, Sample, range};
@@ -10,8 +11,8 @@ use crate::sample::{SWEPT, Sample, range};
 /// Time constant of the carcass temperature behind that of the tread [s]: the sweeps of a bench take about 10 s, the carcass minutes.
 const CARCASS: f64 = 100.0;
 
-/// The reference of the temperature terms [K].
-pub(crate) const REFERENCE: f64 = 333.0;
+/// The usual reference of the temperature terms [K]: the tread of a racing tire that works.
+const USUAL_REFERENCE: f64 = 333.0;
 
 /// Mean over one revolution of the wheel: run-out of tire and belt is no property of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,6 +71,21 @@ pub fn condition(samples: &[Sample], tire: &Coefficients) -> Vec<Point> {
         rates(&mut points[begin..]);
     }
     points
+}
+
+/// The temperature [K] at which the terms of temperature are 0, so that the formula alone is a tire that was measured: the usual one
+/// where the data reach it, else their median.
+pub(crate) fn reference(points: &[Point]) -> f64 {
+    let measured = points.iter().map(|it| it.sample.temperature).filter(|it| it.is_finite());
+    let mut measured: Vec<f64> = measured.collect();
+    measured.sort_by(f64::total_cmp);
+    let (Some(coldest), Some(warmest)) = (measured.first(), measured.last()) else {
+        return USUAL_REFERENCE;
+    };
+    match (*coldest..=*warmest).contains(&USUAL_REFERENCE) {
+        true => USUAL_REFERENCE,
+        false => quantile(&measured, 0.5),
+    }
 }
 
 fn mean(samples: &[Sample]) -> Sample {

@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use crate::condition::REFERENCE;
 use crate::fit::{Fit, Verdict};
 use crate::model::TERMS;
 
@@ -41,7 +40,8 @@ pub fn write_tir(fit: &Fit) -> String {
     let mut text = tire_file::write(&fit.coefficients, &about);
     let _ = writeln!(
         text,
-        "[BENCH_TERMS]\nREFERENCE_TEMPERATURE    = {REFERENCE:<22} $Of tread and carcass [K]."
+        "[BENCH_TERMS]\nREFERENCE_TEMPERATURE    = {:<22} $Of tread and carcass [K].",
+        fit.reference
     );
     for (term, value) in TERMS.iter().zip(fit.terms) {
         let _ = writeln!(text, "{:<25}= {value:<22} ${}.", term.name, term.doc);

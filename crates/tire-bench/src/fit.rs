@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use tire::{Coefficients, Version};
 
-use crate::condition::{Point, condition};
+use crate::condition::{Point, condition, reference};
 use crate::model::{COUNT, Channel, plain};
 use crate::prior::{Free, What, free};
 use crate::sample::{Bad, SWEPT, Sample, range};
@@ -88,6 +88,8 @@ pub struct Fit {
     pub coefficients: Coefficients,
     /// The terms at the optimum, in the order of [`crate::TERMS`].
     pub terms: [f64; COUNT],
+    /// The temperature of tread and carcass at which the terms of temperature are 0 [K].
+    pub reference: f64,
     /// All that was free, channel by channel.
     pub estimates: Vec<Estimate>,
     /// Covariance of the estimates; 0 between channels.
@@ -133,14 +135,19 @@ pub fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad> {
     let mut found = Fit {
         coefficients: Coefficients { version: Version::Mf61, ..options.tire },
         terms: [0.0; COUNT],
+        reference: reference(points),
         estimates: Vec::new(),
         covariance: DMatrix::zeros(0, 0),
         draws: Vec::new(),
         residuals: Vec::new(),
         channels: Vec::new(),
     };
-    for channel in [Channel::Longitudinal, Channel::Lateral, Channel::Aligning] {
-        let data = if channel == Channel::Longitudinal { &driven[..] } else { points };
+    let with_moment = points.iter().filter(|it| it.sample.M_z.is_finite());
+    let with_moment: Vec<Point> = with_moment.copied().collect();
+    let data = [&driven[..], points, &with_moment];
+    for (channel, data) in
+        [Channel::Longitudinal, Channel::Lateral, Channel::Aligning].into_iter().zip(data)
+    {
         let done = data.is_empty() || found.channel(channel, data, options.extended).is_some();
         if !done {
             return Err(bad(
@@ -173,6 +180,7 @@ impl Fit {
             free: &usual,
             coefficients: self.coefficients,
             terms: self.terms,
+            reference: self.reference,
             // A first guess: 5 % of the force, five points alike.
             weight: 1.0 / (5.0 * 0.0025 * scale),
         };
@@ -257,7 +265,7 @@ impl Fit {
     /// The value of a channel at a point [N, N m]; `None` for a channel without data.
     pub fn predict(&self, channel: Channel, point: &Point) -> Option<f64> {
         self.channels.iter().find(|it| it.channel == channel)?;
-        Some(plain(&self.coefficients, self.terms)?.value(channel, point))
+        Some(plain(&self.coefficients, self.terms, self.reference)?.value(channel, point))
     }
 
     /// Values of a channel at points, each with half the width of the band that holds 95 % of measured means [N, N m].
@@ -269,6 +277,7 @@ impl Fit {
             free: &fitted.free,
             coefficients: self.coefficients,
             terms: self.terms,
+            reference: self.reference,
             weight: 1.0,
         };
         let rows = problem.rows(&fitted.z, points)?;

@@ -1,11 +1,19 @@
 //! Finds where each channel of a sample comes from: a column of the file, a constant of the user, or a value that is told.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use numerics::statistics::quantile;
+
 use crate::axes::TydexAxes;
 use crate::channels::{Reading, Source, source};
-use crate::condition::REFERENCE;
 use crate::sample::Bad;
 use crate::table::Table;
+
+/// A wheel of which F_x stays below this share of F_z rolls freely: 0.07 in 99 of 100 rows of a cornering run, above 1 of a run that brakes.
+const FREE: f64 = 0.2;
+
+/// The belt stands below this speed [m/s], and below this share of the highest speed: some benches are slow.
+const STANDSTILL: f64 = 1.0;
+const STANDSTILL_SHARE: f64 = 0.1;
 
 /// Where a channel comes from.
 pub(crate) enum Input<'t> {
@@ -19,6 +27,11 @@ impl Input<'_> {
             Self::Column(source) => source.at(row),
             Self::Constant(value) => *value,
         }
+    }
+
+    /// Whether nobody measured it.
+    pub fn is_absent(&self) -> bool {
+        matches!(self, Self::Constant(value) if value.is_nan())
     }
 }
 
@@ -62,8 +75,8 @@ impl<'t> Inputs<'t, '_> {
         // A column without a single number is none.
         let column = source(self.table, self.reading, channel, self.letter)?
             .filter(|it| it.column.values.iter().any(|value| !value.is_nan()));
-        let constant = || self.reading.constants.iter().find(|it| it.0 == channel);
-        Ok(column.map(Input::Column).or_else(|| constant().map(|it| Input::Constant(it.1))))
+        let constant = || self.reading.constant(&self.table.file, channel);
+        Ok(column.map(Input::Column).or_else(|| constant().map(Input::Constant)))
     }
 
     pub fn wanted(&self, channel: &str) -> Result<Input<'t>, Bad> {
@@ -90,14 +103,21 @@ impl<'t> Inputs<'t, '_> {
         })
     }
 
-    /// Slip ratio and slip angle, of which one may be missing: it is 0 then.
-    pub fn slips(&self, notes: &mut Vec<String>) -> Result<[Input<'t>; 2], Bad> {
+    /// Slip ratio and slip angle, of which one may be missing: it is 0 then. `rows` are those in which the belt runs.
+    pub fn slips(&self, rows: &[usize], notes: &mut Vec<String>) -> Result<[Input<'t>; 2], Bad> {
         let mut kappa = self.found("slip_ratio")?;
         if kappa.is_none()
             && let Some(loaded) = self.found("slip_ratio_loaded")?
         {
-            notes.push("the slip ratio is SR, as there is no SL".to_owned());
-            kappa = Some(loaded);
+            let (note, slip) = match self.rolls_freely(rows)? {
+                true => (
+                    "the wheel rolls freely, so the slip ratio is 0; SR is not used: it is by the loaded radius",
+                    Input::Constant(0.0),
+                ),
+                false => ("the slip ratio is SR, as there is no SL", loaded),
+            };
+            notes.push(note.to_owned());
+            kappa = Some(slip);
         }
         let alpha = self.found("slip_angle_rad")?;
         if kappa.is_none() && alpha.is_none() {
@@ -112,6 +132,30 @@ impl<'t> Inputs<'t, '_> {
         Ok([or_zero(kappa, "slip ratio"), or_zero(alpha, "slip angle")])
     }
 
+    /// Whether nothing drives or brakes the wheel: F_x stays small against F_z, or nobody measured it.
+    fn rolls_freely(&self, rows: &[usize]) -> Result<bool, Bad> {
+        let (Some(F_x), Some(F_z)) = (self.found("fx_n")?, self.found("fz_n")?) else {
+            return Ok(true);
+        };
+        let ratios = rows.iter().map(|row| (F_x.at(*row) / F_z.at(*row)).abs());
+        let mut ratios: Vec<f64> = ratios.filter(|it| it.is_finite()).collect();
+        ratios.sort_by(f64::total_cmp);
+        Ok(ratios.is_empty() || quantile(&ratios, 0.95) < FREE)
+    }
+
+    /// The rows in which the belt runs: a bench stands still before and between its sweeps.
+    pub fn running(&self, v_x: &Input, notes: &mut Vec<String>) -> Vec<usize> {
+        let rows = 0..self.table.rows();
+        let fastest = rows.clone().map(|row| v_x.at(row).abs()).fold(0.0, f64::max);
+        let least = STANDSTILL.min(STANDSTILL_SHARE * fastest);
+        let running: Vec<_> = rows.filter(|row| !(v_x.at(*row).abs() < least)).collect();
+        let left = self.table.rows() - running.len();
+        if left > 0 {
+            notes.push(format!("{left} rows below {least} m/s were left out: the belt stands"));
+        }
+        running
+    }
+
     /// F_x, which a run without slip ratio does not need.
     pub fn along(&self, kappa: &Input, notes: &mut Vec<String>) -> Result<Input<'t>, Bad> {
         match (self.found("fx_n")?, kappa) {
@@ -124,13 +168,20 @@ impl<'t> Inputs<'t, '_> {
         }
     }
 
+    /// M_z; NaN of a bench that does not measure it.
+    pub fn moment(&self, notes: &mut Vec<String>) -> Result<Input<'t>, Bad> {
+        Ok(self.found("mz_nm")?.unwrap_or_else(|| {
+            notes.push("no M_z: the aligning moment is not fitted".to_owned());
+            Input::Constant(f64::NAN)
+        }))
+    }
+
+    /// The temperature of the tread; NaN of a bench that does not measure it.
     pub fn temperature(&self, notes: &mut Vec<String>) -> Result<Temperature<'t>, Bad> {
         let side = |channel| source(self.table, self.reading, channel, "");
         let Some(centre) = self.found("temp_centre_k")? else {
-            notes.push(format!(
-                "no temperature of the tread: taken as {REFERENCE} K, where the terms of temperature are 0"
-            ));
-            return Ok((Input::Constant(REFERENCE), None));
+            notes.push("no temperature of the tread: its terms stay at 0".to_owned());
+            return Ok((Input::Constant(f64::NAN), None));
         };
         let chosen = self.reading.columns.iter().any(|it| it.0 == "temp_centre_k");
         let sides = match (side("temp_inner_k")?, side("temp_outer_k")?) {

@@ -26,7 +26,7 @@ mod table;
 mod text;
 mod tydex;
 
-pub use channels::{CHANNELS, FileUnits, Reading};
+pub use channels::{CHANNELS, Constant, FileUnits, Reading};
 pub use condition::{Point, condition};
 pub use file::write_tir;
 pub use fit::{Estimate, Fit, Options, Residuals, Verdict, fit, fit_points};

@@ -3,7 +3,7 @@
 
 use tire::{Coefficients, MfTire, Number, Slip, Tire};
 
-use crate::condition::{Point, REFERENCE};
+use crate::condition::Point;
 
 /// What is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -126,6 +126,8 @@ pub(crate) const COUNT: usize = TERMS.len();
 pub(crate) struct Model<T> {
     pub tire: MfTire<T>,
     pub terms: [T; COUNT],
+    /// Where the terms of temperature are 0 [K].
+    pub reference: f64,
 }
 
 impl<T: Number> Model<T> {
@@ -138,21 +140,22 @@ impl<T: Number> Model<T> {
         // The moment takes the lateral force along.
         let across =
             |it: Channel| it == channel || (channel == Channel::Aligning && it == Channel::Lateral);
+        let at = |feature: Feature| feature.at(point, [dfz, dpi], self.reference);
         let zero = T::from(0.0);
         let (mut friction, mut stiffness) = ([zero; 2], [zero; 2]);
         let (mut kappa, mut alpha) = (T::from(s.kappa), T::from(s.alpha));
         for (term, c) in TERMS.iter().zip(self.terms) {
             let side = usize::from(term.channel == Channel::Lateral);
             match term.effect {
-                Effect::Friction(feature) => friction[side] += c * feature.at(point, dfz, dpi),
-                Effect::Stiffness(feature) => stiffness[side] += c * feature.at(point, dfz, dpi),
+                Effect::Friction(feature) => friction[side] += c * at(feature),
+                Effect::Stiffness(feature) => stiffness[side] += c * at(feature),
                 Effect::Lag if across(term.channel) => {
                     kappa -= c * if side == 0 { point.rate[0] } else { 0.0 };
                     alpha -= c * if side == 1 { point.rate[1] } else { 0.0 };
                 }
                 Effect::Weight if across(term.channel) => alpha *= c * s.kappa + 1.0,
                 Effect::SlipRatio(feature) if across(term.channel) => {
-                    kappa *= (c * feature.at(point, dfz, dpi)).exp();
+                    kappa *= (c * at(feature)).exp();
                 }
                 Effect::Lag | Effect::Weight | Effect::SlipRatio(_) => {}
             }
@@ -178,11 +181,13 @@ impl<T: Number> Model<T> {
 }
 
 impl Feature {
-    fn at(self, point: &Point, dfz: f64, dpi: f64) -> f64 {
+    fn at(self, point: &Point, [dfz, dpi]: [f64; 2], reference: f64) -> f64 {
+        // What was not measured has no effect.
+        let warmer = |it: f64| if it.is_finite() { (it - reference) / 10.0 } else { 0.0 };
         let gamma = point.sample.gamma.abs();
         match self {
-            Self::Tread => (point.sample.temperature - REFERENCE) / 10.0,
-            Self::Carcass => (point.carcass - REFERENCE) / 10.0,
+            Self::Tread => warmer(point.sample.temperature),
+            Self::Carcass => warmer(point.carcass),
             Self::LoadSquare => dfz * dfz,
             Self::Pressure => dpi,
             Self::Camber => gamma,
@@ -200,6 +205,10 @@ impl Feature {
 }
 
 /// A model of plain numbers; `None` where the coefficients are of no tire.
-pub(crate) fn plain(coefficients: &Coefficients, terms: [f64; COUNT]) -> Option<Model<f64>> {
-    MfTire::new(*coefficients).ok().map(|tire| Model { tire, terms })
+pub(crate) fn plain(
+    coefficients: &Coefficients,
+    terms: [f64; COUNT],
+    reference: f64,
+) -> Option<Model<f64>> {
+    MfTire::new(*coefficients).ok().map(|tire| Model { tire, terms, reference })
 }

@@ -8,7 +8,7 @@ use tire::Axes;
 
 use crate::axes::Wrench;
 use crate::channels::Reading;
-use crate::inputs::{Inputs, axes, temperature_at};
+use crate::inputs::{Input, Inputs, axes, temperature_at};
 use crate::sample::{Bad, Sample, check};
 use crate::table::Table;
 use crate::{csv, mat, sweeps, text, tydex};
@@ -129,10 +129,11 @@ fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
     let (axes, letter) = axes(table, reading)?;
     let inputs = Inputs { table, reading, letter };
     let wanted = |channel| inputs.wanted(channel);
-    let (F_y, F_z, M_z) = (wanted("fy_n")?, wanted("fz_n")?, wanted("mz_nm")?);
+    let (F_y, F_z, M_z) = (wanted("fy_n")?, wanted("fz_n")?, inputs.moment(&mut notes)?);
     let (gamma, pressure) = (wanted("camber_rad")?, wanted("pressure_pa")?);
     let v_x = wanted("speed_mps")?;
-    let [kappa, alpha] = inputs.slips(&mut notes)?;
+    let running = inputs.running(&v_x, &mut notes);
+    let [kappa, alpha] = inputs.slips(&running, &mut notes)?;
     let F_x = inputs.along(&kappa, &mut notes)?;
     let temperature = inputs.temperature(&mut notes)?;
     let time = inputs.found("time_s")?;
@@ -142,7 +143,7 @@ fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
     let block = inputs.found("block")?;
     let centre = inputs.centre(axes, &gamma, &mut notes)?;
     let mut samples = Vec::new();
-    for row in 0..table.rows() {
+    for &row in &running {
         let wrench = Wrench {
             F: [F_x.at(row), F_y.at(row), F_z.at(row)],
             M_y: centre.as_ref().map_or(0.0, |it| it.1.at(row)),
@@ -167,21 +168,21 @@ fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
             F_y: wrench.F[1],
             M_z: wrench.M_z,
         };
-        if is_whole(&sample) && !number.is_nan() {
+        if is_whole(&sample, &M_z, &temperature.0) && !number.is_nan() {
             samples.push(sample.turned_from(reading.axes));
         }
     }
-    finish(table, samples, block.is_some(), notes)
+    finish(table, (samples, running.len()), block.is_some(), notes)
 }
 
 /// Judges the samples of a table and finds their sweeps.
 fn finish(
     table: &Table,
-    mut samples: Vec<Sample>,
+    (mut samples, rows): (Vec<Sample>, usize),
     numbered: bool,
     mut notes: Vec<String>,
 ) -> Result<Read, Bad> {
-    let (rows, dropped) = (table.rows(), table.rows() - samples.len());
+    let dropped = rows - samples.len();
     if 2 * dropped > rows {
         let text = format!(
             "expected numbers in all channels, found such in {} of {rows} rows only",
@@ -209,21 +210,12 @@ fn finish(
     Ok(Read { samples, notes })
 }
 
-fn is_whole(it: &Sample) -> bool {
-    let all = [
-        it.time,
-        it.kappa,
-        it.alpha,
-        it.gamma,
-        it.F_z,
-        it.pressure,
-        it.v_x,
-        it.temperature,
-        it.F_x,
-        it.F_y,
-        it.M_z,
-    ];
+/// Whether a sample has a number in each channel that is measured.
+fn is_whole(it: &Sample, M_z: &Input, temperature: &Input) -> bool {
+    let measured = [(it.M_z, M_z), (it.temperature, temperature)];
+    let all = [it.time, it.kappa, it.alpha, it.gamma, it.F_z, it.pressure, it.v_x, it.F_x, it.F_y];
     all.iter().all(|value| value.is_finite())
+        && measured.iter().all(|(value, input)| value.is_finite() || input.is_absent())
 }
 
 /// Refuses slip ratios that are percent, or that are no 0 where the tire rolls freely.

@@ -26,13 +26,13 @@ pub struct Sample {
     pub pressure: f64,
     /// Speed of the belt [m/s].
     pub v_x: f64,
-    /// Temperature of the tread's surface [K].
+    /// Temperature of the tread's surface [K]; NaN where it is not measured.
     pub temperature: f64,
     /// Longitudinal force [N].
     pub F_x: f64,
     /// Lateral force [N].
     pub F_y: f64,
-    /// Aligning moment [N m].
+    /// Aligning moment [N m]; NaN where it is not measured.
     pub M_z: f64,
 }
 

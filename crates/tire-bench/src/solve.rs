@@ -26,6 +26,8 @@ pub(crate) struct Problem<'a> {
     /// What is not free.
     pub coefficients: Coefficients,
     pub terms: [f64; COUNT],
+    /// Where the terms of temperature are 0 [K].
+    pub reference: f64,
     /// Weight of one squared residual [1/N², 1/(N m)²].
     pub weight: f64,
 }
@@ -76,7 +78,8 @@ impl Problem<'_> {
                     What::Term(place) => with[place] = seed(terms[place]),
                 }
             }
-            MfTire::new(lifted).ok().map(|tire| Model { tire, terms: with })
+            let reference = self.reference;
+            MfTire::new(lifted).ok().map(|tire| Model { tire, terms: with, reference })
         };
         self.free.chunks(WIDE).map(chunk).collect()
     }
@@ -126,7 +129,9 @@ impl Problem<'_> {
 
     fn cost(&self, z: &DVector<f64>) -> f64 {
         let (coefficients, terms) = self.at(z);
-        let Some(model) = crate::model::plain(&coefficients, terms) else { return f64::INFINITY };
+        let Some(model) = crate::model::plain(&coefficients, terms, self.reference) else {
+            return f64::INFINITY;
+        };
         let squares: Vec<f64> = self
             .points
             .par_chunks(TASK)

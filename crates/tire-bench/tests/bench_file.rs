@@ -8,7 +8,7 @@ mod writer;
 
 use support::{WARM, bench_file, truth};
 use tire::{Axes, Coefficients};
-use tire_bench::{Fit, Options, Read, Reading, Verdict, fit, read, read_all};
+use tire_bench::{Fit, Options, Read, Reading, Verdict, fit, read, read_all, write_tir};
 use writer::{Made, column, file};
 
 const FILE: &str = include_str!("../../../scenarios/bench/sports_tire.csv");
@@ -57,9 +57,13 @@ fn the_tire_of_the_file_is_found() {
     }
 }
 
-/// Without a temperature its terms stay at 0, and nothing claims to know them.
+/// Without a temperature its terms stay at 0, and nothing claims to know them. One temperature says as much: the tire of the file is
+/// the one that was measured at it, and no prior carries its friction to another temperature.
 #[test]
-fn a_file_without_temperatures_says_nothing_of_them() {
+fn a_file_without_temperatures_or_with_one_says_nothing_of_their_terms() {
+    let mut cold = read(FILE.as_bytes(), "a", 0, &sae()).expect("samples");
+    cold.samples.iter_mut().for_each(|it| it.temperature = 299.15);
+    let cold = fitted(&cold);
     let text: String =
         FILE.lines().filter_map(|it| Some(it.rsplit_once(',')?.0.to_owned() + "\n")).collect();
     let found = read(text.as_bytes(), "a", 0, &sae()).expect("samples");
@@ -73,6 +77,12 @@ fn a_file_without_temperatures_says_nothing_of_them() {
     {
         assert_eq!((it.value, it.verdict), (0.0, Verdict::FromPrior), "{it:?}");
     }
+    assert!((cold.reference - 299.15).abs() < 1e-9 && fit.reference == 333.0);
+    for (a, b) in cold.estimates.iter().zip(&fit.estimates) {
+        assert!((a.value - b.value).abs() < 1e-6 * b.prior_std, "{a:?}, {b:?}");
+        assert_eq!(a.verdict, b.verdict, "{a:?}, {b:?}");
+    }
+    assert!(write_tir(&cold).contains("REFERENCE_TEMPERATURE    = 299.1"));
 }
 
 /// The same numbers as vectors of a MAT file, and as one file of TYDEX for each sweep.

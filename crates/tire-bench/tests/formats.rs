@@ -7,7 +7,7 @@ mod writer;
 use std::io::Write as _;
 
 use tire::Axes;
-use tire_bench::{FileUnits, Read, Reading, read};
+use tire_bench::{Constant, FileUnits, Read, Reading, read, read_all};
 use writer::{Made, column, file};
 
 const OWN: &str = "block,time_s,slip_ratio,slip_angle_rad,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
@@ -79,6 +79,46 @@ fn dat_of_ttc_and_its_relatives_are_read_with_their_units() {
     assert!(error.contains("cannot be unpacked"), "{error}");
 }
 
+/// The layout of a cornering run of FSAE TTC: the belt stands at the beginning, and SR has a standard for a unit.
+#[test]
+fn rows_of_a_standing_belt_and_the_slip_ratio_of_a_free_wheel_are_left_out() {
+    let names = TTC.join("\t").replace("SL", "SR");
+    let standing = (0..100).map(|k| {
+        let [_, _, _, _, camber, pressure, .., warm] = ttc_row(0);
+        let row = [
+            0.01 * k as f64 - 1.0,
+            0.03,
+            0.0,
+            -1.0,
+            camber,
+            pressure,
+            -4.0,
+            0.0,
+            -650.0,
+            0.0,
+            warm,
+        ];
+        row.map(|it| it.to_string()).join("\t")
+    });
+    // SR of a free wheel is that of the loaded radius: it moves with the load, and F_x stays small.
+    let rolling = (0..500).map(|k| {
+        let row = ttc_row(k);
+        let loaded = [row[0], row[1], row[2], -0.03 - 0.005 * row[2]];
+        [&loaded[..], &row[4..]].concat().iter().map(f64::to_string).collect::<Vec<_>>().join("\t")
+    });
+    let rows = standing.chain(rolling).collect::<Vec<_>>().join("\n");
+    for unit in ["SAE", "none"] {
+        let units = METRIC.join("\t").replace("none", unit);
+        let text = format!("TIRF Data File: Run 1\n{names}\n{units}\n{rows}\n");
+        let found = read(text.as_bytes(), "a", 0, &sae()).expect("samples");
+        is_ttc(&found);
+        assert!(found.samples.iter().all(|it| it.kappa == 0.0));
+        let notes = found.notes.join("\n");
+        assert!(notes.contains("100 rows below 1 m/s were left out: the belt stands"), "{notes}");
+        assert!(notes.contains("the wheel rolls freely, so the slip ratio is 0"), "{notes}");
+    }
+}
+
 #[test]
 fn units_are_stated_and_never_guessed() {
     let text = format!("{}\n{}", TTC.join(","), dat(",", false));
@@ -118,11 +158,12 @@ fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
     let found = read(without(&["SL", "TSTC", "FX"]).as_bytes(), "a", 0, &sae()).expect("samples");
     let notes = found.notes.join("\n");
     for note in
-        ["no slip ratio: taken as 0", "no F_x", "no temperature of the tread: taken as 333 K"]
+        ["no slip ratio: taken as 0", "no F_x", "no temperature of the tread: its terms stay at 0"]
     {
         assert!(notes.contains(note), "{notes}");
     }
-    let constant = [("pressure_pa", 80e3), ("camber_rad", 0.0), ("speed_mps", 11.0)];
+    let of_all = |(channel, value)| Constant { file: None, channel, value };
+    let constant = [("pressure_pa", 80e3), ("camber_rad", 0.0), ("speed_mps", 11.0)].map(of_all);
     let lacking = without(&["P", "IA", "V"]);
     let error = refused(lacking.as_bytes(), &sae());
     assert!(
@@ -135,11 +176,25 @@ fn what_a_file_lacks_is_told_or_refused_with_what_to_do() {
         read(lacking.as_bytes(), "a", 0, &reading).expect("samples").samples[3].pressure,
         80e3
     );
-    let error = refused(without(&["MZ"]).as_bytes(), &sae());
+    let error = refused(without(&["FY"]).as_bytes(), &sae());
     assert!(
-        error.starts_with("a:1: expected a column mz_nm, found ET") && !error.contains("constants"),
+        error.starts_with("a:1: expected a column fy_n, found ET") && !error.contains("constants"),
         "{error}"
     );
+    let found = read(without(&["MZ"]).as_bytes(), "a", 0, &sae()).expect("samples");
+    assert!(found.notes.contains(&"no M_z: the aligning moment is not fitted".to_owned()));
+    assert!(found.samples.len() == 500 && found.samples.iter().all(|it| it.M_z.is_nan()));
+    // Two runs at two pressures, which no column has.
+    let lacking = without(&["P"]);
+    let constant = [(None, 80e3), (Some("b"), 97e3)].map(|(file, value)| Constant {
+        file,
+        channel: "pressure_pa",
+        value,
+    });
+    let reading = Reading { constants: &constant, ..sae() };
+    let files = [("a", lacking.as_bytes()), ("b", lacking.as_bytes())];
+    let samples = read_all(&files, &reading).expect("samples").samples;
+    assert_eq!([samples[0].pressure, samples[500].pressure], [80e3, 97e3]);
     let found = read(without(&["ET"]).as_bytes(), "a", 0, &sae()).expect("samples");
     assert!(found.notes.join("").contains("each row counts as a steady state"));
 }

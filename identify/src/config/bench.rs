@@ -7,7 +7,7 @@ use plugin::{ConfigError, File};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use tire::{Axes, Coefficients};
-use tire_bench::{CHANNELS, FileUnits, Options, Reading};
+use tire_bench::{CHANNELS, Constant, FileUnits, Options, Reading};
 
 /// Fits a Magic Formula 6.1 with temperature terms to data of a test bench: the files of `[analysis.files]`, which are tables as text (also packed by
 /// gzip), MAT files or TYDEX.
@@ -20,9 +20,10 @@ pub struct Bench {
     /// Columns with other names or units, by channel. Names that benches use are found on their own.
     #[serde(default)]
     pub columns: BTreeMap<String, BenchColumn>,
-    /// Channels with one value, in SI units, for files that have them not.
+    /// Channels with one value, in SI units, for files that have them not. A table under the name of a file has those of this file.
     #[serde(default)]
-    pub constants: BTreeMap<String, f64>,
+    #[schemars(example = serde_json::json!({"camber_rad": 0.0, "cornering": {"pressure_pa": 83e3}}))]
+    pub constants: BTreeMap<String, BenchConstant>,
     /// Units of files that state none.
     #[serde(default)]
     pub units: Option<BenchUnits>,
@@ -50,8 +51,18 @@ pub struct Bench {
     pub files: BTreeMap<String, File>,
 }
 
-/// Channel, column and unit; channel and value.
-pub type Said<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<(&'a str, f64)>);
+/// Channel, column and unit; channels with one value.
+pub type Said<'a> = (Vec<(&'a str, &'a str, Option<&'a str>)>, Vec<Constant<'a>>);
+
+/// The value of a channel, or the values of channels of one file.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BenchConstant {
+    /// A value.
+    Value(f64),
+    /// Values by channel.
+    OfFile(BTreeMap<String, f64>),
+}
 
 /// Axes of a file of a bench.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
@@ -88,6 +99,27 @@ pub struct BenchColumn {
     pub unit: Option<String>,
 }
 
+impl BenchConstant {
+    fn is_of_file(&self) -> bool {
+        matches!(self, Self::OfFile(_))
+    }
+
+    /// The constants under a name, which is that of a channel or of a file.
+    fn all<'a>(&'a self, name: &'a str) -> Vec<Constant<'a>> {
+        match self {
+            Self::Value(value) => vec![Constant { file: None, channel: name, value: *value }],
+            Self::OfFile(values) => {
+                let constant = |(channel, value): (&'a String, &f64)| Constant {
+                    file: Some(name),
+                    channel,
+                    value: *value,
+                };
+                values.iter().map(constant).collect()
+            }
+        }
+    }
+}
+
 impl Bench {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         let numbers = [
@@ -102,20 +134,31 @@ impl Bench {
             }
         }
         let unknown = |name: &&String| !CHANNELS.iter().any(|(known, _)| known == name);
-        for (key, mut names) in [
-            ("columns", self.columns.keys().collect::<Vec<_>>()),
-            ("constants", self.constants.keys().collect()),
-        ] {
-            names.retain(unknown);
-            if let Some(name) = names.first() {
-                let known: Vec<_> = CHANNELS.iter().map(|(name, _)| *name).collect();
-                let message = format!("no channel `{name}`; known: {}", known.join(", "));
-                return Err(ConfigError::at(key, message));
+        let no_channel = |key: &str, name: &str| {
+            let known: Vec<_> = CHANNELS.iter().map(|(name, _)| *name).collect();
+            let message = format!("no channel `{name}`; known: {}", known.join(", "));
+            ConfigError::at(key, message)
+        };
+        if let Some(name) = self.columns.keys().find(unknown) {
+            return Err(no_channel("columns", name));
+        }
+        for name in self.constants.iter().filter_map(|(name, it)| it.is_of_file().then_some(name)) {
+            if !self.files.contains_key(name) {
+                let files: Vec<_> = self.files.keys().map(String::as_str).collect();
+                let message =
+                    format!("no file `{name}` in [analysis.files]; known: {}", files.join(", "));
+                return Err(ConfigError::at("constants", message));
             }
         }
-        if let Some((name, value)) = self.constants.iter().find(|it| !it.1.is_finite()) {
-            let message = format!("expected a number, found {value}");
-            return Err(ConfigError::at(&format!("constants.{name}"), message));
+        for Constant { file, channel, value } in self.said().1 {
+            let key = file.map_or("constants".to_owned(), |file| format!("constants.{file}"));
+            if unknown(&&channel.to_owned()) {
+                return Err(no_channel(&key, channel));
+            }
+            if !value.is_finite() {
+                let message = format!("expected a number, found {value}");
+                return Err(ConfigError::at(&format!("{key}.{channel}"), message));
+            }
         }
         if self.files.is_empty() {
             let message = "expected files of a bench in [analysis.files], such as cornering = \"cornering.csv\"";
@@ -139,7 +182,8 @@ impl Bench {
             .columns
             .iter()
             .map(|(name, it)| (name.as_str(), it.column.as_str(), it.unit.as_deref()));
-        (columns.collect(), self.constants.iter().map(|(name, it)| (name.as_str(), *it)).collect())
+        let constants = self.constants.iter().flat_map(|(name, it)| it.all(name));
+        (columns.collect(), constants.collect())
     }
 
     fn axes(&self) -> Axes {

@@ -13,7 +13,7 @@ use recording::table;
 use serde_json::Value;
 
 use self::columns::Chosen;
-use self::corrected::{Keys, quoted};
+use self::corrected::{Corrected, Keys, quoted};
 use super::{print, progress, tell};
 
 /// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("target/runs/doctor").into());
     let scenario = out.join("doctor.toml");
     let columns: Vec<Keys> = chosen.iter().filter(|it| it.name != "time").map(Keys::of).collect();
-    write(&scenario, &text(arguments, &chosen, &columns, None)?)?;
+    write(&scenario, &text(arguments, &chosen, &columns, &toml::Table::new())?)?;
     let options =
         RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
     let report = progress::run(&scenario, &options, &mut Remains::default(), |_, _| ())?.report;
@@ -145,10 +145,11 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let result = &report.analyses[NAME];
     print(&lines(&chosen, result));
     let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);
-    if let Some((columns, time_unit)) = corrected::corrected(&chosen, findings) {
+    if let Some(Corrected { columns, table }) = corrected::corrected(&chosen, findings) {
         let path = out.join("corrected.toml");
-        write(&path, &text(arguments, &chosen, &columns, time_unit.as_deref())?)?;
-        let lines: Vec<String> = columns.iter().map(Keys::line).collect();
+        write(&path, &text(arguments, &chosen, &columns, &table)?)?;
+        let keys = table.iter().map(|(key, value)| format!("{key} = {value}"));
+        let lines: Vec<String> = keys.chain(columns.iter().map(Keys::line)).collect();
         let (path, lines) = (path.display(), lines.join("\n  "));
         print(&format!("\nwith these corrections, to run again: {path}\n  {lines}\n"));
     }
@@ -168,7 +169,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
 /// The name of the analysis.
 const NAME: &str = "doctor";
 
-/// The scenario that examines the log.
+/// The scenario that examines the log; `table` are further keys of its table.
 ///
 /// # Errors
 /// When the system does not say where the log is.
@@ -176,7 +177,7 @@ fn text(
     arguments: &Arguments,
     chosen: &[Chosen],
     columns: &[Keys],
-    time_unit: Option<&str>,
+    table: &toml::Table,
 ) -> Result<String, Error> {
     let path = std::path::absolute(&arguments.log)
         .map_err(|error| Error::input(format!("{}: {error}", arguments.log.display())))?;
@@ -187,9 +188,12 @@ fn text(
     for it in chosen.iter().filter(|it| it.name == "time") {
         // Writing into a string cannot fail.
         let _ = writeln!(text, "time = {}", quoted(&it.column));
-        if let Some(unit) = time_unit.or(it.unit.as_deref()) {
+        if let Some(unit) = it.unit.as_deref().filter(|_| !table.contains_key("time_unit")) {
             let _ = writeln!(text, "time_unit = {}", quoted(unit));
         }
+    }
+    for (key, value) in table {
+        let _ = writeln!(text, "{key} = {value}");
     }
     // What is missing is for the doctor to see.
     text += "gaps = \"drop\"\n\n[analysis.table.columns]\n";
@@ -229,7 +233,6 @@ fn lines(chosen: &[Chosen], result: &Value) -> String {
         let channels = channels.collect::<Vec<_>>().join(", ");
         let place = match it["correct_in"].as_str() {
             Some("table") => "the table".to_owned(),
-            Some("closed_loop") => "the configuration of closed_loop".to_owned(),
             _ => channels,
         };
         let _ = writeln!(lines, "         {place}: {}", text(&it["correction"]));

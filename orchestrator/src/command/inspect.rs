@@ -12,7 +12,7 @@ use orchestrator::package::{self, BuildProgress};
 use recording::table;
 use scenario::Scenario;
 use scenario::plan::System;
-use scenario::resolve::Overrides;
+use scenario::resolve::{AnalysisLoading, Overrides};
 
 use super::progress::BuildLine;
 use super::{print, print_json};
@@ -33,7 +33,7 @@ pub struct Arguments {
     variant: Option<String>,
 }
 
-/// Prints the description.
+/// Prints the description. No script, no plugin and no library of an FMU is loaded.
 ///
 /// # Errors
 /// When the archive cannot be opened, or the scenario is wrong.
@@ -79,13 +79,14 @@ fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {
     let scenario = Scenario::read_variant(&arguments.file, arguments.variant.as_deref())?;
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);
-    let built = package::build(&scenario, &mut progress)?;
+    let built = package::build_fmus(&scenario, &mut progress)?;
     let folder = Path::new("target/runs").to_owned();
-    let system = System::resolve(&scenario, &built, &Overrides::default(), folder)?;
+    let overrides = Overrides { analyses: AnalysisLoading::Skip, ..Overrides::default() };
+    let system = System::resolve(&scenario, &built, &overrides, folder)?;
     match (arguments.json, arguments.dot) {
-        (true, _) => print_json(&inspect::scenario::json(&system)),
+        (true, _) => print_json(&inspect::scenario::json(&scenario, &system)),
         (_, true) => print(&inspect::scenario::dot(&system)),
-        _ => print(&inspect::scenario::lines(&system)),
+        _ => print(&inspect::scenario::lines(&scenario, &system)),
     }
     Ok(0)
 }

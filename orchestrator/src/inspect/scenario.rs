@@ -1,14 +1,16 @@
-//! Shows how the nodes of a scenario are coupled: their order, their connections, and the loops of these.
+//! Shows how the nodes of a scenario are coupled: their order, their connections, the loops of these, and the analyses after the
+//! run.
 
 use std::fmt::Write as _;
 
+use scenario::Scenario;
 use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
-use scenario::words::At;
+use scenario::words::{Analysis, At};
 use serde_json::{Value, json};
 
-/// The order, the connections and the loops of a system, as lines for a terminal.
+/// The order, the connections, the loops and the analyses of a scenario, as lines for a terminal.
 #[must_use]
-pub fn lines(system: &System) -> String {
+pub fn lines(scenario: &Scenario, system: &System) -> String {
     let mut text = String::new();
     let plan = &system.coupling;
     let clock = system.clock;
@@ -45,12 +47,31 @@ pub fn lines(system: &System) -> String {
             let _ = writeln!(text, "    {:<width$}  {}", link.label, about_link(system, link));
         }
     }
+    let analyses = &scenario.document.analysis;
+    if !analyses.is_empty() {
+        let _ = writeln!(text, "\nanalyses, whose code was not loaded");
+    }
+    for analysis in analyses {
+        let _ = writeln!(text, "  {}  {}", analysis.name.get_ref(), code_of(analysis));
+    }
     text
+}
+
+/// The code that does an analysis, by the words of the scenario.
+fn code_of(analysis: &Analysis) -> String {
+    let keys = [
+        ("python", &analysis.python),
+        ("path", &analysis.path),
+        ("crate", &analysis.package),
+        ("example", &analysis.example),
+    ];
+    let given = keys.iter().filter_map(|(key, value)| Some((key, value.as_ref()?.get_ref())));
+    given.map(|(key, value)| format!("{key} = {value:?}")).collect::<Vec<_>>().join(", ")
 }
 
 /// The same as JSON.
 #[must_use]
-pub fn json(system: &System) -> Value {
+pub fn json(scenario: &Scenario, system: &System) -> Value {
     let name = |node: &usize| name(system, &system.nodes[*node]);
     let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
     let node = |node: &usize| {
@@ -68,6 +89,7 @@ pub fn json(system: &System) -> Value {
             "connections": it.links.iter().map(link).collect::<Vec<_>>(),
         })
     };
+    let analysis = |it: &Analysis| json!({ "name": it.name.get_ref(), "code": code_of(it) });
     json!({
         "scenario": system.header.scenario,
         "title": system.header.title,
@@ -77,6 +99,7 @@ pub fn json(system: &System) -> Value {
         "order": system.order.iter().map(node).collect::<Vec<_>>(),
         "connections": links(system).iter().map(connection).collect::<Vec<_>>(),
         "loops": system.coupling.loops.iter().map(of_loop).collect::<Vec<_>>(),
+        "analyses": scenario.document.analysis.iter().map(analysis).collect::<Vec<_>>(),
     })
 }
 

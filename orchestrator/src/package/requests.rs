@@ -39,10 +39,14 @@ impl<'a> Request<'a> {
         self.scenario.source.folder(self.package.span())
     }
 
-    /// The workspace around the file that names it, or else around the current folder.
+    /// The workspace around the file that names it, or else around the current folder. A workspace inside an archive is not
+    /// taken: its build scripts would run.
     fn workspace(&self) -> Result<Workspace, BuildError> {
-        Workspace::around(self.folder())
-            .or_else(|error| Workspace::around(Path::new(".")).map_err(|_| error))
+        let current = || Workspace::around(Path::new("."));
+        if self.scenario.source.is_archived(self.package.span()) {
+            return current();
+        }
+        Workspace::around(self.folder()).or_else(|error| current().map_err(|_| error))
     }
 
     /// The error that no workspace makes the package, and that none was installed either.
@@ -99,7 +103,20 @@ pub fn library(
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
 pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
-    let Makers { workspaces, installed } = Makers::of(scenario)?;
+    build_all(Request::all(scenario), progress)
+}
+
+/// The same without plugins, for whoever looks at a scenario and does not run it.
+///
+/// # Errors
+/// As of [`build`].
+pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
+    let requests = Request::all(scenario).into_iter().filter(|request| !request.is_plugin);
+    build_all(requests.collect(), progress)
+}
+
+fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<Built, Error> {
+    let Makers { workspaces, installed } = Makers::of(requests)?;
     let mut built = Built::default();
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
         refuse_twins(&built, &requests)?;
@@ -135,13 +152,13 @@ struct Makers<'a> {
 impl<'a> Makers<'a> {
     /// # Errors
     /// With the places in the files, for all packages that nobody makes.
-    fn of(scenario: &'a Scenario) -> Result<Self, Error> {
+    fn of(requests: Vec<Request<'a>>) -> Result<Self, Error> {
         let (mut makers, mut mistakes) = (Makers::default(), Mistakes::default());
         let installed = Installed::with_program();
         // The root of the workspace that serves a folder, or why there is none.
         let mut roots: BTreeMap<&Path, Result<PathBuf, Rc<BuildError>>> = BTreeMap::new();
         let workspaces = &mut makers.workspaces;
-        for request in Request::all(scenario) {
+        for request in requests {
             let root = roots.entry(request.folder()).or_insert_with(|| {
                 let workspace = request.workspace()?;
                 let root = workspace.0.workspace_root.clone();

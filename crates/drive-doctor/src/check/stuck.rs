@@ -37,6 +37,9 @@ pub(crate) fn check(case: &mut Case) {
 }
 
 fn dead(case: &mut Case, name: &'static str) {
+    if name == "v_x" && speed_is_constant(case) {
+        return constant_speed(case);
+    }
     let value = significant(case.signals[name].value[0], 4);
     let (sure, why) = match name {
         "F_x" => match speed_changes(case) {
@@ -70,6 +73,73 @@ fn dead(case: &mut Case, name: &'static str) {
         refuses: true,
     });
     case.signals.remove(name);
+}
+
+/// Reports a speed that the car keeps: logs of simulators have one, and the usual exercise does.
+fn constant_speed(case: &mut Case) {
+    let speed = case.signals["v_x"].value[0];
+    case.report(Finding {
+        check: "v_x_constant".to_owned(),
+        channels: vec!["v_x"],
+        sure: Sure::Possible,
+        value: Some(speed),
+        interval: None,
+        unit: unit("v_x"),
+        sentence: format!(
+            "`v_x` is {} in all rows, and the other channels agree with it.",
+            significant(speed, 4)
+        ),
+        consequence: "If it is a set speed and not a measured one, the tires get what is missing."
+            .to_owned(),
+        correction: Correction::advice("Nothing, where the speed was held or simulated."),
+        refuses: false,
+    });
+}
+
+/// Whether the other channels say that a constant `v_x` is true: the accelerations are those of a turn at this speed, and wheels keep
+/// theirs. Without `r` and `a_y` nothing says so.
+fn speed_is_constant(case: &Case) -> bool {
+    /// Largest share that a_y may be off, and that wheels may vary [-].
+    const SHARE: f64 = 0.1;
+    /// Largest acceleration along the path, root mean square [m/s²].
+    const ALONG: f64 = 0.3;
+    /// Width of the filter [s].
+    const SIGMA: f64 = 0.1;
+    let Some(motion) = Motion::of(case).filter(|_| case.has(&["r", "a_y"])) else { return false };
+    let smooth = |column: &[f64], order| motion.smooth(column, SIGMA, order);
+    let mean_square = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values
+            .filter(|it| it.is_finite())
+            .fold((0.0, 0.0), |(sum, count), it| (sum + it * it, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    let or_zero = |name: &str, column: Vec<f64>| match case.has(&[name]) {
+        true => column,
+        false => vec![0.0; column.len()],
+    };
+    let v_y_rate = or_zero("v_y", smooth(&motion.raw("v_y"), 1));
+    let turning = smooth(&motion.combine("r", "v_x", |r, v_x| r * v_x), 0);
+    let a_y = smooth(&motion.raw("a_y"), 0);
+    let across = || a_y.iter().zip(&v_y_rate).zip(&turning);
+    let miss = mean_square(&mut across().map(|((a_y, rate), turning)| a_y - rate - turning));
+    let turns = mean_square(&mut turning.iter().copied());
+    let along = or_zero("v_y", motion.combine("v_y", "r", |v_y, r| v_y * r));
+    let a_x = or_zero("a_x", motion.raw("a_x"));
+    let driven: Vec<f64> = a_x.iter().zip(&along).map(|(a_x, along)| a_x + along).collect();
+    let driven = match case.has(&["a_x"]) {
+        true => mean_square(&mut smooth(&driven, 0).into_iter()),
+        false => 0.0,
+    };
+    let wheel_keeps_speed = |name: &&&str| {
+        let values = || case.signals[**name].value.iter().copied();
+        let [low, high] = [0.05, 0.95].map(|share| quantile(values(), share));
+        // The wheels of a car that turns run at different speeds.
+        high - low <= 2.0 * SHARE * high.abs().max(low.abs())
+    };
+    turns > 0.0
+        && miss < SHARE * SHARE * turns
+        && driven < ALONG * ALONG
+        && WHEELS.iter().filter(|name| case.has(&[name])).all(|name| wheel_keeps_speed(&name))
 }
 
 /// The largest usual change of speed [m/s²], if the speed changes.
@@ -212,7 +282,7 @@ fn saturated(case: &mut Case, name: &'static str) {
         }
         .to_owned(),
         correction: Correction::advice(
-            "Widen the range of the sensor, or use windows in which it is not reached.",
+            "Widen the range of the sensor, or use stretches (`during`) in which it is not reached.",
         ),
         refuses: sensor,
     });

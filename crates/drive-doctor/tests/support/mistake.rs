@@ -124,7 +124,7 @@ const fn mistake(
 }
 
 /// All mistakes; the first is none.
-pub const MISTAKES: [Mistake; 37] = [
+pub const MISTAKES: [Mistake; 38] = [
     mistake("nothing", &[], |_| ()),
     mistake("v_x in km/h", &["v_x_unit"], |log| scale(&mut log.v_x, 3.6)),
     mistake("v_y in km/h", &["v_y_unit"], |log| scale(&mut log.v_y, 3.6)),
@@ -170,6 +170,7 @@ pub const MISTAKES: [Mistake; 37] = [
     mistake("v_y sensor 0.5 m ahead", &["v_y_arm"], arm),
     mistake("F_x is 0", &["F_x_dead"], |log| log.F_x.fill(0.0)),
     mistake("v_y is 0", &["v_y_dead"], |log| log.v_y.fill(0.0)),
+    mistake("v_x is 25", &["v_x_dead"], |log| log.v_x.fill(25.0)),
     mistake("gap of 5 s", &["gap"], gap),
     mistake("r held for 5 rows", &["r_held"], |log| hold(&mut log.r, 5)),
     mistake("v_y held for 5 rows", &["v_y_held"], |log| hold(&mut log.v_y, 5)),

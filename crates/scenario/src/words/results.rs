@@ -128,7 +128,12 @@ impl<'de> Deserialize<'de> for AnalysisSignal {
 
 recorded_file! {
     /// A recorded file whose rows the plugin gets: the log of a data logger, a CSV file or an MCAP recording.
-    pub struct AnalysisTable {}
+    pub struct AnalysisTable {
+        /// Stretches of time that are used, from and until [s], in the times of the analysis; without it all rows are.
+        #[serde(default)]
+        #[schemars(with = "Vec<[f64; 2]>", example = [[0.0, 12.5], [14.0, 60.0]])]
+        pub during: Vec<Spanned<[f64; 2]>>,
+    }
 }
 
 /// A scenario that runs after the analyses, with their results.

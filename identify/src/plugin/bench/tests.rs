@@ -95,6 +95,16 @@ fn files_and_settings_that_do_not_fit_are_refused_with_what_to_do() {
             FILE.as_bytes(),
             "constants.pressure_pa: expected a number, found inf",
         ),
+        (
+            "constants = { b = { pressure_pa = 8e4 } }",
+            FILE.as_bytes(),
+            "constants: no file `b` in [analysis.files]; known: a",
+        ),
+        (
+            "constants = { a = { load = 1.0 } }",
+            FILE.as_bytes(),
+            "constants.a: no channel `load`; known: block",
+        ),
         ("units = \"mks\"", FILE.as_bytes(), "units: unknown variant `mks`"),
         (
             "columns = { fz_n = { column = \"load\" } }",

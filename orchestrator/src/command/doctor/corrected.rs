@@ -105,15 +105,19 @@ pub fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// The columns with all certain and likely corrections, and the unit of the time, if that is one of them. Nothing where none
-/// of them is a line.
-pub fn corrected<'a>(
-    chosen: &'a [Chosen],
-    findings: &[Value],
-) -> Option<(Vec<Keys<'a>>, Option<String>)> {
+/// A table with all certain and likely corrections.
+pub struct Corrected<'a> {
+    /// Its columns.
+    pub columns: Vec<Keys<'a>>,
+    /// Further keys of the table.
+    pub table: toml::Table,
+}
+
+/// The table with all certain and likely corrections. Nothing where none of them is a line.
+pub fn corrected<'a>(chosen: &'a [Chosen], findings: &[Value]) -> Option<Corrected<'a>> {
     let mut columns: Vec<Keys> =
         chosen.iter().filter(|it| it.name != "time").map(Keys::of).collect();
-    let (mut time_unit, mut any) = (None, false);
+    let (mut table, mut any) = (toml::Table::new(), false);
     for finding in findings.iter().filter(|it| it["sure"] != "possible") {
         let Some(line) = finding["correction"].as_str() else { continue };
         match finding["correct_in"].as_str() {
@@ -124,15 +128,17 @@ pub fn corrected<'a>(
                 any |= wrong.filter_map(|keys| keys.correct(line)).count() > 0;
             }
             Some("table") => {
-                let keys: Option<toml::Table> = toml::from_str(line).ok();
-                let unit = keys.and_then(|keys| Some(keys.get("time_unit")?.as_str()?.to_owned()));
-                any |= unit.is_some();
-                time_unit = unit.or(time_unit);
+                let keys: toml::Table = toml::from_str(line).unwrap_or_default();
+                any |= !keys.is_empty();
+                // Stretches of two findings hold in one only: the surest stands first.
+                for (key, value) in keys {
+                    table.entry(key).or_insert(value);
+                }
             }
             _ => (),
         }
     }
-    any.then_some((columns, time_unit))
+    any.then_some(Corrected { columns, table })
 }
 
 #[cfg(test)]

@@ -20,11 +20,31 @@ pub fn read(
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let mut log = logs::read(scenario, (table.file(), aliases), Asked::Needs(asked), warnings)?;
+    keep_during(scenario, table, &mut log)?;
     let number = asked.iter().any(|need| need.name == LOG);
     if number && log.columns.iter().all(|column| column.name != LOG) {
         log.table.number_logs(LOG);
     }
     Ok(log)
+}
+
+/// Leaves out the rows that the scenario does not want.
+fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Result<(), Error> {
+    let Some(first) = table.during.first() else { return Ok(()) };
+    for word in &table.during {
+        let [from, until] = *word.get_ref();
+        if !(from < until) {
+            let message = format!("expected two rising times [s], found {from} and {until}");
+            return Err(scenario.error(word, message));
+        }
+    }
+    let stretches: Vec<_> = table.during.iter().map(|word| *word.get_ref()).collect();
+    log.table.keep_during(&stretches).map_err(|(column, [begin, end])| {
+        let message = format!(
+            "expected rows within `during`, found none of `{column}`, which goes from {begin} s to {end} s"
+        );
+        scenario.error(first, message)
+    })
 }
 
 /// The columns of the log, in the units that the analysis wants.
