@@ -138,3 +138,15 @@ fn a_speed_that_is_held_is_no_dead_channel() {
     let found = examine(&bare, &KnownCar::default());
     assert_eq!(found.findings[0].check, "v_x_dead", "{found:#?}");
 }
+
+/// What is not known of the car must not be made up for by an error of the steering.
+#[test]
+fn a_clean_log_is_not_accused_where_less_is_known_of_the_car() {
+    for car in 0..mistake::CARS.len() {
+        let (log, known) = mistake::clean(car, 34);
+        for wheelbase in [None, known.wheelbase()] {
+            let found = examine(&mistake::log(&log), &KnownCar { wheelbase, ..KnownCar::default() });
+            assert!(!found.is_ill(), "car {car}, {wheelbase:?}: {found:#?}");
+        }
+    }
+}

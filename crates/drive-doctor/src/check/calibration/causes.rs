@@ -94,7 +94,8 @@ impl Cause {
         let side = if relation == Front { -1.0 } else { 1.0 };
         match (self.channel, self.kind, relation) {
             ("delta", Offset, Front) => Some(vec![1.0; rows]),
-            ("delta", Scale, Front) => Some(terms.delta[0].clone()),
+            // Without the distance to the axle a scale is told from that distance by the bend of the tires' curve alone.
+            ("delta", Scale, Front) => arm.map(|_| terms.delta[0].clone()),
             ("delta", Delay, Front) => times(&terms.delta[1], -1.0),
             ("v_y", Arm, RigidBody) => times(&terms.r[1], -1.0),
             ("v_y", Arm, _) => times(&terms.curvature[0], side),
