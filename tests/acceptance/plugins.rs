@@ -90,8 +90,14 @@ fn what_does_not_fit_is_pointed_at() {
         let table = "[analysis.table]\npath = \"log.csv\"\ntime = \"t\"\n";
         scenario(&format!("{table}columns = {{ {columns} }}\n"))
     };
+    let during = |stretch: &str| {
+        let during = format!("time = \"t\"\nduring = [{stretch}]");
+        columns("speed = { column = \"v\", unit = \"m/s\" }").replace("time = \"t\"", &during)
+    };
     #[rustfmt::skip]
     let cases = [
+        (during("[2.0, 5.0]"), "[2.0, 5.0]", "found none of `speed`, which goes from 0 s to 1 s"),
+        (during("[1.0, 0.0]"), "[1.0, 0.0]", "expected two rising times [s], found 1 and 0"),
         (scenario(""), "\"odd\"", "needs a signal `speed`: how fast"),
         (signals("sped = \"car.v\""), "sped", "did you mean `speed`?"),
         (signals("speed = \"car.w\""), "\"car.w\"", "did you mean `car.v`?"),

@@ -145,7 +145,8 @@ fn a_clean_log_is_not_accused_where_less_is_known_of_the_car() {
     for car in 0..mistake::CARS.len() {
         let (log, known) = mistake::clean(car, 34);
         for wheelbase in [None, known.wheelbase()] {
-            let found = examine(&mistake::log(&log), &KnownCar { wheelbase, ..KnownCar::default() });
+            let found =
+                examine(&mistake::log(&log), &KnownCar { wheelbase, ..KnownCar::default() });
             assert!(!found.is_ill(), "car {car}, {wheelbase:?}: {found:#?}");
         }
     }

@@ -59,6 +59,16 @@ fn a_late_column_has_times_of_its_own() {
 }
 
 #[test]
+fn rows_outside_of_all_stretches_are_left_out() {
+    let text = "t,x\n10,0\n11,1\n12,2\n13,3\n14,4\n";
+    let mut table = read("during", text, &["x"]).expect("it is well-formed");
+    table.keep_during(&[[0.0, 1.0], [3.5, 9.0]]).expect("rows");
+    assert_eq!((table.times(), table.column(0)), (vec![vec![0.0, 1.0, 4.0]], &[0.0, 1.0, 4.0][..]));
+    assert_eq!(table.keep_during(&[[1.5, 3.0]]), Err(("x".to_owned(), [0.0, 4.0])));
+    assert_eq!(table.column(0).len(), 3);
+}
+
+#[test]
 fn any_order_of_times_gives_the_same_values() {
     let rows = (0..50).map(|i| format!("{},{}\n", f64::from(i) * 0.1, i * i % 17));
     let text = format!("t,x\n{}", rows.collect::<String>());
