@@ -9,7 +9,9 @@ use std::sync::Arc;
 
 use car::{Car, OnTires};
 use filter::{Estimator, Output};
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, input, output, parameter};
+use fmu_export::{
+    Info, Member, Model, ModelError, Terminal, Variable, input, log, output, parameter, warn,
+};
 use nalgebra::Vector4;
 use serde::{Deserialize, Serialize};
 use tire::{BadCoefficient, MagicFormula, MfTire};
@@ -98,7 +100,10 @@ impl Node {
                 Arc::new(OnTires { car, dual: car.with_tires(tires.map(|it| it.lift())) })
             } else {
                 let [front, rear] = &self.files;
-                let tires = [front.tire("tire_f.tir")?.0, rear.tire("tire_r.tir")?.0];
+                let [(front, told_f), (rear, told_r)] =
+                    [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
+                told_f.into_iter().chain(told_r).for_each(|message| message.tell(log, warn));
+                let tires = [front, rear];
                 let [dual_f, dual_r] = tires.map(|tire| MfTire::new(tire.coefficients().lift()));
                 let wrong = |bad: BadCoefficient| bad.to_string();
                 let dual = car.with_tires([dual_f.map_err(wrong)?, dual_r.map_err(wrong)?]);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use fmu_export::Number;
 use tire::{MagicFormula, MfSet, MfTire, TireSet};
-use tire_file::TireChoice;
+use tire_file::{Message, TireChoice};
 use vehicle::detailed_track::{DetailedTrack, Input, Motion, Mounting, Parameters, State};
 
 /// What parameters have made.
@@ -33,7 +33,7 @@ impl Car {
         parameters: Parameters,
         choices: &[TireChoice; 2],
         curves: [MagicFormula; 2],
-    ) -> Result<(Option<Self>, Vec<String>), String> {
+    ) -> Result<(Option<Self>, Vec<Message>), String> {
         let given = choices.each_ref().map(|choice| !choice.tir.trim().is_empty());
         match given {
             [false, false] if !parameters.has_options() => Ok((None, Vec::new())),
@@ -46,7 +46,7 @@ impl Car {
                 let mut told = Vec::new();
                 let mut tire = |choice: &TireChoice, name: &str| {
                     let (tire, messages) = choice.tire(name)?;
-                    told.extend(messages.iter().map(|message| format!("{name}: {message}")));
+                    told.extend(messages);
                     Ok::<_, String>(tire)
                 };
                 let tires = [tire(&choices[0], "tire_f.tir")?, tire(&choices[1], "tire_r.tir")?];

@@ -6,7 +6,7 @@ mod car;
 mod table;
 
 use fmu_export::{
-    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, warn,
+    Derivatives, Equations, Info, Member, Model, ModelError, Number, Terminal, Variable, log, warn,
 };
 use serde::{Deserialize, Serialize};
 use tire_file::TireChoice;
@@ -223,7 +223,7 @@ impl Plant {
         parameters.brakes.front_share = self.vehicle.brake_front_share;
         let (car, messages) =
             Car::of(parameters, &self.tires, curves).map_err(ModelError::Error)?;
-        messages.into_iter().for_each(warn);
+        messages.into_iter().for_each(|message| message.tell(log, warn));
         self.made = Some(Made { curves, car });
         Ok(())
     }

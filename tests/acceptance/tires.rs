@@ -5,6 +5,7 @@ use super::harness::Lab;
 tests! {
     a_tire_has_key_figures_and_a_page: Compiler,
     two_tires_are_compared_and_one_is_written_anew: Compiler,
+    one_line_says_whether_a_tire_is_plausible: Compiler,
     wrong_files_are_told_with_line_and_key: Compiler,
     hostile_texts_of_a_file_do_not_reach_terminal_and_page: Compiler,
 }
@@ -56,6 +57,29 @@ fn two_tires_are_compared_and_one_is_written_anew() {
     assert_eq!((tire.PKY6, tire.QDZ8, tire.PKY1), (-0.95, -0.12, -21.0));
 }
 
+fn one_line_says_whether_a_tire_is_plausible() {
+    let lab = Lab::new();
+    let text = sports(&lab);
+    lab.trackside(&["tire", "sports.tir"]).expect(0).says(&[
+        "note: sports.tir: MF 6.2: lateral friction 1.100 and 70.28 kN/rad",
+        "driving 1.180",
+        "230 kPa",
+    ]);
+    lab.write("odd.tir", text.replace("PDY1                     = 1.1", "PDY1 = 133"));
+    lab.trackside(&["tire", "odd.tir"])
+        .expect(0)
+        .says(&["warning: odd.tir: MF 6.2:", "Not plausible: lateral friction is"]);
+    let without_unit = text
+        .replace("PRESSURE = 'pascal'\n", "")
+        .replace("INFLPRES                 = 230000", "INFLPRES = 2.3")
+        .replace("NOMPRES                  = 230000", "NOMPRES = 2.3");
+    lab.write("bar.tir", without_unit);
+    lab.trackside(&["tire", "bar.tir"])
+        .expect(0)
+        .says(&["warning: bar.tir: INFLPRES = 2.3 and NOMPRES = 2.3", "say PRESSURE = 'bar'"])
+        .says(&["lateral friction 1.100"]);
+}
+
 fn wrong_files_are_told_with_line_and_key() {
     let lab = Lab::new();
     let text = sports(&lab);
@@ -69,7 +93,11 @@ fn wrong_files_are_told_with_line_and_key() {
         .says(&["FNOMIN is -4, expected a number above 0"]);
     lab.trackside(&["tire", "none.tir"]).expect(2).says(&["the tire none.tir cannot be read"]);
     lab.write("empty.tir", "");
-    lab.trackside(&["tire", "empty.tir"]).expect(2).says(&["expected UNLOADED_RADIUS"]);
+    lab.trackside(&["tire", "empty.tir"])
+        .expect(2)
+        .says(&["expected the text of a tire property file"]);
+    lab.write("mc.tir", "[MODEL]\nPROPERTY_FILE_FORMAT = 'PAC_MC'\n");
+    lab.trackside(&["tire", "mc.tir"]).expect(2).says(&["mc.tir:2", "motorcycle"]);
 }
 
 fn hostile_texts_of_a_file_do_not_reach_terminal_and_page() {

@@ -1,6 +1,7 @@
 //! Derives what the driver has to know of the car from its parameters: the g-g-v diagram, steady slip angles, drag.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
+use fmu_export::{log, warn};
 use serde::{Deserialize, Serialize};
 use tire_file::TireChoice;
 use track::{Error, G, Ggv, Handling, Limits};
@@ -82,7 +83,10 @@ impl Car {
             return Ok(self.plain.map(Axle::plain));
         }
         let [front, rear] = &self.files;
-        Ok([Axle::of(front.tire("tire_f.tir")?.0), Axle::of(rear.tire("tire_r.tir")?.0)])
+        let [(front, told_f), (rear, told_r)] =
+            [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
+        told_f.into_iter().chain(told_r).for_each(|message| message.tell(log, warn));
+        Ok([Axle::of(front), Axle::of(rear)])
     }
 
     /// The load that a lateral acceleration [m/s2] moves from one wheel of each axle to the other [N].

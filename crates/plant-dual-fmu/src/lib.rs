@@ -7,7 +7,7 @@ mod table;
 
 use std::sync::Arc;
 
-use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, warn};
+use fmu_export::{Info, Member, Model, ModelError, Terminal, Variable, log, warn};
 use maps::Maps;
 use serde::{Deserialize, Serialize};
 use tire::{MfSet, Slip, Tire, TireSet};
@@ -111,7 +111,7 @@ impl Plant {
         let [front, rear] = &self.tires;
         let tire = |choice: &TireChoice, name: &str| {
             let (tire, messages) = choice.tire(name).map_err(ModelError::Error)?;
-            messages.iter().for_each(|message| warn(format!("{name}: {message}")));
+            messages.into_iter().for_each(|message| message.tell(log, warn));
             Ok::<_, ModelError>(tire)
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 use tire::{Coefficients, MfTire};
 
-use crate::{Message, decode, read};
+use crate::{Errors, Level, Message, plausibility, read, read_bytes};
 
 /// The largest file [B].
 const LARGEST: u64 = 16 << 20;
@@ -14,7 +14,7 @@ const LARGEST: u64 = 16 << 20;
 /// A tire as parameters describe it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TireChoice {
-    /// The text of a `.tir` file, or its path, which has no line end. Empty is [`Coefficients::sports_tire`].
+    /// The text of a `.tir` file, which has line ends, or its path. Empty is [`Coefficients::sports_tire`].
     pub tir: String,
     /// Factor to the longitudinal friction [-].
     pub LMUX: f64,
@@ -33,7 +33,7 @@ impl Default for TireChoice {
 }
 
 impl TireChoice {
-    /// The tire, and what there is to tell about its file; `name` stands for it in errors.
+    /// The tire, what it is like in one line, and what its file is warned of. `name` stands for the file in messages.
     ///
     /// # Errors
     /// In words, when the file cannot be read or is no tire.
@@ -47,7 +47,22 @@ impl TireChoice {
             ..coefficients
         };
         let tire = MfTire::new(scaled).map_err(|bad| format!("{name}: {bad}"))?;
-        Ok((tire, messages))
+        if self.tir.trim().is_empty() {
+            return Ok((tire, Vec::new()));
+        }
+        let mut first = plausibility(&tire);
+        let (warnings, notes): (Vec<_>, Vec<_>) =
+            messages.into_iter().partition(|message| message.level == Level::Warning);
+        if !notes.is_empty() {
+            first.text +=
+                &format!(" ({} notes on the file: `trackside tire` has them)", notes.len());
+        }
+        let named = |message: Message| Message {
+            text: format!("{name}: {message}"),
+            line: None,
+            ..message
+        };
+        Ok((tire, std::iter::once(first).chain(warnings).map(named).collect()))
     }
 
     fn coefficients(&self, name: &str) -> Result<(Coefficients, Vec<Message>), String> {
@@ -55,10 +70,12 @@ impl TireChoice {
         if written.is_empty() {
             return Ok((Coefficients::sports_tire(), Vec::new()));
         }
-        if written.contains('\n') {
+        if written.contains(['\n', '\r']) {
             return read(&self.tir, name).map_err(|errors| errors.to_string());
         }
-        let wrong = |what: String| format!("{name}: the tire file {written} {what}");
+        let wrong = |what: String| {
+            format!("{name} has one line, so it is the path of a file: `{written}` {what}")
+        };
         let path = Path::new(written);
         let size =
             path.metadata().map_err(|error| wrong(format!("cannot be read: {error}")))?.len();
@@ -67,7 +84,8 @@ impl TireChoice {
         }
         let bytes =
             std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        read(&decode(&bytes), written).map_err(|errors| format!("{name}: {errors}"))
+        let told = |errors: Errors| format!("{name}: {errors}");
+        read_bytes(&bytes, written).map_err(told)
     }
 }
 
@@ -83,10 +101,16 @@ mod tests {
         assert_eq!((tire.coefficients().LMUY, messages.len()), (0.5, 0));
         let text =
             crate::write(&Coefficients { FNOMIN: 3210.0, ..Coefficients::sports_tire() }, &[]);
-        let (tire, _) = choice(&text).tire("tire_f.tir").expect("a tire");
-        assert_eq!(tire.coefficients().FNOMIN, 3210.0);
+        for text in [text.clone(), text.replace('\n', "\r")] {
+            let (tire, messages) = choice(&text).tire("tire_f.tir").expect("a tire");
+            assert_eq!(tire.coefficients().FNOMIN, 3210.0);
+            let first = &messages[0];
+            assert_eq!(first.level, Level::Note, "{first}");
+            assert!(first.text.starts_with("tire_f.tir: MF 6.2: lateral friction 0.5"), "{first}");
+        }
         let error = choice("none.tir").tire("tire_f.tir").expect_err("no file");
-        assert!(error.starts_with("tire_f.tir: the tire file none.tir cannot be read"), "{error}");
+        assert!(error.starts_with("tire_f.tir has one line"), "{error}");
+        assert!(error.contains("`none.tir` cannot be read"), "{error}");
         let error =
             choice(&text.replace("= 3210", "= soft")).tire("tire_f.tir").expect_err("no number");
         assert!(error.starts_with("tire_f.tir:") && error.contains("found `soft"), "{error}");

@@ -12,27 +12,65 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod absent;
+mod bytes;
 mod choice;
+mod keys;
 mod meaning;
+mod plausibility;
+mod pressure;
 mod syntax;
 mod unit;
+mod version;
 mod write;
 
 use std::fmt;
 
 use tire::Coefficients;
 
+pub use bytes::{decode, read_bytes};
 pub use choice::TireChoice;
+pub use plausibility::plausibility;
 pub use syntax::{Entry, Table, TirFile, Value};
 pub use write::write;
+
+/// How much a message matters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// The tire is as the file says.
+    Note,
+    /// The tire may be another one than the file means.
+    Warning,
+}
 
 /// Something to know about a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
+    /// How much it matters.
+    pub level: Level,
     /// Line in the file, from 1; none for what is not in it.
     pub line: Option<usize>,
     /// What there is to know.
     pub text: String,
+}
+
+impl Message {
+    /// Sends it to the log of an FMU: a note in the category of what a model is, or a warning.
+    pub fn tell(self, log: impl Fn(&'static str, String), warn: impl Fn(String)) {
+        let text = self.to_string();
+        match self.level {
+            Level::Note => log("summary", text),
+            Level::Warning => warn(text),
+        }
+    }
+
+    pub(crate) fn note(line: Option<usize>, text: impl Into<String>) -> Self {
+        Self { level: Level::Note, line, text: text.into() }
+    }
+
+    pub(crate) fn warning(line: Option<usize>, text: impl Into<String>) -> Self {
+        Self { level: Level::Warning, line, text: text.into() }
+    }
 }
 
 impl fmt::Display for Message {
@@ -55,7 +93,7 @@ pub struct Errors {
 
 impl fmt::Display for Errors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (number, Message { line, text }) in self.list.iter().enumerate() {
+        for (number, Message { line, text, .. }) in self.list.iter().enumerate() {
             let end = if number > 0 { "\n" } else { "" };
             let line = line.map_or(String::new(), |line| format!(":{line}"));
             write!(f, "{end}{}{line}: {text}", self.file)?;
@@ -71,15 +109,7 @@ impl std::error::Error for Errors {}
 /// `name` stands for the file in errors.
 ///
 /// # Errors
-/// When a value that the formula needs is missing, no number, or outside of its bound.
+/// When a value that the formula needs is missing, no number, or outside of its bound, or the file is of another model.
 pub fn read(text: &str, name: &str) -> Result<(Coefficients, Vec<Message>), Errors> {
     TirFile::parse(text).coefficients(name)
-}
-
-/// The text of a file in UTF-8, or else in Latin-1, as instruments write it.
-pub fn decode(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().copied().map(char::from).collect(),
-    }
 }

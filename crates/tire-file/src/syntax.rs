@@ -1,6 +1,6 @@
 //! Takes the text of a file apart: sections, keys and values, tables; every line stays as it was written.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::ops::Range;
 
 /// A file: all its lines, and what they say.
@@ -14,6 +14,8 @@ pub struct TirFile {
     pub entries: Vec<Entry>,
     /// The tables, such as `[SHAPE]`.
     pub tables: Vec<Table>,
+    /// Numbers of the lines, from 1, that are neither.
+    pub(crate) others: Vec<usize>,
 }
 
 /// An assignment.
@@ -42,6 +44,16 @@ pub enum Value {
     Empty,
 }
 
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Text(text) => write!(f, "`{text}`"),
+            Self::Empty => f.write_str("nothing"),
+        }
+    }
+}
+
 /// Numbers in rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
@@ -57,8 +69,15 @@ impl TirFile {
     /// Takes a text apart. Any text is a file; what it misses shows when it is asked for [`TirFile::coefficients`].
     pub fn parse(text: &str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let line_end = if text.contains("\r\n") { "\r\n" } else { "\n" };
-        let lines: Vec<String> = text.lines().map(str::to_owned).collect();
+        let line_end = match (text.contains('\n'), text.contains("\r\n")) {
+            (_, true) => "\r\n",
+            (false, _) if text.contains('\r') => "\r",
+            _ => "\n",
+        };
+        let lines: Vec<String> = match line_end {
+            "\r" => text.split_terminator('\r').map(str::to_owned).collect(),
+            _ => text.lines().map(str::to_owned).collect(),
+        };
         let mut file = Self { line_end, ..Self::default() };
         let (mut section, mut free_text) = (String::new(), false);
         for (number, line) in lines.iter().enumerate() {
@@ -80,16 +99,20 @@ impl TirFile {
                     line: number + 1,
                     place,
                 });
-            } else {
-                file.row(&section, trimmed);
+            } else if !file.row(&section, trimmed) {
+                file.others.push(number + 1);
             }
         }
         file.lines = lines;
         file
     }
 
-    /// A line without an assignment: the columns of a table, or one of its rows.
-    fn row(&mut self, section: &str, line: &str) {
+    /// Takes a line without an assignment as the columns of a table, or one of its rows; false when it is neither.
+    fn row(&mut self, section: &str, line: &str) -> bool {
+        let row: Option<Vec<f64>> = line.split_whitespace().map(number).collect();
+        if row.is_none() && !line.starts_with('{') {
+            return false;
+        }
         let known = self.tables.iter().position(|table| table.section == section);
         let table = known.unwrap_or_else(|| {
             let section = section.to_owned();
@@ -99,9 +122,10 @@ impl TirFile {
         if let Some(names) = line.strip_prefix('{') {
             let names = names.trim_end_matches('}').split_whitespace();
             self.tables[table].columns = Some(names.map(str::to_owned).collect());
-        } else if let Some(row) = line.split_whitespace().map(number).collect() {
-            self.tables[table].rows.push(row);
+        } else {
+            self.tables[table].rows.extend(row);
         }
+        true
     }
 
     /// The last assignment of a key in a section; of a key in several sections, the last one if `section` is empty.
@@ -120,7 +144,10 @@ impl TirFile {
     }
 }
 
-/// The comment at the end of a line, with its sign: `$` or `!` outside of quotes.
+/// Signs that begin a comment: those of TeimOrbit, and those of programs that people write such files with.
+const COMMENT: [char; 5] = ['$', '!', '%', '#', ';'];
+
+/// The comment at the end of a line, with its sign, outside of quotes.
 fn comment(line: &str) -> &str {
     let mut quote = None;
     // A quote opens a text only where a value begins: a comment may have apostrophes.
@@ -129,7 +156,7 @@ fn comment(line: &str) -> &str {
         match (quote, letter) {
             (Some(open), _) if letter == open => quote = None,
             (Some(_), _) => {}
-            (None, '$' | '!') => return &line[at..],
+            (None, sign) if COMMENT.contains(&sign) => return &line[at..],
             (None, '\'' | '"') if begins || line[..at].trim().is_empty() => quote = Some(letter),
             (None, '=') => begins = true,
             (None, _) if !letter.is_whitespace() => begins = false,
@@ -138,7 +165,7 @@ fn comment(line: &str) -> &str {
     }
     // A quote that never closes is a letter.
     if quote.is_some() {
-        let at = line.find(['$', '!']).unwrap_or(line.len());
+        let at = line.find(COMMENT).unwrap_or(line.len());
         return &line[at..];
     }
     ""
@@ -168,12 +195,20 @@ fn value(written: &str) -> Value {
     }
 }
 
-/// A number as C or Fortran write it: `-.1E+01`, `7.`, `1D-3`.
+/// A number as C or Fortran write it: `-.1E+01`, `7.`, `1D-3`, `1.5-101`.
 fn number(written: &str) -> Option<f64> {
     let is_number = written.bytes().any(|it| it.is_ascii_digit())
         && written.bytes().all(|it| it.is_ascii_digit() || b"+-.eEdD".contains(&it));
     if !is_number {
         return None;
     }
-    written.replace(['d', 'D'], "e").parse().ok()
+    let number = written.replace(['d', 'D'], "e");
+    // Fortran leaves the letter out before an exponent of three digits.
+    let has_letter = number.contains(['e', 'E']);
+    let sign =
+        number.rfind(['+', '-']).filter(|at| *at > 0 && number.len() == at + 4 && !has_letter);
+    match sign.map(|at| number.split_at(at)) {
+        Some((digits, exponent)) => format!("{digits}e{exponent}").parse().ok(),
+        None => number.parse().ok(),
+    }
 }

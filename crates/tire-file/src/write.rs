@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use tire::{Coefficients, KEYS, Key, Version};
 
+use crate::keys::{offset, written};
 use crate::syntax::{TirFile, Value};
 
 /// Column of the sign of an assignment.
@@ -18,9 +19,10 @@ pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
         let _ = writeln!(text, "$ {line}");
     }
     let kind = match coefficients.version {
-        Version::Mf52 => 52,
-        Version::Mf61 => 61,
-        Version::Mf62 => 62,
+        Version::Mf52 => "PROPERTY_FILE_FORMAT = 'MF52'\nFITTYP = 52",
+        Version::Pac2002 => "PROPERTY_FILE_FORMAT = 'PAC2002'",
+        Version::Mf61 => "PROPERTY_FILE_FORMAT = 'MF61'\nFITTYP = 61",
+        Version::Mf62 => "PROPERTY_FILE_FORMAT = 'MF62'\nFITTYP = 62",
     };
     text += "[MDI_HEADER]\nFILE_TYPE = 'tir'\nFILE_VERSION = 3.0\nFILE_FORMAT = 'ASCII'\n";
     text += "[UNITS]\nLENGTH = 'meter'\nFORCE = 'newton'\nANGLE = 'radian'\nMASS = 'kg'\nTIME = 'second'\nPRESSURE = 'pascal'\n";
@@ -31,14 +33,12 @@ pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
             section = key.section;
             let _ = writeln!(text, "[{section}]");
             if section == "MODEL" {
-                let _ = writeln!(
-                    text,
-                    "PROPERTY_FILE_FORMAT = 'MF{kind}'\nFITTYP = {kind}\nTYRESIDE = 'LEFT'"
-                );
+                let _ = writeln!(text, "{kind}\nTYRESIDE = 'LEFT'");
             }
         }
-        let value = key.get(coefficients);
-        let _ = writeln!(text, "{:<WIDTH$}= {value:<22} ${}", key.name, key.doc);
+        let value = key.get(coefficients) - offset(coefficients.version, key.name);
+        let name = written(coefficients.version, key);
+        let _ = writeln!(text, "{name:<WIDTH$}= {value:<22} ${}", key.doc);
     }
     text
 }
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back_the_same() {
-        for version in [Version::Mf52, Version::Mf61, Version::Mf62] {
+        for version in [Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62] {
             let mut tire = Coefficients { version, ..Coefficients::sports_tire() };
             tire.PHY1 = 1.0 / 3.0 * 1e-7;
             tire.PDX2 = -0.1 - 0.2;

@@ -53,7 +53,8 @@ fn small() {
         "line 12: VERTICAL_STIFFNESS has no value",
         "no part of the formula, and kept: PZZ9",
         "no FITTYP in [MODEL]: read as MF 5.2",
-        "not in [LATERAL_COEFFICIENTS], taken as PCY1 = 1, PDY1 = 0",
+        "keys are missing, taken as PCX1 = 1, PDX1 = 0",
+        "without PDY1 (missing or 0) the tire has no lateral force",
         "no keys of combined slip",
     ] {
         assert!(told.contains(expected), "{expected} in {told}");
@@ -72,11 +73,11 @@ fn mistakes() {
     assert!(wrong("'mm'", "'furlong'").starts_with("small.tir:2: LENGTH: expected one of meter,"));
     assert!(
         wrong("UNLOADED_RADIUS", "RADIUS")
-            .contains("expected UNLOADED_RADIUS, without which there is no tire")
+            .contains("expected UNLOADED_RADIUS, without which there is no tire, found none")
     );
     assert!(
         wrong("NEW = 3", "FITTYP = 99")
-            .contains("small.tir:6: FITTYP: expected 5, 6, 21, 51, 52, 61 or 62, found 99")
+            .contains("small.tir:6: FITTYP: expected 5, 6, 21, 50, 51, 52, 60, 61 or 62, found 99")
     );
 }
 

@@ -6,9 +6,6 @@ use tire::{MfTire, Slip, Tire};
 /// Speed of the figures and the curves [m/s].
 pub(crate) const SPEED: f64 = 16.7;
 
-/// Points on the way to a peak.
-const POINTS: u32 = 2000;
-
 /// A number with its name and unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Figure {
@@ -48,15 +45,6 @@ impl<'t> At<'t> {
     }
 }
 
-/// The slip of the first largest value up to `end`, and the value; no slip when it still rises there.
-fn peak(end: f64, force: impl Fn(f64) -> f64) -> (f64, f64) {
-    let slip = |i: u32| end * f64::from(i) / f64::from(POINTS);
-    let (at, value) = (1..=POINTS)
-        .map(|i| (i, force(slip(i))))
-        .fold((0, f64::NEG_INFINITY), |best, it| if it.1 > best.1 { it } else { best });
-    (if at == POINTS { f64::NAN } else { slip(at) }, value)
-}
-
 /// The key figures of a tire, in one order for all tires.
 pub fn figures(tire: &MfTire) -> Vec<Figure> {
     let c = tire.coefficients();
@@ -67,33 +55,21 @@ pub fn figures(tire: &MfTire) -> Vec<Figure> {
     add("nominal load", "N", load);
     add("inflation pressure", "kPa", c.INFLPRES / 1e3);
     add("unloaded radius", "mm", c.UNLOADED_RADIUS * 1e3);
-    let sideways = |share: f64| {
-        let at = At::nominal(tire, share);
-        // α below 0 pushes to the left.
-        let (slip, force) = peak(-c.ALPMIN.max(-0.6), |alpha| at.F_y(0.0, -alpha, 0.0));
-        (slip, force / at.F_z)
-    };
-    let (slip, friction) = sideways(1.0);
-    add("lateral peak friction", "", friction);
-    add("  at the slip angle", "deg", slip.to_degrees());
-    add("  at half the load", "", sideways(0.5).1);
-    add("  at one and a half", "", sideways(1.5).1);
-    let (slip, force) = peak(c.KPUMAX.min(0.6), |kappa| nominal.F_x(kappa, 0.0));
-    add("driving peak friction", "", force / load);
-    add("  at the slip", "%", slip * 100.0);
-    let (slip, force) = peak(-c.KPUMIN.max(-0.6), |kappa| -nominal.F_x(-kappa, 0.0));
-    add("braking peak friction", "", force / load);
-    add("  at the slip", "%", -slip * 100.0);
-    for (name, share) in [("half", 0.5), ("nominal", 1.0), ("one and a half", 1.5)] {
-        let at = At::nominal(tire, share);
-        let (_, details) = tire.details(&at.slip(0.0, 0.0, 0.0));
-        add(&format!("cornering stiffness at {name} load"), "kN/rad", -details.K_ya / 1e3);
+    let [half, full, more] = [0.5, 1.0, 1.5].map(|share| tire.characteristics(share * load));
+    add("lateral peak friction", "", full.lateral.friction);
+    add("  at the slip angle", "deg", full.lateral.slip.to_degrees());
+    add("  at half the load", "", half.lateral.friction);
+    add("  at one and a half", "", more.lateral.friction);
+    add("driving peak friction", "", full.driving.friction);
+    add("  at the slip", "%", full.driving.slip * 100.0);
+    add("braking peak friction", "", full.braking.friction);
+    add("  at the slip", "%", -full.braking.slip * 100.0);
+    for (name, at) in [("half", half), ("nominal", full), ("one and a half", more)] {
+        add(&format!("cornering stiffness at {name} load"), "kN/rad", at.C_alpha / 1e3);
     }
+    add("slip stiffness", "kN", full.C_kappa / 1e3);
+    add("camber stiffness", "kN/rad", full.C_gamma / 1e3);
     let (forces, details) = tire.details(&nominal.slip(0.0, 0.0, 0.0));
-    add("slip stiffness", "kN", details.K_xk / 1e3);
-    let small = 1e-4;
-    let camber = (nominal.F_y(0.0, 0.0, small) - nominal.F_y(0.0, 0.0, -small)) / (2.0 * small);
-    add("camber stiffness", "kN/rad", -camber / 1e3);
     add("ply steer and conicity, force at no slip", "N", forces.F_y);
     add("pneumatic trail", "mm", details.trail * 1e3);
     let relaxation = tire.relaxation(&nominal.slip(0.0, 0.0, 0.0));

@@ -1,4 +1,4 @@
-//! Turns coefficients from other axes, and from one side of a car to the other.
+//! Turns coefficients from other axes, from one side of a car to the other, and by the scale factors of camber.
 
 use crate::coefficients::{Coefficients, Key};
 use crate::number::Number;
@@ -35,7 +35,44 @@ const BY_MIRROR: [&str; 18] = [
     "QDZ3", "QDZ6", "QDZ7", "QEZ4", "QSX1", "SSZ1",
 ];
 
+/// What the camber of a force or moment stands before, with its power, by the scale factor of that camber before 6.1: γ_x = λ_γx γ in
+/// F_x, and likewise in F_y and M_z.
+const BY_CAMBER_SCALE: [(&str, &[(&str, i32)]); 3] = [
+    ("LGAX", &[("PDX3", 2)]),
+    ("LGAY", &[("PDY3", 2), ("PKY3", 1), ("PHY3", 1), ("PVY3", 1), ("PVY4", 1), ("PEY4", 1)]),
+    (
+        "LGAZ",
+        &[
+            ("QHZ3", 1),
+            ("QHZ4", 1),
+            ("QBZ4", 1),
+            ("QBZ5", 1),
+            ("QDZ3", 1),
+            ("QDZ4", 2),
+            ("QDZ8", 1),
+            ("QDZ9", 1),
+            ("QEZ5", 1),
+        ],
+    ),
+];
+
 impl<T: Number> Coefficients<T> {
+    /// The same tire with the scale factors of camber, which only versions before 6.1 have, within its coefficients.
+    pub fn with_camber_scales(mut self) -> Self {
+        for (scale, keys) in BY_CAMBER_SCALE {
+            let Some(scale) = Key::named(scale) else { continue };
+            let factor = scale.get(&self);
+            for (key, power) in
+                keys.iter().filter_map(|(name, power)| Some((Key::named(name)?, power)))
+            {
+                let value = key.get(&self) * factor.powi(*power);
+                key.set(&mut self, value);
+            }
+            scale.set(&mut self, T::from(1.0));
+        }
+        self
+    }
+
     /// The same tire with its coefficients in the other axes; the same call brings them back.
     pub fn between_iso_and(mut self, axes: Axes) -> Self {
         match axes {
@@ -114,8 +151,37 @@ mod tests {
 
     #[test]
     fn every_key_of_the_lists_exists() {
-        for name in BY_SAE.iter().chain(&BY_ADAPTED_SAE).chain(&BY_MIRROR) {
+        let scaled = BY_CAMBER_SCALE.iter().flat_map(|(_, keys)| keys.iter().map(|(name, _)| name));
+        for name in BY_SAE.iter().chain(&BY_ADAPTED_SAE).chain(&BY_MIRROR).chain(scaled) {
             assert!(Key::named(name).is_some(), "{name}");
+        }
+    }
+
+    #[test]
+    fn half_the_camber_counts_where_its_scale_is_a_half() {
+        let tire = Coefficients {
+            version: crate::Version::Mf52,
+            PHY3: 0.03,
+            // The camber of combined slip and of the lever arm has no scale, and that of newer versions is none of 5.2.
+            RVY3: 0.0,
+            SSZ3: 0.0,
+            SSZ4: 0.0,
+            RBX3: 0.0,
+            RBY4: 0.0,
+            PEY5: 0.0,
+            PKY5: 0.0,
+            QDZ10: 0.0,
+            QDZ11: 0.0,
+            ..rich()
+        };
+        let scaled = Coefficients { LGAX: 0.5, LGAY: 0.5, LGAZ: 0.5, ..tire };
+        let [whole, half] =
+            [tire, scaled.with_camber_scales()].map(|it| MfTire::new(it).expect("a tire"));
+        for slip in points() {
+            let (a, b) =
+                (whole.forces(&Slip { gamma: 0.5 * slip.gamma, ..slip }), half.forces(&slip));
+            assert!(near(a.F_x, b.F_x) && near(a.F_y, b.F_y), "{slip:?} {a:?} {b:?}");
+            assert!(near(a.M_z, b.M_z), "{slip:?} {a:?} {b:?}");
         }
     }
 

@@ -10,8 +10,10 @@ mod list;
 /// Version of the Magic Formula that coefficients belong to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Version {
-    /// MF 5.2, also called PAC2002.
+    /// MF 5.2.
     Mf52,
+    /// PAC2002 of Adams: the equations of 5.2, with inflation pressure and the moments of 6.1.
+    Pac2002,
     /// MF 6.1: inflation pressure, loaded radius, carcass stiffnesses.
     #[default]
     Mf61,
@@ -23,15 +25,29 @@ impl fmt::Display for Version {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Mf52 => "MF 5.2",
+            Self::Pac2002 => "PAC2002",
             Self::Mf61 => "MF 6.1",
             Self::Mf62 => "MF 6.2",
         })
     }
 }
 
-const ALL: &[Version] = &[Version::Mf52, Version::Mf61, Version::Mf62];
+impl Version {
+    /// Whether forces, camber and relaxation follow the equations of 5.2.
+    pub const fn is_before_61(self) -> bool {
+        matches!(self, Self::Mf52 | Self::Pac2002)
+    }
+
+    /// Whether the inflation pressure has an effect.
+    pub const fn has_pressure(self) -> bool {
+        !matches!(self, Self::Mf52)
+    }
+}
+
+const ALL: &[Version] = &[Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62];
+const BEFORE_61: &[Version] = &[Version::Mf52, Version::Pac2002];
+const AFTER_52: &[Version] = &[Version::Pac2002, Version::Mf61, Version::Mf62];
 const SINCE_61: &[Version] = &[Version::Mf61, Version::Mf62];
-const ONLY_52: &[Version] = &[Version::Mf52];
 const ONLY_62: &[Version] = &[Version::Mf62];
 const NONE: &[Version] = &[];
 

@@ -1,4 +1,4 @@
-//! Tires: forces and moments at an operating point, by the Magic Formula 5.2, 6.1 and 6.2 or by its simple form.
+//! Tires: forces and moments at an operating point, by the Magic Formula 5.2, PAC2002, 6.1 and 6.2 or by its simple form.
 //!
 //! Numbers only: no files. Everything is in SI units and radians, in ISO-W axes (x forward, y to the left, z up), and
 //! generic over the [`Number`] type: with dual numbers the same lines yield exact derivatives with respect to inputs and
@@ -25,7 +25,7 @@ mod tire;
 pub use axes::Axes;
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
 pub use magic_formula::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
-pub use mf::{BadCoefficient, Details, MfSet, MfTire, Reading};
+pub use mf::{BadCoefficient, Characteristics, Details, MfSet, MfTire, Peak, RANGES, Reading};
 pub use number::Number;
 pub use real::Real;
 pub use set::TireSet;

@@ -1,7 +1,7 @@
-//! Makes a tire of the coefficients of the Magic Formula 5.2, 6.1 or 6.2.
+//! Makes a tire of the coefficients of the Magic Formula 5.2, PAC2002, 6.1 or 6.2.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::coefficients::{Coefficients, Version};
+use crate::coefficients::Coefficients;
 use crate::number::Number;
 use crate::real::Real;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
@@ -10,6 +10,7 @@ use point::Point;
 use pure::Curve;
 use reciprocals::Reciprocals;
 
+mod characteristics;
 mod check;
 mod combined;
 mod curve;
@@ -20,7 +21,8 @@ mod radii;
 mod reciprocals;
 mod set;
 
-pub use check::BadCoefficient;
+pub use characteristics::{Characteristics, Peak};
+pub use check::{BadCoefficient, RANGES};
 pub use set::MfSet;
 
 /// How the equations are read where sources differ.
@@ -38,7 +40,7 @@ impl Default for Reading {
     }
 }
 
-/// A tire by the Magic Formula 5.2, 6.1 or 6.2.
+/// A tire by the Magic Formula 5.2, PAC2002, 6.1 or 6.2.
 #[derive(Clone, Copy, Debug)]
 pub struct MfTire<T = f64> {
     coefficients: Coefficients<T>,
@@ -75,7 +77,7 @@ impl<T: Number> MfTire<T> {
     ///
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn new(coefficients: Coefficients<T>) -> Result<Self, BadCoefficient> {
-        check::check(&coefficients)?;
+        coefficients.check()?;
         Ok(Self::made_of(coefficients, Reading::default()))
     }
 
@@ -112,7 +114,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     fn pure(&self, p: &Point<T>, longitudinal: &Curve<T>) -> (Curve<T>, [T; 3]) {
         let upright = p.gamma.constant(0.0);
-        if self.coefficients.version == Version::Mf52 || p.gamma_star.is_always(0.0) {
+        if self.coefficients.version.is_before_61() || p.gamma_star.is_always(0.0) {
             let [K] = self.cornering_stiffness(p, [p.gamma_star]);
             let lateral = self.lateral(p, p.gamma_star, K);
             let [F_x0, F_y0] = Curve::forces([longitudinal, &lateral]);

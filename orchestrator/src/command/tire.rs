@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueEnum};
 use diagnostics::{Error, read_bounded, shown};
 use tire::{Axes, MfTire};
+use tire_file::{Level, Message};
 use tire_report::{Named, digits, figures};
 
 use super::{print, tell};
@@ -59,11 +60,6 @@ impl From<AxesWord> for Axes {
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let first = read(&arguments.file, arguments.axes.into())?;
     let second = arguments.other.as_ref().map(|path| read(path, Axes::Iso)).transpose()?;
-    for named in std::iter::once(&first).chain(&second) {
-        for message in &named.messages {
-            tell(&format!("note: {}: {}", named.name, shown(message)));
-        }
-    }
     print(&table(&first, second.as_ref()));
     let folder = arguments.out.clone().unwrap_or_else(|| PathBuf::from("target/tires"));
     std::fs::create_dir_all(&folder).map_err(|error| Error::output(&folder, error))?;
@@ -84,19 +80,29 @@ fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| "tire".to_owned(), |it| it.to_string_lossy().into_owned())
 }
 
+/// The tire of a file, which is told about.
 fn read(path: &Path, axes: Axes) -> Result<Named, Error> {
     let name = shown(&path.display().to_string()).into_owned();
     let bytes = read_bounded(path, LARGEST)
         .map_err(|error| Error::input(format!("the tire {name} cannot be read: {error}")))?;
-    let read = tire_file::read(&tire_file::decode(&bytes), &name);
+    let read = tire_file::read_bytes(&bytes, &name);
     let (coefficients, messages) = read.map_err(|error| {
         Error::input(format!("{name} is no tire\n{}", shown(&error.to_string())))
     })?;
     let coefficients = coefficients.between_iso_and(axes);
     let tire = MfTire::new(coefficients).map_err(|bad| Error::input(format!("{name}: {bad}")))?;
-    let still = |text: &String| axes == Axes::Iso || !text.contains("--axes");
-    let messages = messages.iter().map(ToString::to_string).filter(still).collect();
-    Ok(Named { name, tire, messages })
+    let still = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
+    let first = tire_file::plausibility(&tire);
+    let mut told = Vec::new();
+    for message in std::iter::once(first).chain(messages).filter(still) {
+        let (level, mark) = match message.level {
+            Level::Note => ("note", ""),
+            Level::Warning => ("warning", "warning: "),
+        };
+        tell(&format!("{level}: {name}: {}", shown(&message.to_string())));
+        told.push(format!("{mark}{message}"));
+    }
+    Ok(Named { name, tire, messages: told })
 }
 
 /// The key figures, one in a line.

@@ -1,4 +1,4 @@
-//! Lists the keys of the Magic Formula 5.2, 6.1 and 6.2 by the sections of a `.tir` file: quantity, default, the versions
+//! Lists the keys of the Magic Formula 5.2, PAC2002, 6.1 and 6.2 by the sections of a `.tir` file: quantity, default, the versions
 //! that use the key, and what it is.
 
 /// Gives the list to another macro.
@@ -59,8 +59,8 @@ $macro! {
         Q_RA2: Ratio = 0.0, SINCE_61, "Contact length, linear in the deflection.";
         Q_RB1: Ratio = 0.0, SINCE_61, "Contact width, cube root of the deflection.";
         Q_RB2: Ratio = 0.0, SINCE_61, "Contact width, linear in the deflection.";
-        Q_A1: Ratio = 0.0, ONLY_52, "Contact length, square root of the load.";
-        Q_A2: Ratio = 0.0, ONLY_52, "Contact length, linear in the load.";
+        Q_A1: Ratio = 0.0, BEFORE_61, "Contact length, square root of the load.";
+        Q_A2: Ratio = 0.0, BEFORE_61, "Contact length, linear in the load.";
     }
     INFLATION_PRESSURE_RANGE {
         PRESMIN: Pressure = 10_000.0, ALL, "Lowest valid inflation pressure.";
@@ -102,16 +102,16 @@ $macro! {
         LYKA: Ratio = 1.0, ALL, "Scale: effect of longitudinal slip on F_y.";
         LVYKA: Ratio = 1.0, ALL, "Scale: lateral force that longitudinal slip makes.";
         LS: Ratio = 1.0, ALL, "Scale: lever arm of F_x about the vertical axis.";
-        LKYC: Ratio = 1.0, SINCE_61, "Scale: camber stiffness of F_y.";
-        LKZC: Ratio = 1.0, SINCE_61, "Scale: camber stiffness of M_z.";
+        LKYC: Ratio = 1.0, ALL, "Scale: camber stiffness of F_y.";
+        LKZC: Ratio = 1.0, ALL, "Scale: camber stiffness of M_z.";
         LVMX: Ratio = 1.0, ALL, "Scale: shift of M_x.";
         LMX: Ratio = 1.0, ALL, "Scale: overturning moment.";
         LMY: Ratio = 1.0, ALL, "Scale: rolling resistance.";
-        LGAX: Ratio = 1.0, ONLY_52, "Scale: camber in F_x.";
-        LGAY: Ratio = 1.0, ONLY_52, "Scale: camber in F_y.";
-        LGAZ: Ratio = 1.0, ONLY_52, "Scale: camber in M_z.";
-        LSGKP: Ratio = 1.0, ONLY_52, "Scale: longitudinal relaxation length.";
-        LSGAL: Ratio = 1.0, ONLY_52, "Scale: lateral relaxation length.";
+        LGAX: Ratio = 1.0, BEFORE_61, "Scale: camber in F_x.";
+        LGAY: Ratio = 1.0, BEFORE_61, "Scale: camber in F_y.";
+        LGAZ: Ratio = 1.0, BEFORE_61, "Scale: camber in M_z.";
+        LSGKP: Ratio = 1.0, BEFORE_61, "Scale: longitudinal relaxation length.";
+        LSGAL: Ratio = 1.0, BEFORE_61, "Scale: lateral relaxation length.";
         LMUV: Ratio = 0.0, ALL, "Fall of friction with slip speed.";
     }
     LONGITUDINAL_COEFFICIENTS {
@@ -130,10 +130,10 @@ $macro! {
         PHX2: Ratio = 0.0, ALL, "Horizontal shift of F_x, linear in load.";
         PVX1: Ratio = 0.0, ALL, "Vertical shift of F_x divided by load.";
         PVX2: Ratio = 0.0, ALL, "Vertical shift of F_x, linear in load.";
-        PPX1: Ratio = 0.0, SINCE_61, "Longitudinal slip stiffness, linear in pressure.";
-        PPX2: Ratio = 0.0, SINCE_61, "Longitudinal slip stiffness, square in pressure.";
-        PPX3: Ratio = 0.0, SINCE_61, "Longitudinal friction, linear in pressure.";
-        PPX4: Ratio = 0.0, SINCE_61, "Longitudinal friction, square in pressure.";
+        PPX1: Ratio = 0.0, AFTER_52, "Longitudinal slip stiffness, linear in pressure.";
+        PPX2: Ratio = 0.0, AFTER_52, "Longitudinal slip stiffness, square in pressure.";
+        PPX3: Ratio = 0.0, AFTER_52, "Longitudinal friction, linear in pressure.";
+        PPX4: Ratio = 0.0, AFTER_52, "Longitudinal friction, square in pressure.";
         RBX1: Ratio = 0.0, ALL, "Slope of the fall of F_x with slip angle.";
         RBX2: Ratio = 0.0, ALL, "Slope of the fall of F_x with slip angle, over longitudinal slip.";
         RBX3: Ratio = 0.0, SINCE_61, "Slope of the fall of F_x with slip angle, square in camber.";
@@ -141,26 +141,26 @@ $macro! {
         REX1: Ratio = 0.0, ALL, "Curvature of the fall of F_x.";
         REX2: Ratio = 0.0, ALL, "Curvature of the fall of F_x, linear in load.";
         RHX1: Ratio = 0.0, ALL, "Shift of the fall of F_x.";
-        PTX1: Ratio = 0.0, ONLY_52, "Longitudinal relaxation length at nominal load.";
-        PTX2: Ratio = 0.0, ONLY_52, "Longitudinal relaxation length, linear in load.";
-        PTX3: Ratio = 0.0, ONLY_52, "Longitudinal relaxation length, exponent of load.";
+        PTX1: Ratio = 0.0, BEFORE_61, "Longitudinal relaxation length at nominal load.";
+        PTX2: Ratio = 0.0, BEFORE_61, "Longitudinal relaxation length, linear in load.";
+        PTX3: Ratio = 0.0, BEFORE_61, "Longitudinal relaxation length, exponent of load.";
     }
     OVERTURNING_COEFFICIENTS {
         QSX1: Ratio = 0.0, ALL, "Shift of the overturning moment.";
         QSX2: Ratio = 0.0, ALL, "Overturning moment by camber.";
         QSX3: Ratio = 0.0, ALL, "Overturning moment by lateral force.";
-        QSX4: Ratio = 0.0, SINCE_61, "Overturning moment by load, lateral force and camber together.";
-        QSX5: Ratio = 0.0, SINCE_61, "Shape of the effect of load.";
-        QSX6: Ratio = 0.0, SINCE_61, "Slope of the effect of load.";
-        QSX7: Ratio = 0.0, SINCE_61, "Effect of camber within the term of QSX4.";
-        QSX8: Ratio = 0.0, SINCE_61, "Effect of lateral force within the term of QSX4.";
-        QSX9: Ratio = 0.0, SINCE_61, "Slope of the effect of lateral force.";
-        QSX10: Ratio = 0.0, SINCE_61, "Overturning moment by load and camber.";
-        QSX11: Ratio = 0.0, SINCE_61, "Slope of the effect of load and camber.";
+        QSX4: Ratio = 0.0, AFTER_52, "Overturning moment by load, lateral force and camber together.";
+        QSX5: Ratio = 0.0, AFTER_52, "Shape of the effect of load.";
+        QSX6: Ratio = 0.0, AFTER_52, "Slope of the effect of load.";
+        QSX7: Ratio = 0.0, AFTER_52, "Effect of camber within the term of QSX4.";
+        QSX8: Ratio = 0.0, AFTER_52, "Effect of lateral force within the term of QSX4.";
+        QSX9: Ratio = 0.0, AFTER_52, "Slope of the effect of lateral force.";
+        QSX10: Ratio = 0.0, AFTER_52, "Overturning moment by load and camber.";
+        QSX11: Ratio = 0.0, AFTER_52, "Slope of the effect of load and camber.";
         QSX12: Ratio = 0.0, SINCE_61, "Overturning moment, square in camber.";
         QSX13: Ratio = 0.0, SINCE_61, "Lever arm of the lateral force.";
         QSX14: Ratio = 0.0, SINCE_61, "Lever arm of the lateral force, by camber.";
-        PPMX1: Ratio = 0.0, SINCE_61, "Overturning moment by camber, linear in pressure.";
+        PPMX1: Ratio = 0.0, AFTER_52, "Overturning moment by camber, linear in pressure.";
     }
     LATERAL_COEFFICIENTS {
         PCY1: Ratio = 1.0, ALL, "Shape factor of F_y.";
@@ -181,15 +181,15 @@ $macro! {
         PKY7: Ratio = 0.0, SINCE_61, "Camber stiffness, linear in load.";
         PHY1: Ratio = 0.0, ALL, "Horizontal shift of F_y at nominal load.";
         PHY2: Ratio = 0.0, ALL, "Horizontal shift of F_y, linear in load.";
-        PHY3: Ratio = 0.0, ONLY_52, "Horizontal shift of F_y, by camber.";
+        PHY3: Ratio = 0.0, BEFORE_61, "Horizontal shift of F_y, by camber.";
         PVY1: Ratio = 0.0, ALL, "Vertical shift of F_y divided by load.";
         PVY2: Ratio = 0.0, ALL, "Vertical shift of F_y, linear in load.";
         PVY3: Ratio = 0.0, ALL, "Vertical shift of F_y, by camber.";
         PVY4: Ratio = 0.0, ALL, "Vertical shift of F_y, by camber and load.";
-        PPY1: Ratio = 0.0, SINCE_61, "Cornering stiffness, linear in pressure.";
-        PPY2: Ratio = 0.0, SINCE_61, "Load of the largest cornering stiffness, linear in pressure.";
-        PPY3: Ratio = 0.0, SINCE_61, "Lateral friction, linear in pressure.";
-        PPY4: Ratio = 0.0, SINCE_61, "Lateral friction, square in pressure.";
+        PPY1: Ratio = 0.0, AFTER_52, "Cornering stiffness, linear in pressure.";
+        PPY2: Ratio = 0.0, AFTER_52, "Load of the largest cornering stiffness, linear in pressure.";
+        PPY3: Ratio = 0.0, AFTER_52, "Lateral friction, linear in pressure.";
+        PPY4: Ratio = 0.0, AFTER_52, "Lateral friction, square in pressure.";
         PPY5: Ratio = 0.0, SINCE_61, "Camber stiffness, linear in pressure.";
         RBY1: Ratio = 0.0, ALL, "Slope of the fall of F_y with longitudinal slip.";
         RBY2: Ratio = 0.0, ALL, "Slope of the fall of F_y with longitudinal slip, over slip angle.";
@@ -206,18 +206,18 @@ $macro! {
         RVY4: Ratio = 0.0, ALL, "Its fall with slip angle.";
         RVY5: Ratio = 0.0, ALL, "Its shape over longitudinal slip.";
         RVY6: Ratio = 0.0, ALL, "Its slope over longitudinal slip.";
-        PTY1: Ratio = 0.0, ONLY_52, "Largest lateral relaxation length divided by radius.";
-        PTY2: Ratio = 1.0, ONLY_52, "Load of the largest lateral relaxation length divided by nominal load.";
+        PTY1: Ratio = 0.0, BEFORE_61, "Largest lateral relaxation length divided by radius.";
+        PTY2: Ratio = 1.0, BEFORE_61, "Load of the largest lateral relaxation length divided by nominal load.";
     }
     ROLLING_COEFFICIENTS {
         QSY1: Ratio = 0.0, ALL, "Rolling resistance divided by load.";
         QSY2: Ratio = 0.0, ALL, "Rolling resistance by longitudinal force.";
         QSY3: Ratio = 0.0, ALL, "Rolling resistance, linear in speed.";
         QSY4: Ratio = 0.0, ALL, "Rolling resistance, fourth power of speed.";
-        QSY5: Ratio = 0.0, SINCE_61, "Rolling resistance, square in camber.";
-        QSY6: Ratio = 0.0, SINCE_61, "Rolling resistance, square in camber, by load.";
-        QSY7: Ratio = 1.0, SINCE_61, "Rolling resistance, exponent of load.";
-        QSY8: Ratio = 0.0, SINCE_61, "Rolling resistance, exponent of pressure.";
+        QSY5: Ratio = 0.0, AFTER_52, "Rolling resistance, square in camber.";
+        QSY6: Ratio = 0.0, AFTER_52, "Rolling resistance, square in camber, by load.";
+        QSY7: Ratio = 1.0, AFTER_52, "Rolling resistance, exponent of load.";
+        QSY8: Ratio = 0.0, AFTER_52, "Rolling resistance, exponent of pressure.";
     }
     ALIGNING_COEFFICIENTS {
         QBZ1: Ratio = 0.0, ALL, "Slope of the trail at nominal load.";
@@ -247,8 +247,8 @@ $macro! {
         QHZ2: Ratio = 0.0, ALL, "Shift of the trail, linear in load.";
         QHZ3: Ratio = 0.0, ALL, "Shift of the trail, by camber.";
         QHZ4: Ratio = 0.0, ALL, "Shift of the trail, by camber and load.";
-        PPZ1: Ratio = 0.0, SINCE_61, "Peak of the trail, linear in pressure.";
-        PPZ2: Ratio = 0.0, SINCE_61, "Residual torque by camber, linear in pressure.";
+        PPZ1: Ratio = 0.0, AFTER_52, "Peak of the trail, linear in pressure.";
+        PPZ2: Ratio = 0.0, AFTER_52, "Residual torque by camber, linear in pressure.";
         SSZ1: Ratio = 0.0, ALL, "Lever arm of F_x divided by radius.";
         SSZ2: Ratio = 0.0, ALL, "Lever arm of F_x, by lateral force.";
         SSZ3: Ratio = 0.0, ALL, "Lever arm of F_x, by camber.";

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::coefficients::{Coefficients, KEYS, Version};
+use crate::coefficients::{Coefficients, KEYS};
 use crate::number::Number;
 
 /// A coefficient that no tire can have.
@@ -43,7 +43,7 @@ const POSITIVE_SINCE_61: [&str; 2] = ["LONGITUDINAL_STIFFNESS", "LATERAL_STIFFNE
 const NOT_NEGATIVE: [&str; 6] = ["VXLOW", "WIDTH", "FZMIN", "LMUX", "LMUY", "LMUV"];
 
 /// Each lower limit of validity and its upper one.
-const RANGES: [(&str, &str); 5] = [
+pub const RANGES: [(&str, &str); 5] = [
     ("PRESMIN", "PRESMAX"),
     ("FZMIN", "FZMAX"),
     ("KPUMIN", "KPUMAX"),
@@ -51,34 +51,39 @@ const RANGES: [(&str, &str); 5] = [
     ("CAMMIN", "CAMMAX"),
 ];
 
-pub(super) fn check<T: Number>(coefficients: &Coefficients<T>) -> Result<(), BadCoefficient> {
-    let expect = |key: &'static str, holds: &dyn Fn(f64) -> bool, expected: &dyn Fn() -> String| {
-        let value = value(coefficients, key);
-        let bad = || BadCoefficient { key, value, expected: expected() };
-        if holds(value) { Ok(()) } else { Err(bad()) }
-    };
-    for key in KEYS {
-        expect(key.name, &f64::is_finite, &|| "that is finite".to_owned())?;
+impl<T: Number> Coefficients<T> {
+    /// Whether the formula can calculate with them.
+    ///
+    /// # Errors
+    /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
+    pub fn check(&self) -> Result<(), BadCoefficient> {
+        let expect =
+            |key: &'static str, holds: &dyn Fn(f64) -> bool, expected: &dyn Fn() -> String| {
+                let value = value(self, key);
+                let bad = || BadCoefficient { key, value, expected: expected() };
+                if holds(value) { Ok(()) } else { Err(bad()) }
+            };
+        for key in KEYS {
+            expect(key.name, &f64::is_finite, &|| "that is finite".to_owned())?;
+        }
+        for key in POSITIVE {
+            expect(key, &|value| value > 0.0, &|| "above 0".to_owned())?;
+        }
+        for key in NOT_NEGATIVE {
+            expect(key, &|value| value >= 0.0, &|| "of at least 0".to_owned())?;
+        }
+        let divisors: &[_] =
+            if self.version.is_before_61() { &["PTY2"] } else { &POSITIVE_SINCE_61 };
+        for key in divisors {
+            expect(key, &|value| value > 0.0, &|| "above 0".to_owned())?;
+        }
+        expect("PKY2", &|value| value != 0.0, &|| "other than 0".to_owned())?;
+        for (lower, upper) in RANGES {
+            let bound = value(self, lower);
+            expect(upper, &|value| value >= bound, &|| format!("of at least {lower}, {bound}"))?;
+        }
+        Ok(())
     }
-    for key in POSITIVE {
-        expect(key, &|value| value > 0.0, &|| "above 0".to_owned())?;
-    }
-    for key in NOT_NEGATIVE {
-        expect(key, &|value| value >= 0.0, &|| "of at least 0".to_owned())?;
-    }
-    let divisors: &[_] = match coefficients.version {
-        Version::Mf52 => &["PTY2"],
-        Version::Mf61 | Version::Mf62 => &POSITIVE_SINCE_61,
-    };
-    for key in divisors {
-        expect(key, &|value| value > 0.0, &|| "above 0".to_owned())?;
-    }
-    expect("PKY2", &|value| value != 0.0, &|| "other than 0".to_owned())?;
-    for (lower, upper) in RANGES {
-        let bound = value(coefficients, lower);
-        expect(upper, &|value| value >= bound, &|| format!("of at least {lower}, {bound}"))?;
-    }
-    Ok(())
 }
 
 fn value<T: Number>(coefficients: &Coefficients<T>, name: &str) -> f64 {

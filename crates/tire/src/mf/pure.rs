@@ -4,7 +4,6 @@
 use super::MfTire;
 use super::curve::Shape;
 use super::point::{EPSILON, Point, sign, signum};
-use crate::coefficients::Version;
 use crate::real::Real;
 
 /// A denominator kept from 0, on the side of its own sign.
@@ -128,7 +127,7 @@ impl<T: Real> MfTire<T> {
     pub(super) fn lateral(&self, p: &Point<T>, gamma: T, K: T) -> Curve<T> {
         let c = &self.coefficients;
         let Point { F_z, dfz, dpi, .. } = *p;
-        let old = c.version == Version::Mf52;
+        let old = c.version.is_before_61();
         let per_K = away_from_0(K).recip();
         let square = gamma * gamma;
         let C = c.PCY1 * c.LCY;

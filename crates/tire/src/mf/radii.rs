@@ -11,7 +11,7 @@ impl<T: Number> MfTire<T> {
     pub(super) fn relaxation_lengths(&self, p: &Point<T>) -> Relaxation<T> {
         let c = &self.coefficients;
         let (dfz, dpi) = (p.dfz, p.dpi);
-        if c.version == Version::Mf52 {
+        if c.version.is_before_61() {
             let R0 = c.UNLOADED_RADIUS;
             let falling = (-(c.PTX3 * dfz)).exp();
             let x = (c.PTX1 + c.PTX2 * dfz) * falling * c.LSGKP * R0 * p.F_z / c.FNOMIN;
@@ -78,7 +78,7 @@ impl<T: Number> MfTire<T> {
         let free = self.free_radius(omega);
         let F_z = self.point(slip).F_z;
         let pressed = c.PFZ1 * dpi + 1.0;
-        if c.version == Version::Mf52 {
+        if c.version.is_before_61() {
             return free - F_z / (c.VERTICAL_STIFFNESS * pressed);
         }
         let first = c.VERTICAL_STIFFNESS * R0 / F_z0;

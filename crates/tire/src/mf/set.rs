@@ -180,7 +180,7 @@ mod tests {
     proptest! {
         #[test]
         fn four_wheels_have_the_forces_of_each(slips in [slips(), slips(), slips(), slips()]) {
-            for version in [Version::Mf52, Version::Mf61, Version::Mf62] {
+            for version in [Version::Mf52, Version::Pac2002, Version::Mf61, Version::Mf62] {
                 let set = set(version);
                 let one_by_one = set.axles.forces(&slips);
                 for (found, expected) in set.forces(&slips).into_iter().zip(one_by_one) {

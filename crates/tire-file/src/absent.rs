@@ -1,0 +1,127 @@
+//! Completes a tire by usual values where its file says nothing, or 0 where nothing can be 0, and tells it.
+
+use tire::{Coefficients, KEYS, Key, RANGES};
+
+use crate::Message;
+use crate::keys::listed;
+
+/// Without these there is no tire.
+const NEEDED: [&str; 2] = ["UNLOADED_RADIUS", "FNOMIN"];
+
+/// Keys that are above 0 or not known: forces and moments do not need them, and converters write 0 where they have none.
+const ABOVE_0: [&str; 7] = [
+    "LONGVL",
+    "INFLPRES",
+    "NOMPRES",
+    "VERTICAL_STIFFNESS",
+    "LONGITUDINAL_STIFFNESS",
+    "LATERAL_STIFFNESS",
+    "PTY2",
+];
+
+/// What a force is made of: shape, friction and stiffness.
+const FORCES: [(&str, &str, [&str; 3]); 2] = [
+    ("lateral", "cornering", ["PCY1", "PDY1", "PKY1"]),
+    ("longitudinal", "driving and braking", ["PCX1", "PDX1", "PKX1"]),
+];
+
+/// Which keys a file has.
+pub(crate) struct Given(pub [bool; KEYS.len()]);
+
+impl Given {
+    pub fn has(&self, name: &str) -> bool {
+        KEYS.iter().zip(&self.0).any(|(key, given)| *given && key.name == name)
+    }
+}
+
+/// What there is to tell, of which errors make the file no tire.
+#[derive(Default)]
+pub(crate) struct Findings {
+    pub messages: Vec<Message>,
+    pub errors: Vec<Message>,
+}
+
+/// Completes the tire; `given` says which keys the file has.
+pub(crate) fn complete(tire: &mut Coefficients, given: &mut Given) -> Findings {
+    let mut all = Findings::default();
+    all.messages.extend(replace_zeros(tire, given));
+    match (given.has("INFLPRES"), given.has("NOMPRES")) {
+        (true, false) => tire.NOMPRES = tire.INFLPRES,
+        (false, true) => tire.INFLPRES = tire.NOMPRES,
+        _ => {}
+    }
+    let needed: Vec<_> = NEEDED.into_iter().filter(|name| !given.has(name)).collect();
+    if !needed.is_empty() {
+        let names = needed.join(" and ");
+        let text = format!("expected {names}, without which there is no tire, found none");
+        all.errors.push(Message::warning(None, text));
+    }
+    all.messages.extend(missing(tire, given));
+    for (force, use_of_it, [shape, friction, stiffness]) in FORCES {
+        let zeros: Vec<_> = [shape, friction, stiffness]
+            .into_iter()
+            .filter(|name| value(tire, name) == 0.0)
+            .collect();
+        if !zeros.is_empty() {
+            let text = format!(
+                "without {} (missing or 0) the tire has no {force} force: no {use_of_it}",
+                zeros.join(", ")
+            );
+            all.messages.push(Message::warning(None, text));
+        } else if !given.has(shape) {
+            let text =
+                format!("{shape} is missing, taken as 1: the {force} force rises without a peak");
+            all.messages.push(Message::warning(None, text));
+        }
+    }
+    if !["RBX1", "RBY1", "RCX1", "RCY1"].iter().any(|name| given.has(name)) {
+        let text = "no keys of combined slip (RBX1, RBY1 ...): F_x and F_y do not weaken each other, and together pass the friction ellipse";
+        all.messages.push(Message::warning(None, text));
+    }
+    all
+}
+
+/// Takes the usual values for keys that cannot be 0, and for empty ranges.
+fn replace_zeros(tire: &mut Coefficients, given: &mut Given) -> Option<Message> {
+    // Without cornering the load of its largest stiffness means nothing.
+    let unused = ["PKY2"].into_iter().filter(|_| tire.PKY1 == 0.0);
+    let zero = |name: &&str| value(tire, name) == 0.0;
+    let mut names: Vec<_> =
+        ABOVE_0.into_iter().chain(["PRESMIN"]).chain(unused).filter(zero).collect();
+    for (lower, upper) in RANGES {
+        if value(tire, lower) >= value(tire, upper) {
+            names.extend([lower, upper]);
+        }
+    }
+    let mut replaced = Vec::new();
+    for (key, given) in KEYS.iter().zip(&mut given.0) {
+        if names.contains(&key.name) && std::mem::replace(given, false) {
+            replaced.push(format!("{} = {}", key.name, key.get(tire)));
+            key.set(tire, key.default);
+        }
+    }
+    let what = listed(&replaced);
+    (!replaced.is_empty())
+        .then(|| Message::note(None, format!("{what} cannot be: the usual values are taken")))
+}
+
+fn value(tire: &Coefficients, name: &str) -> f64 {
+    Key::named(name).map_or(f64::NAN, |key| key.get(tire))
+}
+
+/// One sentence for all keys that are missing: those of the formula first.
+fn missing(tire: &Coefficients, given: &Given) -> Option<Message> {
+    let is_formula =
+        |key: &Key| key.section.ends_with("_COEFFICIENTS") && key.section != "SCALING_COEFFICIENTS";
+    let (formula, others): (Vec<_>, Vec<_>) = KEYS
+        .iter()
+        .zip(&given.0)
+        .filter(|(key, given)| key.versions.contains(&tire.version) && !**given)
+        .map(|(key, _)| key)
+        .partition(|key| is_formula(key));
+    let count = formula.len() + others.len();
+    let values =
+        formula.iter().chain(&others).map(|key: &&Key| format!("{} = {}", key.name, key.get(tire)));
+    let text = format!("{count} keys are missing, taken as {}", listed(values));
+    (count > 0).then(|| Message::note(None, text))
+}
