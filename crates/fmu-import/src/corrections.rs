@@ -146,16 +146,27 @@ impl Corrector<'_> {
             Some(_) => "",
             None => ", which counts where none is written",
         };
+        let is_real = ["Float32", "Float64"].iter().any(|it| node.has_tag_name(*it))
+            || node.children().any(|it| it.has_tag_name("Real"));
+        // As fmi-library takes it, which PyFMI and OMSimulator read descriptions with.
+        let meant = match legal.contains(&"fixed") {
+            true => "fixed",
+            false if is_real || causality == "independent" => "continuous",
+            false => "discrete",
+        };
+        self.set(node, "variability", Some(meant));
+        if written.is_none() && node.has_attribute("variability") {
+            // It has been told as no word.
+            return Ok(());
+        }
         let words: Vec<_> = legal.iter().map(|word| format!("\"{word}\"")).collect();
         self.tell(
             node,
             format!(
-                "causality=\"{causality}\" excludes variability=\"{variability}\"{reason}: read as {}; the exporter has to write {}",
-                words[0],
+                "causality=\"{causality}\" excludes variability=\"{variability}\"{reason}: read as \"{meant}\"; the exporter has to write {}",
                 words.join(" or ")
             ),
         );
-        self.set(node, "variability", Some(legal[0]));
         Ok(())
     }
 
@@ -274,7 +285,7 @@ fn causalities(version: Version) -> &'static [&'static str] {
     }
 }
 
-/// The variabilities that a causality allows. First comes what another one is read as: it may change least.
+/// The variabilities that a causality allows.
 fn legal(causality: &str) -> &'static [&'static str] {
     match causality {
         "parameter" | "calculatedParameter" | "structuralParameter" => &["fixed", "tunable"],

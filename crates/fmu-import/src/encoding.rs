@@ -27,7 +27,10 @@ enum Encoding {
 #[derive(Debug)]
 pub(crate) struct Decoded {
     pub text: String,
-    pub told: Option<String>,
+    /// It was read otherwise than FMI asks for.
+    pub correction: Option<String>,
+    /// It declares what FMI does not allow, and reads the same.
+    pub problem: Option<String>,
 }
 
 /// The text of the description in the folder of an unpacked archive.
@@ -36,7 +39,14 @@ pub(crate) struct Decoded {
 /// When there is none, it is too long, or it is not in the encoding that it declares.
 pub(crate) fn description(folder: &Path) -> Result<Decoded, String> {
     let path = folder.join(DESCRIPTION);
-    let length = std::fs::metadata(&path).map_err(|error| error.to_string())?.len();
+    let length = std::fs::metadata(&path)
+        .map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => {
+                "expected this file in the archive, found none".to_owned()
+            }
+            _ => error.to_string(),
+        })?
+        .len();
     if length > LONGEST {
         return Err(format!("expected at most {LONGEST} bytes, found {length}"));
     }
@@ -58,16 +68,18 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Decoded, String> {
         Encoding::Utf16LittleEndian => utf16(bytes, u16::from_le_bytes)?,
         Encoding::Utf16BigEndian => utf16(bytes, u16::from_be_bytes)?,
     };
-    let told = match (encoding, label) {
-        (Encoding::Utf8, label) if !label.to_lowercase().starts_with("utf-16") => None,
-        (Encoding::Utf8, label) => {
-            Some(format!("line 1: it declares {label}, and its bytes are UTF-8: read as UTF-8"))
-        }
-        (_, label) => {
-            Some(format!("line 1: expected the encoding UTF-8, found {label}: read as {label}"))
-        }
+    let found = format!("line 1: expected the encoding UTF-8, found {label}");
+    let (correction, problem) = match encoding {
+        Encoding::Utf8 if label.to_lowercase().starts_with("utf-16") => (
+            Some(format!("line 1: it declares {label}, and its bytes are UTF-8: read as UTF-8")),
+            None,
+        ),
+        Encoding::Utf8 => (None, None),
+        // Most tools that declare it write letters of ASCII alone.
+        Encoding::Windows1252 if bytes.is_ascii() => (None, Some(found)),
+        _ => (Some(format!("{found}: read as {label}")), None),
     };
-    Ok(Decoded { text, told })
+    Ok(Decoded { text, correction, problem })
 }
 
 impl Encoding {

@@ -267,7 +267,8 @@ fn unpack(path: &Path) -> Result<(Folder, String), OpenError> {
 fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, OpenError> {
     let found = encoding::description(folder).map_err(|what| Refusal::Broken(what).of(path))?;
     let mut description = parse(&found.text, sizes).map_err(|refusal| refusal.of(path))?;
-    description.corrections.splice(0..0, found.told);
+    description.corrections.splice(0..0, found.correction);
+    description.problems.splice(0..0, found.problem);
     Ok(description)
 }
 

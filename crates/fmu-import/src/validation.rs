@@ -57,16 +57,35 @@ pub(crate) fn problems(
     findings.sentences()
 }
 
+/// Sentences of fmi-rs without the name of their variable, and what there is to do.
+const CURES: [(&str, &str); 3] = [
+    (
+        "Only Real variables can be continuous",
+        "only Real variables can be continuous, which counts where no variability is written: write variability=\"discrete\"",
+    ),
+    (
+        "it is calculated but provides a start value",
+        "it is calculated and has a start value: leave that out, or write initial=\"exact\" or \"approx\"",
+    ),
+    ("it has no start value", "it needs a start value"),
+];
+
 /// The message without the name of its variable, so that those of one kind are equal.
 fn general(message: &str, name: Option<&str>) -> String {
     let mut text = message.trim_end_matches('.').to_owned();
     if let Some(name) = name {
         text = text.replace(&format!(" for variable '{name}'"), "");
+        text = text.replace(&format!("Variable name '{name}'"), "its name");
         text = text.replace(&format!("Variable '{name}'"), "it");
         text = text.replace(&format!("Variable {name} "), "it ");
     }
     for initial in ["Exact", "Approx", "Calculated"] {
         text = text.replace(&format!("Some({initial})"), initial);
+    }
+    // Where the grammar of names ends differs from name to name.
+    let text = text.split(": syntax error").next().unwrap_or_default();
+    if let Some((_, told)) = CURES.iter().find(|(found, _)| *found == text) {
+        return (*told).to_owned();
     }
     let mut letters = text.chars();
     let first = letters.next().map(|it| it.to_lowercase().to_string()).unwrap_or_default();

@@ -50,7 +50,7 @@ impl Exchange<'_> {
                 true => self.visit_initially(node, &[])?,
                 false => {
                     self.feed_initially(node, &[])?;
-                    self.initial_call(node, set)?;
+                    self.initial_call(node, |plan, node, row| set(plan, node, row))?;
                 }
             }
         }

@@ -17,7 +17,7 @@ const CORRECTED: &[(&str, &str, &str)] = &[
     ("\"fixed\"", "\"parameter\"", "`n` in line 8: variability=\"parameter\" is no word of FMI 2.0: read as \"fixed\""),
     ("\"fixed\"", "\"now and then\"", "`n` in line 8: variability=\"now and then\" is no word of FMI 2.0: left out; write one of constant, fixed, "),
     ("causality=\"input\"", "causality=\"Input\"", "`u` in line 6: causality=\"Input\" is no word of FMI 2.0: read as \"input\""),
-    ("causality=\"input\"", "causality=\"input\" variability=\"tunable\"", "`u` in line 6: causality=\"input\" excludes variability=\"tunable\": read as \"discrete\""),
+    ("causality=\"input\"", "causality=\"input\" variability=\"tunable\"", "`u` in line 6: causality=\"input\" excludes variability=\"tunable\": read as \"continuous\"; the exporter has to write \"discrete\" or \"continuous\""),
     ("causality=\"output\"", "causality=\"output\" initial=\"guess\"", "`y` in line 7: initial=\"guess\" is no word of FMI 2.0: left out"),
     ("dependencies=\"1\"", "dependencies=\"1\" dependenciesKind=\"independent\"", "`y` in line 11: dependenciesKind: \"independent\" is no word of FMI 2.0: the kinds are left out"),
     ("dependencies=\"1\"", "dependencies=\"1\" dependenciesKind=\"fixed fixed\"", "`y` in line 11: dependenciesKind has 2 words for 1 dependencies"),
@@ -88,25 +88,25 @@ fn descriptions_of_fmi_3_are_corrected_alike() {
     assert_eq!(
         corrected,
         [
-            "`y` in line 23: the dependency \"77\" is none of the 10 variables: it is taken to follow all inputs"
+            "`y` in line 22: the dependency \"77\" is none of the 10 variables: it is taken to follow all inputs"
         ]
     );
     let (corrected, _) =
         told("<InitialUnknown valueReference=\"4\"/>", "<InitialUnknown valueReference=\"44\"/>");
     assert_eq!(
         corrected,
-        ["line 23: valueReference=\"44\" is none of the 10 variables: it is left out"]
+        ["line 22: valueReference=\"44\" is none of the 10 variables: it is left out"]
     );
     let (corrected, _) =
         told("variability=\"tunable\" start=\"2\"", "variability=\"discrete\" start=\"2\"");
     assert!(
-        corrected[0].starts_with("`n` in line 10: causality=\"structuralParameter\" excludes"),
+        corrected[0].starts_with("`n` in line 11: causality=\"structuralParameter\" excludes"),
         "{corrected:?}"
     );
     let (corrected, _) = told("<Clock name=\"c\"", "<Clock initial=\"\" name=\"c\"");
-    assert!(corrected[0].starts_with("`c` in line 21: initial=\"\" is no word"), "{corrected:?}");
+    assert!(corrected[0].starts_with("`c` in line 20: initial=\"\" is no word"), "{corrected:?}");
     let (_, problems) = told("<Output valueReference=\"4\" dependencies=\"2 3\"/>", "");
-    assert_eq!(problems, ["`y` in line 14: it is missing in <Outputs> of <ModelStructure>"]);
+    assert_eq!(problems, ["`y` in line 15: it is missing in <Outputs> of <ModelStructure>"]);
 }
 
 #[test]
@@ -121,7 +121,9 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
     assert_eq!(
         found.problems,
         [
-            format!("{all}: only Real variables can be continuous"),
+            format!(
+                "{all}: only Real variables can be continuous, which counts where no variability is written: write variability=\"discrete\""
+            ),
             format!("{all}: it is missing in <Outputs> of <ModelStructure>"),
             format!("{all}: it is missing in <InitialUnknowns> of <ModelStructure>"),
         ]
@@ -129,7 +131,7 @@ fn what_breaks_the_rules_is_told_by_names_in_order() {
     let problems = |from: &str, to: &str| {
         parse(&XML.replace(from, to), &fmi3::Sizes::new()).expect("it is read").problems
     };
-    assert_eq!(problems(" start=\"1\"", ""), ["`u` in line 6: it has no start value"]);
+    assert_eq!(problems(" start=\"1\"", ""), ["`u` in line 6: it needs a start value"]);
     assert_eq!(
         problems(
             "causality=\"output\"",
@@ -200,6 +202,11 @@ fn encodings_are_read_as_declared() {
         assert_eq!(opened.description.corrections.first().map(String::as_str), told);
         assert!(opened.description_text().expect("a text").contains("Höhe €"));
     }
+    let ascii =
+        open(&archive(&[("modelDescription.xml", XML.replace("UTF-8", "ISO-8859-1").as_bytes())]));
+    let ascii = ascii.expect("it is read").description;
+    assert_eq!(ascii.corrections, [""; 0]);
+    assert_eq!(ascii.problems, ["line 1: expected the encoding UTF-8, found ISO-8859-1"]);
     let undeclared = open(&archive(&[("modelDescription.xml", &narrow("UTF-8"))]));
     let expected = "line 2: expected UTF-8, found the byte 0xF6, which is `ö` in ISO-8859-1: export the FMU with UTF-8";
     assert!(undeclared.is_err_and(|error| error.contains(expected)));
