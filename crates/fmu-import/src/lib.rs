@@ -269,6 +269,7 @@ fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, 
     let mut description = parse(&found.text, sizes).map_err(|refusal| refusal.of(path))?;
     description.corrections.splice(0..0, found.correction);
     description.problems.splice(0..0, found.problem);
+    description.corrections.extend(platform::misnamed(folder, &description));
     Ok(description)
 }
 

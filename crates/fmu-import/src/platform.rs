@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::{Fmu, OpenError, Version};
+use crate::{Description, Fmu, OpenError, Version};
 
 /// So many files of a kind are listed.
 const LISTED: usize = 5;
@@ -29,6 +29,31 @@ pub(crate) const fn platform(version: Version) -> &'static str {
     }
 }
 
+/// Where the library for this machine has to be in the archive.
+fn entry(about: &Description) -> String {
+    let (folder, extension) = (platform(about.version), std::env::consts::DLL_EXTENSION);
+    format!("binaries/{folder}/{}.{extension}", about.identifier)
+}
+
+/// The only library for this machine, under another name than that of the model: some tools give it the name of the archive.
+fn only_library(folder: &Path, about: &Description) -> Option<String> {
+    let own = format!("binaries/{}", platform(about.version));
+    match files(folder, &own, &[std::env::consts::DLL_EXTENSION]).as_slice() {
+        [only] => Some(only.clone()),
+        _ => None,
+    }
+}
+
+/// What to tell of a library that has another name than that of the model.
+pub(crate) fn misnamed(folder: &Path, about: &Description) -> Option<String> {
+    let expected = entry(about);
+    let only = only_library(folder, about).filter(|only| *only != expected)?;
+    Some(format!(
+        "modelIdentifier=\"{}\" asks for {expected}: {only} is taken, the only library there",
+        about.identifier
+    ))
+}
+
 impl Fmu {
     /// The platforms that the archive has libraries for.
     #[must_use]
@@ -49,19 +74,17 @@ impl Fmu {
     /// # Errors
     /// When there is none.
     pub fn library(&self) -> Result<PathBuf, OpenError> {
-        let entry = format!(
-            "binaries/{}/{}.{}",
-            platform(self.description.version),
-            self.description.identifier,
-            std::env::consts::DLL_EXTENSION
-        );
-        let path = self.folder.path().join(&entry);
+        let expected = entry(&self.description);
+        let path = self.folder.path().join(&expected);
         if path.is_file() {
             return Ok(path);
         }
-        let found = self.instead();
+        if let Some(only) = only_library(self.folder.path(), &self.description) {
+            return Ok(self.folder.path().join(only));
+        }
+        let (path, found) = (self.path.clone(), self.instead());
         let platform = platform(self.description.version);
-        Err(OpenError::Platform { path: self.path.clone(), platform, expected: entry, found })
+        Err(OpenError::Platform { path, platform, expected, found })
     }
 
     /// The libraries and sources that the archive has, and what to do with them.

@@ -245,6 +245,24 @@ fn a_library_that_is_missing_is_told_with_what_there_is() {
 }
 
 #[test]
+fn the_only_library_is_taken_whatever_its_name() {
+    let platform = platform::platform(Version::Two);
+    let [one, other] = ["a", "b"].map(|name| format!("binaries/{platform}/{name}.so"));
+    let opened = |names: &[&str]| {
+        let xml = [("modelDescription.xml", XML.as_bytes())];
+        let libraries: Vec<_> = names.iter().map(|name| (*name, &b"1"[..])).collect();
+        open(&archive(&[xml.as_slice(), libraries.as_slice()].concat())).expect("it is read")
+    };
+    let found = opened(&[&one]);
+    assert!(found.library().expect("a library").ends_with(&one));
+    let told = format!(
+        "modelIdentifier=\"m\" asks for binaries/{platform}/m.so: {one} is taken, the only library there"
+    );
+    assert_eq!(found.description.corrections, [told]);
+    assert!(opened(&[&one, &other]).library().is_err());
+}
+
+#[test]
 fn an_empty_unit_and_a_dash_are_no_unit() {
     for none in ["", " ", "-"] {
         let own =
