@@ -1,8 +1,10 @@
 //! Runs FMUs whose descriptions break the standard where they have one safe meaning, and tells what was read and what to write.
 
+use std::path::PathBuf;
+
 use super::fixture::Scenario;
 use super::fmus::{changed, compile, deviate, misbehave, ours};
-use super::harness::{Ended, Lab};
+use super::harness::{Ended, Lab, ROOT};
 
 tests! {
     a_description_against_the_standard_runs_with_a_warning: Compiler,
@@ -14,6 +16,7 @@ tests! {
     outputs_that_no_node_takes_are_not_read_before_the_first_step: Compiler,
     an_fmu_without_a_library_says_what_it_has: Compiler,
     conform_tells_that_nothing_ran: Compiler,
+    descriptions_of_others_run_or_name_the_cause: Cases,
 }
 
 /// The FMU with its description changed by hand.
@@ -208,4 +211,46 @@ fn conform_tells_that_nothing_ran() {
     let told = lab.trackside(&["conform", "x.fmu"]).expect(1).stdout;
     let conclusion = told.lines().last().expect("a conclusion");
     assert!(conclusion.contains("rules have one cause: fmi2Instantiate"), "{conclusion}");
+}
+
+/// The folder with FMUs as others have made them.
+pub fn cases() -> PathBuf {
+    PathBuf::from(ROOT).join("../shared/cases/fmi")
+}
+
+/// A scenario of a folder of `cases`, its exit code, and what it says.
+#[rustfmt::skip]
+const CASES: &[(&str, i32, &str)] = &[
+    ("bad_structure/dep0.toml", 0, "`y` in line 13: the dependency \"0\" is none of the 3 variables"),
+    ("bad_structure/dep_far.toml", 0, "`y` in line 13: the dependency \"99999\" is none of the 3 variables"),
+    ("bad_structure/dep_kind.toml", 0, "`y` in line 13: dependenciesKind has 1 words for 2 dependencies"),
+    ("bad_structure/dep_newline.toml", 0, ""),
+    ("bad_structure/index0.toml", 0, "line 13: index=\"0\" is none of the 3 variables"),
+    ("bad_structure/index_far.toml", 0, "line 13: index=\"77\" is none of the 3 variables"),
+    ("bad_structure/kind_unknown.toml", 0, "`y` in line 13: dependenciesKind: \"independent\" is no word of FMI 2.0"),
+    ("bad_structure/no_structure.toml", 0, "line 2: it lacks <ModelStructure>"),
+    ("dead_letters/vendor_ns.toml", 0, ""),
+    ("dead_letters/ns_root.toml", 0, ""),
+    ("dead_letters/comment_doctype.toml", 0, ""),
+    ("dead_letters/cdata_html.toml", 0, ""),
+    ("fixed_step/case.toml", 3, "its description proposes steps of 0.02 s"),
+    ("illegal_variability/case.toml", 0, "`gain` in line 12: causality=\"parameter\" excludes variability=\"continuous\""),
+    ("latin1/case.toml", 0, "found ISO-8859-1: read as ISO-8859-1"),
+    ("utf16/case.toml", 0, "found UTF-16: read as UTF-16"),
+    ("sources_only/case.toml", 2, "sources (sources/base2.c): `fmpy compile sources_only.fmu`"),
+    ("start_time/case.toml", 0, ""),
+    ("start_time/without.toml", 0, "the run starts at 0 s, and the description of start_time.fmu at 100.2 s"),
+];
+
+fn descriptions_of_others_run_or_name_the_cause() {
+    for (case, code, told) in CASES {
+        let (folder, scenario) = case.split_once('/').expect("a folder and a file");
+        let lab = Lab::new();
+        for entry in std::fs::read_dir(cases().join(folder)).expect("a folder") {
+            lab.add(&entry.expect("a file").path());
+        }
+        let ended = lab.trackside(&["run", scenario, "--out", "out"]);
+        assert_eq!(ended.code(), Some(*code), "{case}: {}\n{}", ended.stdout, ended.stderr);
+        ended.says(&[told]);
+    }
 }
