@@ -127,6 +127,9 @@ mod clocks;
 // An FMU of FMI 3.0, with arrays.
 #[path = "acceptance/fmi3.rs"]
 mod fmi3;
+// FMUs whose descriptions break the standard.
+#[path = "acceptance/descriptions.rs"]
+mod descriptions;
 // An FMU that does what foreign ones do.
 #[path = "acceptance/foreign.rs"]
 mod foreign;
@@ -270,6 +273,7 @@ fn first_half(tests: &mut Vec<suite::Test>) {
     checkpoint_mistakes::register(tests);
     clocks::register(tests);
     fmi3::register(tests);
+    descriptions::register(tests);
     foreign::register(tests);
 }
 

@@ -49,6 +49,9 @@ pub fn lines(fmu: &Fmu) -> String {
         let _ = writeln!(text, "\n{} terminals", terminals.len());
         terminals.iter().for_each(|it| terminal_lines(&mut text, it, 1));
     }
+    for correction in &about.corrections {
+        let _ = writeln!(text, "read otherwise: {correction}");
+    }
     for problem in about.problems.iter().chain(&problems) {
         let _ = writeln!(text, "against the rules: {problem}");
     }
@@ -137,6 +140,7 @@ pub fn json(fmu: &Fmu) -> serde_json::Value {
         "log_categories": about.log_categories,
         "variables": variables,
         "terminals": terminals,
+        "corrections": about.corrections,
         "problems": problems,
     })
 }

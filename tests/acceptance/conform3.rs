@@ -128,9 +128,9 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("unit=\"m\"/>", "derivative=\"77\"/>", "cross-references", "has derivative 77, which no variable has"),
     ("<Dimension valueReference=\"3\"/></Float64>\n    <Float64 name=\"w\"", "<Dimension start=\"2\" valueReference=\"3\"/></Float64>\n    <Float64 name=\"w\"", "dimensions", "line 15: <Dimension> has both start and valueReference"),
     ("name=\"w\" valueReference=\"8\" causality=\"input\" start=\"0\"", "name=\"w\" valueReference=\"8\" causality=\"input\" start=\"0 0 0\"", "dimensions", "<Float64> `w` has 3 start values for 2 elements"),
-    ("valueReference=\"5\" causality=\"output\"", "valueReference=\"0\" causality=\"output\"", "description", "Duplicate value reference: 0"),
-    ("<Output valueReference=\"0\"/>", "", "description", "outputs do not match"),
-    ("causality=\"input\" start=\"false\"", "causality=\"input\"", "description", "'on' has no start value"),
+    ("valueReference=\"5\" causality=\"output\"", "valueReference=\"0\" causality=\"output\"", "description", "duplicate value reference: 0"),
+    ("<Output valueReference=\"0\"/>", "", "description", "`y` in line 11: it is missing in <Outputs> of <ModelStructure>"),
+    ("causality=\"input\" start=\"false\"", "causality=\"input\"", "description", "`on` in line 18: it needs a start value"),
     ("<Boolean ", "<Boolean colour=\"red\" ", "schema", "line 18: <Boolean> has no attribute \"colour\""),
 ];
 

@@ -238,8 +238,7 @@ pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Judgement, Ju
 }
 
 fn text(fmu: &Fmu) -> String {
-    let bytes = fmu.entry("modelDescription.xml").unwrap_or_default();
-    String::from_utf8_lossy(&bytes).into_owned()
+    fmu.description_text().unwrap_or_default()
 }
 
 /// The findings about a description that cannot be read: what is wrong with its text, and nothing about the rest.
@@ -306,6 +305,11 @@ impl Rule {
             }
             verdict => self.finding(verdict),
         }
+    }
+
+    /// Whether it steps instances.
+    fn runs(&self) -> bool {
+        matches!(self.check, Check::Runs(_) | Check::RunsOne(_) | Check::References(_))
     }
 
     fn not_judged(&self, why: String) -> Finding {

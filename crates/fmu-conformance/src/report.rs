@@ -1,5 +1,7 @@
 //! Tells findings: as an exit code, as lines for a terminal, and in one sentence.
 
+use std::collections::BTreeMap;
+
 use fmu_import::Version;
 
 use super::{Finding, Outcome, Rank, rules};
@@ -24,20 +26,45 @@ fn failed(findings: &[Finding], rank: Rank) -> Vec<&str> {
     names
 }
 
+/// So many failed rules with one detail have one cause.
+const ONE_CAUSE: usize = 3;
+
+/// What several rules fail for alike, if anything: it stands in the conclusion, so that nobody reads it a dozen times.
+fn cause(findings: &[Finding]) -> String {
+    let mut rules = BTreeMap::<&str, usize>::new();
+    for finding in findings.iter().filter(|it| it.outcome == Outcome::Fail) {
+        *rules.entry(&finding.detail).or_default() += 1;
+    }
+    let most = rules.into_iter().max_by_key(|(_, count)| *count);
+    most.filter(|(_, count)| *count >= ONE_CAUSE)
+        .map(|(detail, count)| format!(" {count} rules have one cause: {detail}."))
+        .unwrap_or_default()
+}
+
 /// What the findings come to, in one sentence.
 fn conclusion(findings: &[Finding], version: Version) -> String {
+    let runs = |finding: &&Finding| rules().any(|it| it.name == finding.rule && it.runs());
+    let passed = |finding: &&Finding| finding.outcome == Outcome::Pass;
+    if !findings.iter().filter(passed).any(|it| runs(&it)) {
+        let ranks = [Rank::BreaksRuns, Rank::BreaksStandard].map(|rank| failed(findings, rank));
+        let cause = cause(findings);
+        return format!("Nothing of the FMU ran ({}).{cause}", ranks.concat().join(", "));
+    }
+
     let [runs, standard, robust] = [Rank::BreaksRuns, Rank::BreaksStandard, Rank::NotRobust]
         .map(|rank| failed(findings, rank).join(", "));
     let weak = match robust.as_str() {
         "" => String::new(),
         rules => format!("; it does not defend itself against wrong callers ({rules})"),
     };
-    match (runs.as_str(), standard.as_str()) {
+    let cause = cause(findings);
+    let told = match (runs.as_str(), standard.as_str()) {
         ("", "") => format!("The FMU keeps FMI {version} for callers that do{weak}."),
         ("", rules) => format!("The FMU runs, but breaks FMI {version} ({rules}){weak}."),
         (rules, "") => format!("The FMU breaks runs ({rules}){weak}."),
         (runs, rules) => format!("The FMU breaks runs ({runs}) and FMI {version} ({rules}){weak}."),
-    }
+    };
+    told + &cause
 }
 
 /// The findings as lines for a terminal, with a summary at the end.

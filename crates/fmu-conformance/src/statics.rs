@@ -54,9 +54,11 @@ pub(super) const RULES: &[Rule] = &[
 ];
 
 fn description(fmu: &Fmu) -> Verdict {
-    match fmu.description.problems.as_slice() {
-        [] => Ok(String::new()),
-        problems => broken(problems.join("; ")),
+    let about = &fmu.description;
+    let found: Vec<_> = about.corrections.iter().chain(&about.problems).cloned().collect();
+    match found.is_empty() {
+        true => Ok(String::new()),
+        false => broken(found.join("; ")),
     }
 }
 

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use fmu_import::description::{Description, Type, Variable};
 use fmu_import::{CallError, Causality, Instance, Library, Value, Variability, Version};
-use roxmltree::Document;
 
 use super::process::ProgressLog;
 use super::{Objection, broken, not_applicable};
@@ -56,8 +55,7 @@ impl<'a> TestDriver<'a> {
         log: &'a ProgressLog,
         limit: Duration,
     ) -> Self {
-        let asked = library.description().default_step.or_else(|| internal_step(&xml));
-        let asked_step = asked.filter(|step| *step > 0.0);
+        let asked_step = library.description().proposed_step();
         TestDriver { library, xml, limit, asked_step, log }
     }
 
@@ -335,12 +333,4 @@ pub(super) fn nothing(variable: &Variable) -> Value {
         Type::String => Value::String(String::new()),
         Type::Binary => Value::Binary(Vec::new()),
     }
-}
-
-/// The step that an FMU of FMI 3.0 makes inside whatever it is asked for [s].
-fn internal_step(xml: &str) -> Option<f64> {
-    let document = Document::parse(xml).ok()?;
-    let root = document.root_element();
-    let interface = root.children().find(|node| node.has_tag_name("CoSimulation"))?;
-    interface.attribute("fixedInternalStepSize")?.trim().parse().ok()
 }

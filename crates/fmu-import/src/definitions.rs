@@ -9,6 +9,9 @@ use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
 use fmi_rs::model_description::{BaseUnit, Unit};
 use roxmltree::{Document, Node};
 
+use crate::corrections;
+use crate::findings::at;
+
 /// Puts the units and the declared types of the text into what was read of it, and tells which variables it calls optional.
 pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<HashSet<String>, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
@@ -111,23 +114,26 @@ fn item(node: Node) -> Result<Item, String> {
     })
 }
 
-/// The unit of this name that a file defines by exponents of SI units, a factor and an offset.
+/// The unit that a file defines by exponents of SI units, a factor and an offset.
 ///
 /// # Errors
 /// When nothing can be converted by these numbers.
 pub(super) fn base_unit(
-    name: &str,
     exponents: [i32; 8],
     [factor, offset]: [f64; 2],
 ) -> Result<units::Unit, String> {
     let mut small = [0_i8; 8];
     for (to, from) in small.iter_mut().zip(exponents) {
-        *to = i8::try_from(from).map_err(|_| {
-            format!("the unit `{name}`: expected exponents of -128 to 127, found {from}")
-        })?;
+        *to = i8::try_from(from)
+            .map_err(|_| format!("<BaseUnit>: expected exponents of -128 to 127, found {from}"))?;
     }
     units::Unit::defined(small, factor, offset)
-        .map_err(|error| format!("the unit `{name}`: {error}; correct its <BaseUnit>"))
+        .map_err(|error| format!("<BaseUnit>: {error}; correct it"))
+}
+
+/// Whether a name stands for a unit where the file defines none of this name: some tools write an empty one, or a dash, for none.
+pub(super) fn is_unit(name: &str) -> bool {
+    !matches!(name.trim(), "" | "-")
 }
 
 /// So many names that are there twice are listed in an error.
@@ -158,15 +164,24 @@ pub(super) fn unique<'a>(
     Err(format!("expected a name of its own for each variable, found {listed}{more}"))
 }
 
+/// The variable, type or unit that an element is a part of, and its line.
+pub(super) fn place(node: Node) -> String {
+    at(node.document().input_text(), corrections::name(node), node.range().start)
+}
+
 pub(super) fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {
     let Some(text) = node.attribute(name) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| {
         let element = node.tag_name().name();
-        format!("the attribute {name}=\"{text}\" of <{element}> is no value of its type")
+        format!(
+            "{}: the attribute {name}=\"{text}\" of <{element}> is no value of its type",
+            place(node)
+        )
     })
 }
 
 pub(super) fn required<T: FromStr>(node: Node, name: &str) -> Result<T, String> {
-    let missing = || format!("<{}> has no attribute {name}", node.tag_name().name());
+    let missing =
+        || format!("{}: <{}> has no attribute {name}", place(node), node.tag_name().name());
     attribute(node, name)?.ok_or_else(missing)
 }

@@ -62,6 +62,8 @@ pub struct Description {
     pub only_once: bool,
     /// Preferred communication step [s].
     pub default_step: Option<f64>,
+    /// The step that it makes inside whatever it is asked for, if that is fixed [s].
+    pub internal_step: Option<f64>,
     /// Where a simulation starts unless somebody says otherwise [s].
     pub default_start: f64,
     /// Where a simulation stops unless somebody says otherwise [s].
@@ -72,7 +74,9 @@ pub struct Description {
     pub log_categories: Vec<String>,
     /// The variables, in the order of the file; those of an array are its elements, row by row.
     pub variables: Vec<Variable>,
-    /// What breaks the rules of FMI but does not hinder a run.
+    /// What was read otherwise than it stands in the file, since it breaks the rules and has one safe meaning.
+    pub corrections: Vec<String>,
+    /// What else breaks the rules of FMI, and makes no difference to a run.
     pub problems: Vec<String>,
     pub(crate) names: Names,
 }
@@ -276,6 +280,12 @@ impl Description {
     #[must_use]
     pub fn returns_early(&self) -> bool {
         self.event_mode || self.early_return
+    }
+
+    /// The communication step that it is made for, if its description tells one [s].
+    #[must_use]
+    pub fn proposed_step(&self) -> Option<f64> {
+        self.default_step.or(self.internal_step).filter(|step| *step > 0.0)
     }
 
     /// The index of the variable called `name`, or of the first element of the array.

@@ -41,7 +41,7 @@ pub enum OpenError {
         platform: &'static str,
         /// The entry that is needed.
         expected: String,
-        /// The platforms that there are.
+        /// The libraries and sources that there are, and what to do.
         found: String,
     },
     /// The library does not load.

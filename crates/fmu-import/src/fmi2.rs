@@ -5,20 +5,27 @@ use std::sync::Arc;
 
 use fmi_rs::model_description::DefaultExperiment;
 use fmi_rs::model_description::fmi2::{self, ModelDescription, SimpleType, Unknown, VariableType};
+use roxmltree::Document;
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions;
 use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
+use crate::findings::at;
+use crate::validation::{self, Listed, located};
 
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
 /// When the text is no description of an FMI 2.0 co-simulation FMU.
 pub(crate) fn parse(xml: &str) -> Result<Description, String> {
-    let mut found = ModelDescription::from_string(xml).map_err(|error| error.to_string())?;
+    let refused = |xml: &str| ModelDescription::from_string(xml).err().map(|it| it.to_string());
+    let mut found = ModelDescription::from_string(xml).map_err(|error| {
+        let document = Document::parse(xml).map_err(|error| error.to_string());
+        document.map_or_else(|error| error, |it| located(&it, &error.to_string(), refused))
+    })?;
     let optional = definitions::complete(&mut found, xml)?;
-    let problems = found.validate().into_iter().map(|problem| problem.message).collect();
+    let problems = problems(&found, xml);
     let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
         return Err(format!("modelIdentifier {:?} is not a name", cs.modelIdentifier));
@@ -29,7 +36,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     };
     let named = found.modelVariables.iter().map(|it| (it.name.as_str(), it.range.start));
     definitions::unique(named, xml)?;
-    let known = Known::new(&found)?;
+    let known = Known::new(&found, xml)?;
     Ok(Description {
         version: Version::Two,
         name: found.modelName.clone(),
@@ -47,6 +54,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         early_return: false,
         only_once: cs.canBeInstantiatedOnlyOncePerProcess,
         default_step: default(|it| it.stepSize.as_ref()),
+        internal_step: None,
         default_start: default(|it| it.startTime.as_ref()).unwrap_or(0.0),
         default_stop: default(|it| it.stopTime.as_ref()),
         default_tolerance: default(|it| it.tolerance.as_ref()),
@@ -57,9 +65,25 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
                 ..variable(&found, &known, it)
             })
             .collect(),
+        corrections: Vec::new(),
         problems,
         names: Names::default(),
     })
+}
+
+/// What breaks the rules, by variable and line.
+fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
+    // Variables count from 1.
+    let variables = (1..).zip(&found.modelVariables).map(|(id, it): (u32, _)| Listed {
+        id,
+        name: &it.name,
+        place: it.range.start,
+        clocked: false,
+    });
+    let variables: Vec<_> = variables.collect();
+    let unknowns = found.outputs.iter().chain(&found.derivatives).chain(&found.initialUnknowns);
+    let unknowns = unknowns.map(|it| (it.range.start, it.index));
+    validation::problems(xml, found.validate(), &variables, unknowns)
 }
 
 /// What variables refer to, by names and indices: a description may have a hundred thousand of each.
@@ -72,13 +96,15 @@ struct Known<'a> {
 
 impl<'a> Known<'a> {
     /// Of two of one name the first one counts.
-    fn new(found: &'a ModelDescription) -> Result<Self, String> {
+    fn new(found: &'a ModelDescription, xml: &str) -> Result<Self, String> {
         let mut units = HashMap::new();
         for unit in found.unitDefintions.iter().rev() {
             let Some(base) = &unit.baseUnit else { continue };
             let exponents = [base.kg, base.m, base.s, base.A, base.K, base.mol, base.cd, base.rad];
-            let defined = definitions::base_unit(&unit.name, exponents, [base.factor, base.offset]);
-            units.insert(unit.name.as_str(), defined?);
+            let defined = definitions::base_unit(exponents, [base.factor, base.offset]);
+            let place = || at(xml, Some(&unit.name), base.range.start);
+            let wrong = |what| format!("the unit {}: {what}", place());
+            units.insert(unit.name.as_str(), defined.map_err(wrong)?);
         }
         let types = found.typeDefinitions.iter().rev().map(|it| (it.name(), it)).collect();
         let outputs = found.outputs.iter().rev().map(|it| (it.index, it)).collect();
@@ -100,7 +126,8 @@ impl<'a> Known<'a> {
 fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
     let scalar = &found.modelVariables[index];
     let declared = known.declared(&scalar.variableType);
-    let unit = unit_name(declared, &scalar.variableType);
+    let unit = unit_name(declared, &scalar.variableType)
+        .filter(|name| known.units.contains_key(name.as_str()) || definitions::is_unit(name));
     let [min, max, nominal] = range(declared, &scalar.variableType);
     let unknown = u32::try_from(index + 1).ok().and_then(|index| known.outputs.get(&index));
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {

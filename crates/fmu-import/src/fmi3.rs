@@ -13,6 +13,7 @@ use units::Unit;
 use crate::attributes::{Causality, Initial, Variability};
 use crate::definitions::{self, attribute, children, required};
 use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
+use crate::validation::{self, Listed, located};
 
 /// A description may have this many elements of arrays in all, which take 0.5 GB.
 const MOST: usize = 1 << 20;
@@ -54,10 +55,7 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
     if identifier.contains(['/', '\\']) || identifier.is_empty() {
         return Err(format!("modelIdentifier {identifier:?} is not a name"));
     }
-    let problems = match ModelDescription::from_string(xml) {
-        Ok(found) => found.validate().into_iter().map(|problem| problem.message).collect(),
-        Err(error) => vec![error.to_string()],
-    };
+    let problems = problems(&document);
     let flag = |name: &str| Ok::<_, String>(truth(cs, name)?.unwrap_or(false));
     let experiment = interface("DefaultExperiment");
     let default = |name: &str| -> Option<f64> {
@@ -82,6 +80,7 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
             || flag("canReturnEarlyAfterIntermediateUpdate")?,
         only_once: flag("canBeInstantiatedOnlyOncePerProcess")?,
         default_step: default("stepSize"),
+        internal_step: attribute(cs, "fixedInternalStepSize")?,
         default_start: default("startTime").unwrap_or(0.0),
         default_stop: default("stopTime"),
         default_tolerance: default("tolerance"),
@@ -89,9 +88,32 @@ pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
             .map(|category| required(category, "name"))
             .collect::<Result<_, _>>()?,
         variables: variables(root, sizes)?,
+        corrections: Vec::new(),
         problems,
         names: Names::default(),
     })
+}
+
+/// What breaks the rules, by variable and line.
+fn problems(document: &Document) -> Vec<String> {
+    let xml = document.input_text();
+    let refused = |xml: &str| ModelDescription::from_string(xml).err().map(|it| it.to_string());
+    let found = match ModelDescription::from_string(xml) {
+        Ok(found) => found,
+        Err(error) => return vec![located(document, &error.to_string(), refused)],
+    };
+    let variables = found.modelVariables.iter().map(|it| Listed {
+        id: it.valueReference,
+        name: &it.name,
+        place: it.range.start,
+        clocked: !it.clocks.is_empty(),
+    });
+    let variables: Vec<_> = variables.collect();
+    let states = found.derivatives.iter().chain(&found.clockedStates);
+    let unknowns = found.outputs.iter().chain(states).chain(&found.initialUnknowns);
+    let unknowns = unknowns.chain(&found.eventIndicators);
+    let unknowns = unknowns.map(|it| (it.range.start, it.valueReference));
+    validation::problems(xml, found.validate(), &variables, unknowns)
 }
 
 /// A variable of the file, which may be an array.
@@ -131,7 +153,10 @@ fn declared<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Declared<'a>>, 
     for node in nodes() {
         let name = node.tag_name().name();
         let Some((_, kind, storage)) = TYPES.iter().find(|known| known.0 == name) else {
-            return Err(format!("expected a variable of a type of FMI 3.0, found <{name}>"));
+            return Err(format!(
+                "{}: expected a variable of a type of FMI 3.0, found <{name}>",
+                definitions::place(node)
+            ));
         };
         let dimensions = structure::dimensions(node, &sizes)?;
         let reference = required(node, "valueReference")?;
@@ -208,7 +233,8 @@ fn unit(node: Node) -> Result<(String, Option<Unit>), String> {
         }
         let factor = attribute(base, "factor")?.unwrap_or(1.0);
         let offset = attribute(base, "offset")?.unwrap_or(0.0);
-        definitions::base_unit(&name, exponents, [factor, offset])
+        let unit = definitions::base_unit(exponents, [factor, offset]);
+        unit.map_err(|what| format!("the unit {}: {what}", definitions::place(base)))
     });
     let base = base.transpose()?;
     Ok((name, base))
@@ -227,7 +253,9 @@ fn elements(
         node.attribute(name).or_else(|| declared.and_then(|declared| declared.attribute(name)))
     };
     let number = |name: &str| -> Option<f64> { of(name)?.trim().parse().ok() };
-    let unit = of("unit").map(str::to_owned);
+    let is_unit =
+        |name: &&str| matches!(units.get(*name), Some(Some(_))) || definitions::is_unit(name);
+    let unit = of("unit").filter(is_unit).map(str::to_owned);
     let dimension = unit.as_deref().and_then(|name| match units.get(name) {
         Some(Some(unit)) => Some(*unit),
         _ => Unit::parse(name).ok(),
@@ -257,7 +285,10 @@ fn elements(
         dependencies: follows,
         optional: children(node, "Annotations", "Annotation")
             .any(|it| it.attribute("type") == Some("trackside.optional")),
-        ticks: (kind == Type::Clock).then(|| clocks::ticks(&of)).transpose()?,
+        ticks: (kind == Type::Clock)
+            .then(|| clocks::ticks(&of))
+            .transpose()
+            .map_err(|what| format!("{}: {what}", definitions::place(node)))?,
         clocks: clocks::of_variable(node)?,
     };
     let texts = [Some(&name), variable.unit.as_ref(), variable.description.as_ref()];
@@ -311,7 +342,7 @@ fn truth(node: Node, name: &str) -> Result<Option<bool>, String> {
 }
 
 fn unknown<T>(node: Node, name: &str, word: &str) -> Result<T, String> {
-    Err(format!("{name}=\"{word}\" of <{}> is no word of FMI 3.0", node.tag_name().name()))
+    Err(format!("{}: {name}=\"{word}\" is no word of FMI 3.0", definitions::place(node)))
 }
 
 fn causality(node: Node) -> Result<Causality, String> {

@@ -59,13 +59,18 @@
 mod attributes;
 mod binding;
 mod call;
+mod corrections;
 mod definitions;
 pub mod description;
+mod encoding;
 mod error;
+mod findings;
 mod fmi2;
 mod fmi3;
 mod place;
+mod platform;
 mod terminals;
+mod validation;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -95,28 +100,6 @@ const DESCRIPTION: &str = "modelDescription.xml";
 
 /// A description may be this long; the longest real ones have some hundred thousand variables.
 const LONGEST: u64 = 64 << 20;
-
-/// The folder of this platform's library, by the names of a version.
-pub(crate) const fn platform(version: Version) -> &'static str {
-    let windows = cfg!(target_os = "windows");
-    let linux = cfg!(target_os = "linux");
-    let arm = cfg!(target_arch = "aarch64");
-    let wide = cfg!(target_pointer_width = "64");
-    match (version, linux, windows) {
-        (Version::Two, true, _) if wide => "linux64",
-        (Version::Two, true, _) => "linux32",
-        (Version::Two, _, true) if wide => "win64",
-        (Version::Two, _, true) => "win32",
-        (Version::Two, ..) => "darwin64",
-        (Version::Three, true, _) if arm => "aarch64-linux",
-        (Version::Three, true, _) if wide => "x86_64-linux",
-        (Version::Three, true, _) => "x86-linux",
-        (Version::Three, _, true) if wide => "x86_64-windows",
-        (Version::Three, _, true) => "x86-windows",
-        (Version::Three, ..) if arm => "aarch64-darwin",
-        (Version::Three, ..) => "x86_64-darwin",
-    }
-}
 
 /// An opened FMU, from which instances are made.
 #[derive(Debug)]
@@ -149,8 +132,8 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let (folder, sha256, xml) = unpack(path)?;
-        let description = parse(&xml, &fmi3::Sizes::new()).map_err(|refusal| refusal.of(path))?;
+        let (folder, sha256) = unpack(path)?;
+        let description = read(folder.path(), &fmi3::Sizes::new(), path)?;
         let folder = Unpacked::Own(folder);
         let (path, sizes) = (path.to_owned(), BTreeMap::new());
         let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
@@ -163,9 +146,7 @@ impl Fmu {
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(there: &Place) -> Result<Self, OpenError> {
         let Place { path, sha256, folder, sizes } = there.clone();
-        let xml = std::fs::read_to_string(folder.join(DESCRIPTION));
-        let xml = xml.map_err(|source| OpenError::Read { path: folder.clone(), source })?;
-        let description = parse(&xml, &sizes).map_err(|refusal| refusal.of(&path))?;
+        let description = read(&folder, &sizes, &path)?;
         let folder = Unpacked::Borrowed(folder);
         let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
         Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
@@ -187,12 +168,18 @@ impl Fmu {
     /// # Errors
     /// When there are too many elements, or the archive has been removed.
     pub fn resize(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
-        let wrong = |what: String| OpenError::Description { path: self.path.clone(), what };
-        let xml = std::fs::read_to_string(self.folder.path().join(DESCRIPTION))
-            .map_err(|error| wrong(error.to_string()))?;
-        self.description = parse(&xml, sizes).map_err(|refusal| refusal.of(&self.path))?;
+        self.description = read(self.folder.path(), sizes, &self.path)?;
         self.sizes.clone_from(sizes);
         Ok(())
+    }
+
+    /// The text of the description, for those who look at it themselves.
+    ///
+    /// # Errors
+    /// When somebody has removed the unpacked files.
+    pub fn description_text(&self) -> Result<String, OpenError> {
+        let found = encoding::description(self.folder.path());
+        found.map(|it| it.text).map_err(|what| Refusal::Broken(what).of(&self.path))
     }
 
     /// The contents of a file of the archive, by its path there; nothing when there is none, or the path leads out of the archive.
@@ -249,41 +236,6 @@ impl Fmu {
         Library::missing(self, &self.library()?)
     }
 
-    /// The platforms that the archive has libraries for.
-    #[must_use]
-    pub fn platforms(&self) -> Vec<String> {
-        let entries = std::fs::read_dir(self.folder.path().join("binaries"));
-        let mut names: Vec<_> = entries
-            .into_iter()
-            .flatten()
-            .flatten()
-            .map(|entry| entry.file_name().to_string_lossy().into_owned())
-            .collect();
-        names.sort();
-        names
-    }
-
-    /// The unpacked library for this machine.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn library(&self) -> Result<PathBuf, OpenError> {
-        let entry = format!(
-            "binaries/{}/{}.{}",
-            platform(self.description.version),
-            self.description.identifier,
-            std::env::consts::DLL_EXTENSION
-        );
-        let path = self.folder.path().join(&entry);
-        if path.is_file() {
-            return Ok(path);
-        }
-        let platforms = self.platforms();
-        let found = if platforms.is_empty() { "none".to_owned() } else { platforms.join(", ") };
-        let platform = platform(self.description.version);
-        Err(OpenError::Platform { path: self.path.clone(), platform, expected: entry, found })
-    }
-
     /// Whether the unpacked files are still there: somebody may clean up temporary folders.
     #[must_use]
     pub fn is_intact(&self) -> bool {
@@ -302,20 +254,23 @@ impl Fmu {
     }
 }
 
-/// Unpacks the archive at `path`: its folder, its SHA-256, and the text of its description.
-fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
+/// Unpacks the archive at `path`: its folder, and its SHA-256.
+fn unpack(path: &Path) -> Result<(Folder, String), OpenError> {
     let read = |source| OpenError::Read { path: path.to_owned(), source };
     let bytes = archive::read(path).map_err(read)?;
     let folder = Folder::new().map_err(read)?;
     archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
-    let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
-    let xml = folder.path().join(DESCRIPTION);
-    let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
-    if length > LONGEST {
-        return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
-    }
-    let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-    Ok((folder, sha256(&bytes), xml))
+    Ok((folder, sha256(&bytes)))
+}
+
+/// The description in the folder of the unpacked archive at `path`.
+fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, OpenError> {
+    let found = encoding::description(folder).map_err(|what| Refusal::Broken(what).of(path))?;
+    let mut description = parse(&found.text, sizes).map_err(|refusal| refusal.of(path))?;
+    description.corrections.splice(0..0, found.correction);
+    description.problems.splice(0..0, found.problem);
+    description.corrections.extend(platform::misnamed(folder, &description));
+    Ok(description)
 }
 
 /// The text of the description in the archive at `path`, for those who want to know why it cannot be read.
@@ -323,7 +278,9 @@ fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
 /// # Errors
 /// When there is no archive, or no such text in it.
 pub fn description_text(path: &Path) -> Result<String, OpenError> {
-    unpack(path).map(|(.., xml)| xml)
+    let (folder, _) = unpack(path)?;
+    let found = encoding::description(folder.path());
+    found.map(|it| it.text).map_err(|what| Refusal::Broken(what).of(path))
 }
 
 /// Why a text is no description of an FMU that this program steps.
@@ -350,11 +307,6 @@ impl Refusal {
 /// # Errors
 /// When it is none of FMI 2.0 or 3.0 co-simulation.
 fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
-    // No description needs a document type, and its entities can make a short text very long.
-    if xml.contains("<!DOCTYPE") || xml.contains("<!ENTITY") {
-        let what = "expected no document type declaration, found one";
-        return Err(Refusal::Broken(what.to_owned()));
-    }
     // The XML library compares all attributes of an element with each other.
     if let Some(place) = archive::crowded(xml) {
         let line = 1 + xml[..place].matches('\n').count();
@@ -364,7 +316,7 @@ fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
         )));
     }
     let document =
-        roxmltree::Document::parse(xml).map_err(|error| Refusal::Broken(error.to_string()))?;
+        roxmltree::Document::parse(xml).map_err(|error| Refusal::Broken(no_xml(xml, &error)))?;
     let root = document.root_element();
     let version = root.attribute("fmiVersion").unwrap_or("none");
     let three = version == "3.0" || version.starts_with("3.0.");
@@ -379,8 +331,28 @@ fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
             ["ModelExchange", "ScheduledExecution"].into_iter().filter(has),
         )));
     }
-    let found = if three { fmi3::parse(xml, sizes) } else { fmi2::parse(xml) };
-    found.map_err(Refusal::Broken)
+    let version = if three { Version::Three } else { Version::Two };
+    let corrected = corrections::correct(&document, version).map_err(Refusal::Broken)?;
+    let found = match version {
+        Version::Two => fmi2::parse(&corrected.text),
+        Version::Three => fmi3::parse(&corrected.text, sizes),
+    };
+    let found = found.map_err(Refusal::Broken)?;
+    Ok(Description { corrections: corrected.told, ..found })
+}
+
+/// Says why a text is not read as XML. No description needs a document type, and its entities can make a short text very long.
+fn no_xml(xml: &str, error: &roxmltree::Error) -> String {
+    match error {
+        roxmltree::Error::DtdDetected => {
+            let place = xml.rfind("<!DOCTYPE").unwrap_or_default();
+            let line = findings::at(xml, None, place);
+            format!(
+                "{line}: expected no document type declaration, found <!DOCTYPE: remove it, and write what its entities stand for"
+            )
+        }
+        error => format!("line {}: {error}", error.pos().row),
+    }
 }
 
 /// Says what the FMU offers instead of co-simulation, and what to do.

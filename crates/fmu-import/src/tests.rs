@@ -9,6 +9,8 @@ use zip::write::SimpleFileOptions;
 
 use super::*;
 
+mod descriptions;
+
 const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="m" guid="{1}">
   <CoSimulation modelIdentifier="m"/>
@@ -190,7 +192,7 @@ fn harm_is_refused_with_a_reason() {
         ("a name twice", renamed(&twice, "ab", "aa"), "different names"),
         ("cut off", good[..good.len() / 2].to_vec(), "not an .fmu archive"),
         ("no description", archive(&[("a", b"")]), "modelDescription.xml"),
-        ("no text", archive(&[("modelDescription.xml", &[0xff, 0xfe])]), "UTF-8"),
+        ("no text", archive(&[("modelDescription.xml", &[b'<', 0xff, 0xfe])]), "UTF-8"),
         ("entities", described(&bomb), "document type"),
         ("very long", described(&long), "expected at most"),
         ("very deep", described(&deep), "modelDescription.xml"),

@@ -12,6 +12,7 @@ mod connections;
 mod connectors;
 mod coupling;
 mod declared_units;
+mod descriptions;
 mod isolation;
 mod joint;
 mod logs;
@@ -151,6 +152,7 @@ impl System {
         let converted = (connects.as_slice(), &conversions);
         let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
+        warnings.extend(descriptions::notes(&unplaced, clock));
         warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));

@@ -23,7 +23,7 @@ typedef struct {
     const Callbacks *callbacks;
     char name[64], fault[64];
     double time, at;
-    int status, terminated, fatal, failed, started;
+    int status, terminated, fatal, failed, started, ready;
 } Model;
 
 /* After an error nothing but freeing is allowed, after a fatal one not even that: whoever calls dies. */
@@ -138,7 +138,10 @@ int fmi2SetupExperiment(void *m, int with, double tolerance, double start, int e
     return strcmp(((Model *)m)->name, "unwilling") == 0 ? ERROR : OK;
 }
 int fmi2EnterInitializationMode(void *m) { return call(m, "fmi2EnterInitializationMode"); }
-int fmi2ExitInitializationMode(void *m) { return call(m, "fmi2ExitInitializationMode"); }
+int fmi2ExitInitializationMode(void *m) {
+    ((Model *)m)->ready = 1;
+    return call(m, "fmi2ExitInitializationMode");
+}
 int fmi2Terminate(void *m) { return call(m, "fmi2Terminate"); }
 int fmi2Reset(void *m) { return call(m, "fmi2Reset"); }
 
@@ -189,6 +192,10 @@ int fmi2GetReal(void *c, const unsigned *reference, size_t n, double *value) {
     for (size_t i = 0; i < n; i++)
         value[i] = reference[i] == 1 ? m->at : is(m, "nan") ? NAN : is(m, "infinity") ? INFINITY : m->time;
     if (is(m, "writes past the end")) value[n] = m->time;
+    if (is(m, "shows nothing before the first step") && !m->ready) {
+        m->failed = 1;
+        return ERROR;
+    }
     return call(m, "fmi2GetReal");
 }
 int fmi2SetReal(void *c, const unsigned *reference, size_t n, const double *value) {

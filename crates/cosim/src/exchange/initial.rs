@@ -1,15 +1,32 @@
 //! Hands values on before the first step, until those of the first communication point have settled.
 
+use std::collections::BTreeSet;
+
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::{NodePlan, ResolvedConnection, Tear};
+use scenario::plan::{Body, NodePlan, ResolvedConnection, Tear};
 
 use super::{Exchange, accept, check_numbers, exact, failure, get, set};
 use crate::node::Node;
 
 /// Values of connections that lead back in loops.
 pub type Solved = Vec<(Tear, f64)>;
+
+/// Which nodes have an output that another one takes: FMUs whose outputs only the recording takes need not be ready to show them in
+/// initialization mode, where some refuse it.
+fn feeds(plans: &[NodePlan]) -> Vec<bool> {
+    let numbers = plans.iter().flat_map(|plan| &plan.connections).map(|link| link.source.index);
+    let numbers: BTreeSet<_> = numbers.collect();
+    let texts = plans.iter().flat_map(|plan| &plan.texts.connections).map(|source| source.index);
+    let texts: BTreeSet<_> = texts.collect();
+    let feeds = |plan: &NodePlan| {
+        plan.outputs.indices().any(|output| numbers.contains(&output))
+            || plan.texts.outputs.indices().any(|output| texts.contains(&output))
+            || !matches!(plan.body, Body::Fmu { .. })
+    };
+    plans.iter().map(feeds).collect()
+}
 
 impl Exchange<'_> {
     /// Lets the values of the first communication point settle: all nodes show their start values, then two passes hand them on in
@@ -21,12 +38,21 @@ impl Exchange<'_> {
         &mut self,
         solve: &mut dyn FnMut(&mut Self) -> Result<Solved, Error>,
     ) -> Result<(), Error> {
-        for node in 0..self.nodes.len() {
+        let feeds = feeds(self.plans);
+        for (node, feeds) in feeds.iter().enumerate() {
             self.notices.extend(self.nodes[node].enter()?);
-            self.initial_call(node, get)?;
+            if *feeds {
+                self.initial_call(node, get)?;
+            }
         }
         for &node in self.order {
-            self.visit_initially(node, &[])?;
+            match feeds[node] {
+                true => self.visit_initially(node, &[])?,
+                false => {
+                    self.feed_initially(node, &[])?;
+                    self.initial_call(node, |plan, node, row| set(plan, node, row))?;
+                }
+            }
         }
         let solved = solve(self)?;
         for &node in self.order {

@@ -20,7 +20,7 @@ use self::slopes::Slopes;
 pub(in crate::node) use self::state::Bytes;
 
 use super::refusal::Refusal;
-use super::{Node, NodeState, means};
+use super::{Node, NodeState, SAME, means};
 use crate::course::Course;
 
 /// An FMU as a node.
@@ -62,7 +62,7 @@ impl FmuNode {
 
     /// Takes an instance that is new, or as good as new.
     pub(super) fn of(instance: Instance, name: &str, (inputs, outputs): (Ports, Ports)) -> Self {
-        let early = instance.description().returns_early();
+        let early = instance.returns_early();
         FmuNode {
             name: name.to_owned(),
             plain: if early { None } else { Plain::of(&inputs, &outputs) },
@@ -130,6 +130,26 @@ impl FmuNode {
         }
         self.keep()?;
         Ok(notices)
+    }
+}
+
+impl FmuNode {
+    /// Adds to the error of a step [s] which one the FMU is made for, if it takes steps of one length and its description tells that.
+    #[cold]
+    fn with_own_step(&self, mut error: CallError, step: f64) -> CallError {
+        let about = self.instance.description();
+        let own = about.proposed_step().filter(|own| {
+            !about.variable_step
+                && (own - step).abs() > SAME * step
+                && error.call.ends_with("DoStep")
+        });
+        if let Some(own) = own.filter(|_| error.terminated.is_none()) {
+            error.what += &format!(
+                "; its description proposes steps of {own} s and allows no others (canHandleVariableCommunicationStepSize): \
+                 write `step = {own}` in its [[fmu]], or in [time]"
+            );
+        }
+        error
     }
 }
 
@@ -244,10 +264,11 @@ impl Node for FmuNode {
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        match self.instance.description().returns_early() {
+        let stepped = match self.instance.returns_early() {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.at(tick), clock.step),
-        }
+        };
+        stepped.map_err(|error| self.with_own_step(error, clock.step))
     }
 
     fn visit(
@@ -257,7 +278,9 @@ impl Node for FmuNode {
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
         if let Some(plain) = &self.plain {
-            plain.visit(&mut self.instance, inputs, (clock.at(tick), clock.step), outputs)?;
+            plain
+                .visit(&mut self.instance, inputs, (clock.at(tick), clock.step), outputs)
+                .map_err(|error| self.with_own_step(error, clock.step))?;
         } else {
             self.set(inputs)?;
             self.step(clock, tick)?;

@@ -15,7 +15,7 @@ use super::surroundings::Steps;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
-use crate::{CallError, Description, Message};
+use crate::{CallError, Description, Message, Type};
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
@@ -75,7 +75,7 @@ impl Instance {
     }
 
     /// Makes an instance that uses event mode and ends steps early, if the FMU can: its caller handles events, see
-    /// [`advance`](Self::advance).
+    /// [`advance`](Self::advance). One that refuses what its description declares is made without, and a message says so.
     ///
     /// # Errors
     /// When the library refuses.
@@ -86,7 +86,20 @@ impl Instance {
     ) -> Result<Self, CallError> {
         let about = library.description();
         let (guid, modes) = (about.guid.clone(), [about.event_mode, about.returns_early()]);
-        Self::make(library, [name, &guid], logging, modes).map_err(|(error, _)| error)
+        // Clocks tick in event mode only.
+        let clocked = about.variables.iter().any(|it| it.kind == Type::Clock);
+        let made = Self::make(Arc::clone(&library), [name, &guid], logging, modes);
+        let refused = match made {
+            Err((error, _)) if modes != [false; 2] && !clocked => error,
+            made => return made.map_err(|(error, _)| error),
+        };
+        let plain = Self::make(library, [name, &guid], logging, [false; 2]);
+        let instance = plain.map_err(|_| refused)?;
+        instance.mailbox.warn(vec![
+            "it refuses event mode and early return, which its description declares (hasEventMode, mightReturnEarlyFromDoStep): it runs without"
+                .to_owned(),
+        ]);
+        Ok(instance)
     }
 
     /// Makes an instance with this GUID; an error comes with what was logged.
@@ -162,6 +175,13 @@ impl Instance {
     #[inline]
     pub fn description(&self) -> &Description {
         self.library.description()
+    }
+
+    /// Whether its steps may end early, at events or for other reasons.
+    #[must_use]
+    #[inline]
+    pub fn returns_early(&self) -> bool {
+        self.may_return_early
     }
 
     /// Whether messages were logged since they were taken the last time.

@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use crate::definitions::attribute;
+use crate::definitions::{attribute, place};
 use crate::description::{Interval, Ticks};
 
 /// The ticks of a clock, whose attributes may be those of its declared type.
@@ -46,5 +46,5 @@ pub(super) fn ticks<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<Ticks, 
 pub(super) fn of_variable(node: Node) -> Result<Vec<u32>, String> {
     let Some(text) = attribute::<String>(node, "clocks")? else { return Ok(Vec::new()) };
     let numbers = text.split_whitespace().map(str::parse).collect::<Result<_, _>>();
-    numbers.map_err(|_| format!("clocks=\"{text}\" is no list of references"))
+    numbers.map_err(|_| format!("{}: clocks=\"{text}\" is no list of references", place(node)))
 }

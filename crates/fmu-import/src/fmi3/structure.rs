@@ -7,7 +7,7 @@ use std::sync::Arc;
 use roxmltree::Node;
 
 use super::Sizes;
-use crate::definitions::{attribute, children, required};
+use crate::definitions::{self, attribute, children, required};
 
 /// All outputs together may follow this many variables, of arrays each element.
 const MOST_DEPENDENCIES: usize = 1 << 24;
@@ -34,8 +34,9 @@ pub(super) fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String
     let size = |dimension: Node| -> Result<usize, String> {
         let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
             Some(reference) => *sizes.get(&reference).ok_or_else(|| {
+                let place = definitions::place(dimension);
                 format!(
-                    "a <Dimension> refers to {reference}, which is no UInt64 with a start value"
+                    "{place}: <Dimension> refers to {reference}, which is no UInt64 with a start value"
                 )
             })?,
             None => required(dimension, "start")?,

@@ -15,7 +15,7 @@ const MOST: usize = 1000;
 /// The state of an FMU between its events.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Events {
-    /// Whether the initialisation is over.
+    /// Whether the initialisation is over, and there is event mode.
     pub running: bool,
     /// Whether a discrete input has another value than the FMU knows.
     pub changed: bool,
@@ -42,10 +42,10 @@ impl Events {
 impl FmuNode {
     /// Handles the first event, which the initialisation ends with.
     pub(super) fn begin_events(&mut self) -> Result<(), CallError> {
-        self.events.running = true;
         if !self.instance.has_events() {
             return Ok(());
         }
+        self.events.running = true;
         self.events.clocks.start(&mut self.instance, self.begin)?;
         self.update(self.begin, Vec::new())
     }
