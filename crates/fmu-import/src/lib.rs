@@ -64,18 +64,22 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
+mod linkage;
 mod place;
+mod resident;
 mod terminals;
+mod unpacked;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-use archive::Folder;
-use place::{Unpacked, uri};
+use linkage::Linkage;
+use place::uri;
 use sha2::{Digest as _, Sha256};
+use unpacked::Unpacked;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
@@ -127,6 +131,8 @@ pub struct Fmu {
     pub sha256: String,
     /// What it says about itself.
     pub description: Description,
+    /// What is unusual about its archive.
+    pub notes: Vec<String>,
     /// The unpacked archive, which lives as long as any instance.
     folder: Unpacked,
     /// Values of structural parameters that differ from the description.
@@ -135,6 +141,8 @@ pub struct Fmu {
     lost: AtomicBool,
     /// The library, as long as somebody has it.
     loaded: Mutex<Weak<Library>>,
+    /// What the library is loaded with.
+    linkage: OnceLock<Arc<Linkage>>,
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -149,12 +157,12 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let (folder, sha256, xml) = unpack(path)?;
+        let (folder, sha256, notes) = Unpacked::of(path)?;
+        let xml = description_of(path, &folder)?;
         let description = parse(&xml, &fmi3::Sizes::new()).map_err(|refusal| refusal.of(path))?;
-        let folder = Unpacked::Own(folder);
-        let (path, sizes) = (path.to_owned(), BTreeMap::new());
-        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
-        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
+        let (path, root) = (path.to_owned(), folder.path().to_owned());
+        let there = Place { path, sha256, folder: root, sizes: BTreeMap::new() };
+        Ok(Self::of(there, description, folder, notes))
     }
 
     /// Opens what another process unpacked, which it is at least until this one ends.
@@ -162,13 +170,23 @@ impl Fmu {
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(there: &Place) -> Result<Self, OpenError> {
-        let Place { path, sha256, folder, sizes } = there.clone();
-        let xml = std::fs::read_to_string(folder.join(DESCRIPTION));
-        let xml = xml.map_err(|source| OpenError::Read { path: folder.clone(), source })?;
-        let description = parse(&xml, &sizes).map_err(|refusal| refusal.of(&path))?;
-        let folder = Unpacked::Borrowed(folder);
-        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
-        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
+        let xml = std::fs::read_to_string(there.folder.join(DESCRIPTION));
+        let xml = xml.map_err(|source| OpenError::Read { path: there.folder.clone(), source })?;
+        let description = parse(&xml, &there.sizes).map_err(|refusal| refusal.of(&there.path))?;
+        let folder = Unpacked::borrowed(there.folder.clone());
+        Ok(Self::of(there.clone(), description, folder, Vec::new()))
+    }
+
+    fn of(
+        there: Place,
+        mut description: Description,
+        folder: Unpacked,
+        notes: Vec<String>,
+    ) -> Self {
+        let Place { path, sha256, sizes, .. } = there;
+        description.problems.extend(notes.iter().cloned());
+        let (lost, loaded, linkage) = (AtomicBool::new(false), Mutex::default(), OnceLock::new());
+        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage }
     }
 
     /// Where another process finds this FMU, as long as it is not dropped.
@@ -191,6 +209,7 @@ impl Fmu {
         let xml = std::fs::read_to_string(self.folder.path().join(DESCRIPTION))
             .map_err(|error| wrong(error.to_string()))?;
         self.description = parse(&xml, sizes).map_err(|refusal| refusal.of(&self.path))?;
+        self.description.problems.extend(self.notes.iter().cloned());
         self.sizes.clone_from(sizes);
         Ok(())
     }
@@ -224,29 +243,6 @@ impl Fmu {
         let absent = used.filter(|name| !names.contains(name));
         problems.extend(absent.map(|name| format!("there is no variable `{name}`")));
         Ok((terminals, problems))
-    }
-
-    /// Loads the library, unless it is loaded: all instances have the same.
-    ///
-    /// # Errors
-    /// When there is no library for this machine, or it does not load, or lacks a function.
-    pub fn load(self: &Arc<Self>) -> Result<Arc<Library>, OpenError> {
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(library) = loaded.upgrade() {
-            return Ok(library);
-        }
-        let library = Library::load(Arc::clone(self), &self.library()?).map(Arc::new)?;
-        *loaded = Arc::downgrade(&library);
-        Ok(library)
-    }
-
-    /// The functions of its version's co-simulation that the library lacks: first those without which it does not load here, then
-    /// the others.
-    ///
-    /// # Errors
-    /// When there is no library for this machine, or it does not load.
-    pub fn missing_symbols(&self) -> Result<[Vec<&'static str>; 2], OpenError> {
-        Library::missing(self, &self.library()?)
     }
 
     /// The platforms that the archive has libraries for.
@@ -302,20 +298,15 @@ impl Fmu {
     }
 }
 
-/// Unpacks the archive at `path`: its folder, its SHA-256, and the text of its description.
-fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
-    let read = |source| OpenError::Read { path: path.to_owned(), source };
-    let bytes = archive::read(path).map_err(read)?;
-    let folder = Folder::new().map_err(read)?;
-    archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
+/// The text of the description of an unpacked archive.
+fn description_of(path: &Path, folder: &Unpacked) -> Result<String, OpenError> {
     let wrong = |what: String| OpenError::Description { path: path.to_owned(), what };
     let xml = folder.path().join(DESCRIPTION);
     let length = std::fs::metadata(&xml).map_err(|error| wrong(error.to_string()))?.len();
     if length > LONGEST {
         return Err(wrong(format!("expected at most {LONGEST} bytes, found {length}")));
     }
-    let xml = std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))?;
-    Ok((folder, sha256(&bytes), xml))
+    std::fs::read_to_string(&xml).map_err(|error| wrong(error.to_string()))
 }
 
 /// The text of the description in the archive at `path`, for those who want to know why it cannot be read.
@@ -323,7 +314,7 @@ fn unpack(path: &Path) -> Result<(Folder, String, String), OpenError> {
 /// # Errors
 /// When there is no archive, or no such text in it.
 pub fn description_text(path: &Path) -> Result<String, OpenError> {
-    unpack(path).map(|(.., xml)| xml)
+    Unpacked::of(path).and_then(|(folder, ..)| description_of(path, &folder))
 }
 
 /// Why a text is no description of an FMU that this program steps.

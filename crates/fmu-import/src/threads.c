@@ -32,8 +32,11 @@ static pthread_key_t key;
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static int keyed;
 static Create create;
+static int alive;
 
 const Note *trackside_started(void) { return started; }
+
+int trackside_foreign_threads(void) { return __atomic_load_n(&alive, __ATOMIC_ACQUIRE); }
 
 /* At the end of the thread. */
 static void forget(void *it) {
@@ -43,6 +46,7 @@ static void forget(void *it) {
     started = NULL;
     sigaltstack(&none, NULL);
     munmap(it, sizeof(Started));
+    __atomic_fetch_sub(&alive, 1, __ATOMIC_RELEASE);
 }
 
 static void prepare(void) {
@@ -78,7 +82,11 @@ int trackside_start_thread(pthread_t *thread, const pthread_attr_t *attributes, 
     else
         snprintf(own->call, sizeof own->call, "a thread that it started in %s", note->call);
     own->note = (Note){own->who, note->kind, own->call, note->time};
+    __atomic_fetch_add(&alive, 1, __ATOMIC_RELEASE);
     int error = create(thread, attributes, begin, own);
-    if (error) munmap(own, sizeof *own);
+    if (error) {
+        munmap(own, sizeof *own);
+        __atomic_fetch_sub(&alive, 1, __ATOMIC_RELEASE);
+    }
     return error;
 }

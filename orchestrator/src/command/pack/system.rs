@@ -83,6 +83,28 @@ struct Made {
     resources: BTreeMap<String, Vec<u8>>,
 }
 
+/// Refuses FMUs that cannot be in one process.
+fn separable(system: &System) -> Result<(), Error> {
+    let fmus = system.nodes.iter().filter_map(|node| match &node.body {
+        Body::Fmu { fmu, .. } => Some((&node.name, fmu)),
+        _ => None,
+    });
+    let fmus: Vec<_> = fmus.collect();
+    for (place, (name, fmu)) in fmus.iter().enumerate() {
+        for (other, theirs) in &fmus[..place] {
+            if let Some(why) = fmu.clash(theirs) {
+                let message = format!(
+                    "`{other}` and `{name}` cannot be in one FMU, which steps all of its own in one process: {why}"
+                );
+                return Err(Error::input(message).help(
+                    "`trackside run` gives one of them a process of its own; or pack the scenario with `--ssp`",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
 fn gather(
     scenario: &Scenario,
@@ -95,6 +117,7 @@ fn gather(
     let layout = Layout { fmus: "fmus", others: "files", plugins: None };
     let bundle = Bundle::gather(scenario, built, layout)?;
     bundle.write(folder)?;
+    separable(&original)?;
     let apart = |node: &&NodePlan| matches!(node.body, Body::Fmu { isolation: Some(_), .. });
     for node in original.nodes.iter().filter(apart) {
         eprintln!(
