@@ -23,6 +23,7 @@ typedef struct {
     Begin begin;
     void *argument;
     Note note;
+    int is_of_fmu;
     char who[240], call[200];
     char stack[HANDLER];
 } Started;
@@ -36,7 +37,7 @@ static int alive;
 
 const Note *trackside_started(void) { return started; }
 
-int trackside_foreign_threads(void) { return __atomic_load_n(&alive, __ATOMIC_ACQUIRE); }
+int trackside_threads_of_fmus(void) { return __atomic_load_n(&alive, __ATOMIC_ACQUIRE); }
 
 /* At the end of the thread. */
 static void forget(void *it) {
@@ -45,8 +46,9 @@ static void forget(void *it) {
     none.ss_flags = SS_DISABLE;
     started = NULL;
     sigaltstack(&none, NULL);
+    int is_of_fmu = ((Started *)it)->is_of_fmu;
     munmap(it, sizeof(Started));
-    __atomic_fetch_sub(&alive, 1, __ATOMIC_RELEASE);
+    __atomic_fetch_sub(&alive, is_of_fmu, __ATOMIC_RELEASE);
 }
 
 static void prepare(void) {
@@ -82,11 +84,12 @@ int trackside_start_thread(pthread_t *thread, const pthread_attr_t *attributes, 
     else
         snprintf(own->call, sizeof own->call, "a thread that it started in %s", note->call);
     own->note = (Note){own->who, note->kind, own->call, note->time};
-    __atomic_fetch_add(&alive, 1, __ATOMIC_RELEASE);
+    int is_of_fmu = own->is_of_fmu = strcmp(note->kind, "FMU") == 0;
+    __atomic_fetch_add(&alive, is_of_fmu, __ATOMIC_RELEASE);
     int error = create(thread, attributes, begin, own);
     if (error) {
         munmap(own, sizeof *own);
-        __atomic_fetch_sub(&alive, 1, __ATOMIC_RELEASE);
+        __atomic_fetch_sub(&alive, is_of_fmu, __ATOMIC_RELEASE);
     }
     return error;
 }

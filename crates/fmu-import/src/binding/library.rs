@@ -12,8 +12,8 @@ use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError, resident};
 
 unsafe extern "C" {
-    /// Defined in `threads.c`: how many threads there are that foreign code started.
-    fn trackside_foreign_threads() -> c_int;
+    /// Defined in `threads.c`: how many threads there are that FMUs started.
+    fn trackside_threads_of_fmus() -> c_int;
 }
 
 const LOADING: &CStr = c"loading its library";
@@ -124,7 +124,7 @@ impl Library {
     /// Whether threads may run in it after all instances are freed: those of its runtime, or one that an FMU of this process started.
     fn has_threads(&self) -> bool {
         // SAFETY: the function reads a number that is written as a whole.
-        self.fmu.linkage().leaves_threads() || unsafe { trackside_foreign_threads() } > 0
+        self.fmu.linkage().leaves_threads() || unsafe { trackside_threads_of_fmus() } > 0
     }
 
     /// Notes that an instance returned the status fatal: all instances of the FMU are lost with it.
