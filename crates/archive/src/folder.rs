@@ -57,23 +57,23 @@ impl Folder {
 pub fn unwritable(folder: &Path, error: io::Error) -> io::Error {
     let cure = match error.kind() {
         ErrorKind::NotFound => "name a folder that exists",
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
             "make room there, or name a folder on a larger disk"
         }
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
             "name a folder that you may write to"
         }
-        ErrorKind::NotADirectory => "name a folder",
-        _ => "name another folder",
+        ErrorKind::NotADirectory if !folder.is_dir() => "name a folder",
+        // It may be the archive's fault, such as a name that is too long.
+        _ => "",
     };
-    let whose = match std::env::var_os("TMPDIR") {
-        Some(_) => "the environment variable TMPDIR names it",
-        None => "the environment variable TMPDIR is not set",
+    let cure = match std::env::var_os("TMPDIR") {
+        _ if cure.is_empty() => String::new(),
+        Some(_) => format!("; the environment variable TMPDIR names it: {cure}"),
+        None => format!("; {cure} in the environment variable TMPDIR"),
     };
     let folder = folder.display();
-    let text = format!(
-        "cannot write to the temporary folder {folder}: {error}; {whose}: {cure} in TMPDIR"
-    );
+    let text = format!("cannot write to the temporary folder {folder}: {error}{cure}");
     io::Error::new(error.kind(), text)
 }
 

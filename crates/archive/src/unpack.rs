@@ -1,7 +1,7 @@
 //! Unpacks an archive, and refuses one that would do harm.
 
 use std::fs::File;
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use zip::CompressionMethod;
@@ -37,7 +37,7 @@ pub fn unpack(
 ) -> Result<Vec<String>, Error> {
     let broken = |source| Error::Zip { path: path.to_owned(), kind, source };
     let failed = |source| Error::Read { path: path.to_owned(), source: unwritable(into, source) };
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).map_err(broken)?;
+    let mut archive = zip::ZipArchive::new(io::Cursor::new(bytes)).map_err(broken)?;
     check_names(path, bytes, archive.len())?;
     let (mut links, mut windows) = (Links::default(), false);
     for index in 0..archive.len() {
@@ -78,9 +78,8 @@ pub fn unpack(
         }
         let mut file = File::create(&target).map_err(failed)?;
         // What the entry claims about its size is not believed: one byte over the limit is enough.
-        let written = copy(&mut entry.by_ref().take(*left + 1), &mut file).map_err(|error| {
-            error.map_or_else(|error| unfit(format!("cannot be read: {error}")), failed)
-        })?;
+        let written = copy(&mut entry.by_ref().take(*left + 1), &mut file).map_err(failed)?;
+        let written = written.map_err(|error| unfit(format!("cannot be read: {error}")))?;
         *left =
             left.checked_sub(written).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
         permit(&file, mode).map_err(failed)?;
@@ -92,7 +91,7 @@ pub fn unpack(
 }
 
 /// Why an entry cannot be read that is raw yet, if so.
-fn readable<R: std::io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), String> {
+fn readable<R: io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), String> {
     if raw.encrypted() {
         return Err("is encrypted: pack the archive without a password".to_owned());
     }
@@ -134,33 +133,30 @@ fn unread(
     }
 }
 
-/// Copies an entry to a file: how many bytes, or the error of the entry, or else of the file.
-fn copy(
-    entry: &mut impl std::io::Read,
-    file: &mut impl std::io::Write,
-) -> Result<u64, Result<std::io::Error, std::io::Error>> {
+/// Copies an entry to a file: how many bytes, or the error of the entry; or else that of the file.
+fn copy(entry: &mut impl io::Read, file: &mut impl io::Write) -> io::Result<io::Result<u64>> {
     let (mut block, mut written) = (vec![0; 1 << 16], 0);
     loop {
         let length = match entry.read(&mut block) {
-            Ok(0) => return Ok(written),
+            Ok(0) => return Ok(Ok(written)),
             Ok(length) => length,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
-            Err(error) => return Err(Ok(error)),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+            Err(error) => return Ok(Err(error)),
         };
-        file.write_all(&block[..length]).map_err(Err)?;
+        file.write_all(&block[..length])?;
         written += length as u64;
     }
 }
 
 /// Gives a file the permissions of the archive. Its owner can read and write it in any case.
 #[cfg(unix)]
-fn permit(file: &File, mode: u32) -> std::io::Result<()> {
+fn permit(file: &File, mode: u32) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
     file.set_permissions(std::fs::Permissions::from_mode(mode & 0o777 | 0o600))
 }
 
 #[cfg(not(unix))]
-fn permit(_: &File, _: u32) -> std::io::Result<()> {
+fn permit(_: &File, _: u32) -> io::Result<()> {
     Ok(())
 }
 
@@ -168,7 +164,7 @@ fn permit(_: &File, _: u32) -> std::io::Result<()> {
 ///
 /// # Errors
 /// When it cannot be read.
-pub fn is_archive(path: &Path) -> std::io::Result<bool> {
+pub fn is_archive(path: &Path) -> io::Result<bool> {
     let mut start = Vec::new();
     File::open(path)?.take(4).read_to_end(&mut start)?;
     Ok(start.starts_with(b"PK\x03\x04") || start.starts_with(b"PK\x05\x06"))

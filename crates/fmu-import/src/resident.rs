@@ -121,7 +121,11 @@ impl Fmu {
 }
 
 fn sentence(clash: &Clash, [one, other]: [&PathBuf; 2]) -> String {
-    let (one, other) = (one.display(), other.display());
+    let other = match one == other {
+        true => "another copy of it".to_owned(),
+        false => other.display().to_string(),
+    };
+    let one = one.display();
     match clash {
         Clash::Library(name) => format!(
             "{one} and {other} need a library called `{name}` that at least one of them brings along, and a process has only one of a name"
