@@ -27,6 +27,12 @@ mod python;
 #[path = "acceptance/engines.rs"]
 mod engines;
 
+// Archives packed in unusual ways, unfit temporary folders.
+#[path = "acceptance/archives.rs"]
+mod archives;
+// FMUs that bring libraries along, share symbols or leave threads.
+#[path = "acceptance/libraries.rs"]
+mod libraries;
 // Dependencies, and crates with `unsafe`.
 #[path = "acceptance/architecture.rs"]
 mod architecture;
@@ -293,6 +299,8 @@ fn second_half(tests: &mut Vec<suite::Test>) {
     live::register(tests);
     lengths::register(tests);
     looking::register(tests);
+    libraries::register(tests);
+    archives::register(tests);
     manoeuvres::register(tests);
     memory::register(tests);
     packed_system::register(tests);

@@ -92,6 +92,7 @@ impl Requirement {
             Requirement::Viewer => live::missing_viewer(),
             Requirement::ReferenceFmus => absent(&reference_fmus()),
             Requirement::Cases => absent(&super::descriptions::cases()),
+            Requirement::Cases => absent(&super::archives::cases()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs::Permissions;
 use std::fs::{File, TryLockError};
-use std::io;
+use std::io::{self, ErrorKind};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::sync::Once;
@@ -28,8 +28,9 @@ impl Folder {
     /// When the system does not make one.
     pub fn new() -> io::Result<Self> {
         static SWEPT: Once = Once::new();
-        SWEPT.call_once(|| sweep(&std::env::temp_dir()));
-        Self::within(&std::env::temp_dir())
+        let parent = std::env::temp_dir();
+        SWEPT.call_once(|| sweep(&parent));
+        Self::within(&parent).map_err(|error| unwritable(&parent, error))
     }
 
     fn within(parent: &Path) -> io::Result<Self> {
@@ -49,6 +50,31 @@ impl Folder {
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
+}
+
+/// An error of writing to a temporary folder or below, with what to do about it.
+#[must_use]
+pub fn unwritable(folder: &Path, error: io::Error) -> io::Error {
+    let cure = match error.kind() {
+        ErrorKind::NotFound => "name a folder that exists",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "make room there, or name a folder on a larger disk"
+        }
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            "name a folder that you may write to"
+        }
+        ErrorKind::NotADirectory if !folder.is_dir() => "name a folder",
+        // It may be the archive's fault, such as a name that is too long.
+        _ => "",
+    };
+    let cure = match std::env::var_os("TMPDIR") {
+        _ if cure.is_empty() => String::new(),
+        Some(_) => format!("; the environment variable TMPDIR names it: {cure}"),
+        None => format!("; {cure} in the environment variable TMPDIR"),
+    };
+    let folder = folder.display();
+    let text = format!("cannot write to the temporary folder {folder}: {error}{cure}");
+    io::Error::new(error.kind(), text)
 }
 
 /// Removes the folders of dead processes. What cannot be removed, since it is somebody else's for example, stays.

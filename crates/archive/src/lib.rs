@@ -1,17 +1,19 @@
 //! Unpacks archives of others, FMUs and systems of SSP, into folders that vanish with their process.
 //!
 //! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded. So are elements of the XML files
-//! in it, by [`crowded`].
+//! in it, by [`crowded`]. Links are made when they stay inside, and files keep their permissions.
 
 mod crowd;
+mod duplicates;
 mod folder;
+mod links;
 mod unpack;
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 pub use crowd::{ATTRIBUTES, crowded};
-pub use folder::Folder;
+pub use folder::{Folder, unwritable};
 pub use unpack::{is_archive, unpack};
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.
@@ -66,6 +68,28 @@ pub enum Error {
         /// The entry.
         entry: String,
     },
+    /// A link of the archive would lead out of the folder that it is unpacked to, or hides something.
+    #[error("{path}: its link `{entry}` leads to `{target}`, {why}")]
+    Link {
+        /// The archive.
+        path: PathBuf,
+        /// The link.
+        entry: String,
+        /// Where it leads.
+        target: String,
+        /// What is wrong with that.
+        why: &'static str,
+    },
+    /// An entry of the archive cannot be unpacked.
+    #[error("{path}: its entry `{entry}` {what}")]
+    Entry {
+        /// The archive.
+        path: PathBuf,
+        /// The entry.
+        entry: String,
+        /// What it is, and what to do.
+        what: String,
+    },
     /// Two entries of the archive have the same name, so what is in it depends on who reads it.
     #[error("{path} has {listed} entries, but only {different} different names")]
     Ambiguous {
@@ -83,3 +107,6 @@ pub enum Error {
         path: PathBuf,
     },
 }
+
+#[cfg(all(test, unix))]
+mod tests;

@@ -16,7 +16,7 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Instance, Message};
-use scenario::plan::{Body, CallFault, Clock, NodePlan, Start, System};
+use scenario::plan::{Body, CallFault, Clock, Isolation, NodePlan, Start, System};
 
 use crate::course::Course;
 pub use apart::{apart, return_sources};
@@ -256,7 +256,15 @@ pub fn instantiate_again(
 ) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
     let times = (clock.start, announced_stop);
+    let mut notices = Vec::new();
     let nodes = system.nodes.iter_mut().map(|plan| {
+        if let Body::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
+            && let Some(why) = host.and_then(|_| fmu.clash_here())
+        {
+            // Of an earlier run, or of the run that this one validates.
+            notices.push(Isolation::notice(&plan.name, &why));
+            *isolation = Some(Isolation::plain());
+        }
         // The last step of its own may end a unit in the last place later.
         let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
         let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
@@ -264,6 +272,7 @@ pub fn instantiate_again(
         Ok(paced(node, plan, clock))
     });
     let mut nodes = Mistakes::all(nodes)?;
+    system.warnings.append(&mut notices);
     with_faults(system, &mut nodes, false);
     Ok(nodes)
 }

@@ -36,6 +36,7 @@ pub use ending::{
 };
 pub use instance::Instance;
 pub use library::Library;
+pub(crate) use library::is_loaded;
 pub use mailbox::STRANGER;
 pub use state::FmuState;
 pub use surroundings::changed_surroundings;

@@ -41,5 +41,7 @@ void trackside_note_surroundings(void);
 /* threads.c */
 /* The note of a thread that foreign code started; null on all others. */
 const Note *trackside_started(void);
+/* How many threads there are that FMUs started. */
+int trackside_threads_of_fmus(void);
 
 #endif

@@ -67,20 +67,24 @@ mod error;
 mod findings;
 mod fmi2;
 mod fmi3;
+mod linkage;
 mod place;
 mod platform;
+mod resident;
 mod terminals;
+mod unpacked;
 mod validation;
 mod value;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, Weak};
 
-use archive::Folder;
-use place::{Unpacked, uri};
+use linkage::Linkage;
+use place::uri;
 use sha2::{Digest as _, Sha256};
+use unpacked::Unpacked;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
@@ -110,6 +114,8 @@ pub struct Fmu {
     pub sha256: String,
     /// What it says about itself.
     pub description: Description,
+    /// What is unusual about its archive.
+    pub notes: Vec<String>,
     /// The unpacked archive, which lives as long as any instance.
     folder: Unpacked,
     /// Values of structural parameters that differ from the description.
@@ -118,6 +124,8 @@ pub struct Fmu {
     lost: AtomicBool,
     /// The library, as long as somebody has it.
     loaded: Mutex<Weak<Library>>,
+    /// What the library is loaded with.
+    linkage: OnceLock<Arc<Linkage>>,
 }
 
 /// SHA-256 in hexadecimal digits.
@@ -132,12 +140,11 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let (folder, sha256) = unpack(path)?;
+        let (folder, sha256, notes) = Unpacked::of(path)?;
         let description = read(folder.path(), &fmi3::Sizes::new(), path)?;
-        let folder = Unpacked::Own(folder);
-        let (path, sizes) = (path.to_owned(), BTreeMap::new());
-        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
-        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
+        let (path, root) = (path.to_owned(), folder.path().to_owned());
+        let there = Place { path, sha256, folder: root, sizes: BTreeMap::new() };
+        Ok(Self::of(there, description, folder, notes))
     }
 
     /// Opens what another process unpacked, which it is at least until this one ends.
@@ -145,11 +152,21 @@ impl Fmu {
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
     pub fn reopen(there: &Place) -> Result<Self, OpenError> {
-        let Place { path, sha256, folder, sizes } = there.clone();
-        let description = read(&folder, &sizes, &path)?;
-        let folder = Unpacked::Borrowed(folder);
-        let (lost, loaded) = (AtomicBool::new(false), Mutex::default());
-        Ok(Fmu { path, sha256, description, folder, sizes, lost, loaded })
+        let description = read(&there.folder, &there.sizes, &there.path)?;
+        let folder = Unpacked::borrowed(there.folder.clone());
+        Ok(Self::of(there.clone(), description, folder, Vec::new()))
+    }
+
+    fn of(
+        there: Place,
+        mut description: Description,
+        folder: Unpacked,
+        notes: Vec<String>,
+    ) -> Self {
+        let Place { path, sha256, sizes, .. } = there;
+        description.problems.extend(notes.iter().cloned());
+        let (lost, loaded, linkage) = (AtomicBool::new(false), Mutex::default(), OnceLock::new());
+        Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage }
     }
 
     /// Where another process finds this FMU, as long as it is not dropped.
@@ -169,6 +186,7 @@ impl Fmu {
     /// When there are too many elements, or the archive has been removed.
     pub fn resize(&mut self, sizes: &BTreeMap<u32, u64>) -> Result<(), OpenError> {
         self.description = read(self.folder.path(), sizes, &self.path)?;
+        self.description.problems.extend(self.notes.iter().cloned());
         self.sizes.clone_from(sizes);
         Ok(())
     }
@@ -213,29 +231,6 @@ impl Fmu {
         Ok((terminals, problems))
     }
 
-    /// Loads the library, unless it is loaded: all instances have the same.
-    ///
-    /// # Errors
-    /// When there is no library for this machine, or it does not load, or lacks a function.
-    pub fn load(self: &Arc<Self>) -> Result<Arc<Library>, OpenError> {
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(library) = loaded.upgrade() {
-            return Ok(library);
-        }
-        let library = Library::load(Arc::clone(self), &self.library()?).map(Arc::new)?;
-        *loaded = Arc::downgrade(&library);
-        Ok(library)
-    }
-
-    /// The functions of its version's co-simulation that the library lacks: first those without which it does not load here, then
-    /// the others.
-    ///
-    /// # Errors
-    /// When there is no library for this machine, or it does not load.
-    pub fn missing_symbols(&self) -> Result<[Vec<&'static str>; 2], OpenError> {
-        Library::missing(self, &self.library()?)
-    }
-
     /// Whether the unpacked files are still there: somebody may clean up temporary folders.
     #[must_use]
     pub fn is_intact(&self) -> bool {
@@ -254,15 +249,6 @@ impl Fmu {
     }
 }
 
-/// Unpacks the archive at `path`: its folder, and its SHA-256.
-fn unpack(path: &Path) -> Result<(Folder, String), OpenError> {
-    let read = |source| OpenError::Read { path: path.to_owned(), source };
-    let bytes = archive::read(path).map_err(read)?;
-    let folder = Folder::new().map_err(read)?;
-    archive::unpack(path, ".fmu", &bytes, folder.path(), &mut { archive::LARGEST })?;
-    Ok((folder, sha256(&bytes)))
-}
-
 /// The description in the folder of the unpacked archive at `path`.
 fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, OpenError> {
     let found = encoding::description(folder).map_err(|what| Refusal::Broken(what).of(path))?;
@@ -278,7 +264,7 @@ fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, 
 /// # Errors
 /// When there is no archive, or no such text in it.
 pub fn description_text(path: &Path) -> Result<String, OpenError> {
-    let (folder, _) = unpack(path)?;
+    let (folder, ..) = Unpacked::of(path)?;
     let found = encoding::description(folder.path());
     found.map(|it| it.text).map_err(|what| Refusal::Broken(what).of(path))
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use archive::Folder;
 use serde::{Deserialize, Serialize};
 
 /// Where an opened FMU is.
@@ -14,24 +13,6 @@ pub struct Place {
     /// The unpacked archive.
     pub folder: PathBuf,
     pub(crate) sizes: BTreeMap<u32, u64>,
-}
-
-/// An unpacked archive.
-#[derive(Debug)]
-pub(crate) enum Unpacked {
-    /// It is removed when it is dropped.
-    Own(Folder),
-    /// That of another process.
-    Borrowed(PathBuf),
-}
-
-impl Unpacked {
-    pub fn path(&self) -> &Path {
-        match self {
-            Unpacked::Own(folder) => folder.path(),
-            Unpacked::Borrowed(path) => path,
-        }
-    }
 }
 
 /// The URI of an absolute path (RFC 3986, section 2): all bytes but those that mean nothing else are escaped.

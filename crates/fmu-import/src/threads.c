@@ -23,6 +23,7 @@ typedef struct {
     Begin begin;
     void *argument;
     Note note;
+    int is_of_fmu;
     char who[240], call[200];
     char stack[HANDLER];
 } Started;
@@ -32,8 +33,11 @@ static pthread_key_t key;
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static int keyed;
 static Create create;
+static int alive;
 
 const Note *trackside_started(void) { return started; }
+
+int trackside_threads_of_fmus(void) { return __atomic_load_n(&alive, __ATOMIC_ACQUIRE); }
 
 /* At the end of the thread. */
 static void forget(void *it) {
@@ -42,7 +46,9 @@ static void forget(void *it) {
     none.ss_flags = SS_DISABLE;
     started = NULL;
     sigaltstack(&none, NULL);
+    int is_of_fmu = ((Started *)it)->is_of_fmu;
     munmap(it, sizeof(Started));
+    __atomic_fetch_sub(&alive, is_of_fmu, __ATOMIC_RELEASE);
 }
 
 static void prepare(void) {
@@ -78,7 +84,12 @@ int trackside_start_thread(pthread_t *thread, const pthread_attr_t *attributes, 
     else
         snprintf(own->call, sizeof own->call, "a thread that it started in %s", note->call);
     own->note = (Note){own->who, note->kind, own->call, note->time};
+    int is_of_fmu = own->is_of_fmu = strcmp(note->kind, "FMU") == 0;
+    __atomic_fetch_add(&alive, is_of_fmu, __ATOMIC_RELEASE);
     int error = create(thread, attributes, begin, own);
-    if (error) munmap(own, sizeof *own);
+    if (error) {
+        munmap(own, sizeof *own);
+        __atomic_fetch_sub(&alive, is_of_fmu, __ATOMIC_RELEASE);
+    }
     return error;
 }

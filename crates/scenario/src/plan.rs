@@ -8,6 +8,7 @@ mod check;
 mod coupling;
 mod driver;
 mod input_chain;
+mod isolation;
 mod needed;
 mod sweep;
 
@@ -25,7 +26,7 @@ use recording::{
 use serde::{Deserialize, Serialize};
 
 use crate::signal::Signal;
-use crate::words::{At, Extrapolate, OnFailure};
+use crate::words::{At, Extrapolate};
 pub use accepts::Accepts;
 pub use analysis::{Analyser, AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};
@@ -36,6 +37,7 @@ pub use coupling::{
 };
 pub use driver::DriverPlan;
 pub use input_chain::{ChainMemory, FaultPlan, InputChain};
+pub use isolation::Isolation;
 pub use sweep::{Axis, AxisValues, CollectPlan, Collected, Goal, SearchPlan, SweepPlan};
 
 /// The report of a run, in its folder.
@@ -180,19 +182,6 @@ impl Start {
             None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
         }
     }
-}
-
-/// How an FMU in a process of its own is dealt with.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Isolation {
-    /// What its failure does.
-    pub on_failure: OnFailure,
-    /// A call may last this long [s].
-    pub call_limit: Option<f64>,
-    /// Whether its process is shut in a sandbox.
-    pub sandbox: bool,
-    /// What it may read there besides its own files and those of the system.
-    pub may_read: Vec<PathBuf>,
 }
 
 /// The kind of a node with its contents.

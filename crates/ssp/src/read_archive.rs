@@ -19,7 +19,8 @@ pub(crate) fn unpack(
     if bytes.len() as u64 > *left {
         return Err(Error::TooLarge { path: shown.to_owned() }.into());
     }
-    Ok(archive::unpack(shown, ".ssp", &bytes, into, left)?)
+    archive::unpack(shown, ".ssp", &bytes, into, left)?;
+    Ok(())
 }
 
 /// One file of an archive, at most `limit` and one bytes of it.

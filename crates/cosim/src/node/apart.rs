@@ -3,7 +3,6 @@
 use diagnostics::Error;
 use scenario::plan::{Body, Isolation, System};
 use scenario::signal::Signal;
-use scenario::words::OnFailure;
 
 use super::faulty::with_faults;
 use super::isolated::{Host, IsolatedNode, Making};
@@ -27,12 +26,7 @@ pub fn apart(
         let Body::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {
             continue;
         };
-        let isolation = isolation.clone().unwrap_or(Isolation {
-            on_failure: OnFailure::End,
-            call_limit: None,
-            sandbox: false,
-            may_read: Vec::new(),
-        });
+        let isolation = isolation.clone().unwrap_or_else(Isolation::plain);
         let call_limit = isolation.call_limit.or(Some(PATIENCE));
         let isolation = Isolation { call_limit, ..isolation };
         let ports = (inputs.clone(), outputs.clone());

@@ -1,15 +1,20 @@
 //! Loads an FMU's library and finds its functions.
 
-use std::ffi::CStr;
+use std::ffi::{CStr, c_int};
 use std::mem::ManuallyDrop;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
 use super::activity::{self, Activity};
 use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
-use crate::{CallError, Fmu, OpenError};
+use crate::{CallError, Fmu, OpenError, resident};
+
+unsafe extern "C" {
+    /// Defined in `threads.c`: how many threads there are that FMUs started.
+    fn trackside_threads_of_fmus() -> c_int;
+}
 
 const LOADING: &CStr = c"loading its library";
 
@@ -36,6 +41,12 @@ impl std::fmt::Debug for Library {
 impl Library {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
+        if let Some(why) = fmu.clash_with_strangers().or_else(|| fmu.preceded()) {
+            let what = format!("{why}; it needs a process of its own");
+            return Err(OpenError::Library { path: fmu.path.clone(), what });
+        }
+        // It stays there when loading fails half way, too.
+        resident::enter(&fmu);
         let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
         activity::watch_crashes();
         let (library, changes) = activity.during_rare(LOADING, || open(&fmu, path));
@@ -110,6 +121,12 @@ impl Library {
         self.fmu.lost.load(SeqCst)
     }
 
+    /// Whether threads may run in it after all instances are freed: those of its runtime, or one that an FMU of this process started.
+    fn has_threads(&self) -> bool {
+        // SAFETY: the function reads a number that is written as a whole.
+        self.fmu.linkage().leaves_threads() || unsafe { trackside_threads_of_fmus() } > 0
+    }
+
     /// Notes that an instance returned the status fatal: all instances of the FMU are lost with it.
     pub(super) fn lose(&self) {
         self.fmu.lost.store(true, SeqCst);
@@ -138,13 +155,17 @@ fn not_two(call: &'static str) -> CallError {
 
 impl Drop for Library {
     fn drop(&mut self) {
-        // What was not freed may go on running: threads of the FMU, for example.
-        if !self.is_lost() {
+        // What was not freed may go on running, and so may threads of the FMU.
+        if !self.is_lost() && !self.has_threads() {
             let _ = self.activity.during_rare(c"unloading its library", || {
                 // SAFETY: nobody uses the library after this, since all instances are gone.
                 unsafe { ManuallyDrop::drop(&mut self.handle) };
             });
             activity::forget_libraries();
+            // Symbols that a process has once keep their library there.
+            if !self.fmu.library().is_ok_and(|path| is_loaded(&path)) {
+                resident::leave(&self.fmu);
+            }
         }
     }
 }
@@ -162,9 +183,19 @@ fn text(function: Text) -> String {
 fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
     // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
     activity::watch_crashes();
-    // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
-    unsafe { load(path) }
-        .map_err(|error| OpenError::Library { path: fmu.path.clone(), what: reason(&error) })
+    let linkage = fmu.linkage();
+    let failed = |error| OpenError::Library {
+        path: fmu.path.clone(),
+        what: reason(&error, fmu, &linkage.nameless),
+    };
+    // The library itself keeps those that it needs.
+    let mut first = Vec::new();
+    for path in &linkage.first {
+        // SAFETY: loading runs the library's initialisers; an FMU is code that the user asked to run.
+        first.push(unsafe { load(path) }.map_err(failed)?);
+    }
+    // SAFETY: as above.
+    unsafe { load(path) }.map_err(failed)
 }
 
 /// Loads a library with all that it needs from others: what is missing would end the process at its first use.
@@ -180,6 +211,21 @@ unsafe fn load(path: &Path) -> Result<libloading::Library, libloading::Error> {
 
 #[cfg(not(unix))]
 use libloading::Library::new as load;
+
+/// Whether a library is loaded: by its path, or by its name.
+#[cfg(unix)]
+pub(crate) fn is_loaded(path: &Path) -> bool {
+    use libloading::os::unix::{Library, RTLD_LAZY};
+    /// Of dlfcn.h: nothing is loaded.
+    const RTLD_NOLOAD: c_int = 4;
+    // SAFETY: what is loaded has run its initialisers.
+    unsafe { Library::open(Some(path), RTLD_LAZY | RTLD_NOLOAD) }.is_ok()
+}
+
+#[cfg(not(unix))]
+pub(crate) fn is_loaded(_: &Path) -> bool {
+    false
+}
 
 fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item = &'static str> {
     let symbols = match version {
@@ -197,13 +243,27 @@ fn lacking(
     symbols.iter().copied().filter(|symbol| unsafe { library.get::<*const ()>(*symbol) }.is_err())
 }
 
-/// The loader's own words, which `libloading` keeps as the source of its error.
-fn reason(error: &libloading::Error) -> String {
+/// The loader's own words, which `libloading` keeps as the source of its error, and what to do about them.
+fn reason(error: &libloading::Error, fmu: &Fmu, nameless: &[(String, PathBuf)]) -> String {
     let inner = std::error::Error::source(error);
     let what = inner.map_or_else(|| error.to_string(), ToString::to_string);
     if what.contains("undefined symbol: Py") || what.contains("undefined symbol: _Py") {
         return what
             + "; it expects Python in the process: set LD_PRELOAD to the path of libpython3";
+    }
+    if what.contains("failed to map segment") {
+        let folder = fmu.folder.path().display();
+        return format!(
+            "{what}; the temporary folder {folder} may be on a disk that is mounted with `noexec`: name another folder in the environment variable TMPDIR"
+        );
+    }
+    if let Some((name, path)) = nameless.iter().find(|(name, _)| what.contains(name.as_str())) {
+        let inside = path.strip_prefix(fmu.folder.path()).unwrap_or(path).display();
+        return format!(
+            "{what}; `{name}` lies in the archive as {inside}, but has no DT_SONAME of that name, so it is found only by the path: \
+             `patchelf --set-rpath '$ORIGIN'` of the library that needs it, or `patchelf --set-soname {name}` of that one, \
+             or LD_LIBRARY_PATH with a folder that it is unpacked to"
+        );
     }
     what
 }

@@ -1,14 +1,16 @@
 //! Finds the archive of an FMU: that of `path`, or the one that was built from a package. Opens it once for all nodes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
+use super::nodes::UnplacedNode;
 use super::starts::{Given, sizes};
 use crate::build_request::BuildRequest;
+use crate::plan::Body;
 use crate::words::{self, Scenario};
 
 /// The archive of an FMU, with the word that gives it.
@@ -59,4 +61,17 @@ pub(super) fn open_for(
     let mut own = Arc::try_unwrap(fmu).or_else(|_| Fmu::open(path))?;
     own.resize(&sizes)?;
     Ok(Arc::new(own))
+}
+
+/// What is unusual about the archives of nodes.
+pub(super) fn noted(nodes: &[UnplacedNode]) -> BTreeSet<String> {
+    let fmus = nodes.iter().filter_map(|node| match &node.body {
+        Body::Fmu { fmu, .. } => Some(fmu),
+        _ => None,
+    });
+    let notes = |fmu: &Arc<Fmu>| -> Vec<String> {
+        let path = fmu.path.display();
+        fmu.notes.iter().map(|note| format!("{path}: {note}")).collect()
+    };
+    fmus.flat_map(notes).collect()
 }

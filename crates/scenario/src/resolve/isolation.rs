@@ -1,11 +1,13 @@
 //! Decides which FMUs run in processes of their own, and how.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use diagnostics::{Error, Mistakes};
 
 use super::Overrides;
-use crate::plan::Isolation;
+use super::nodes::UnplacedNode;
+use crate::plan::{Body, Isolation};
 use crate::words::{Fmu, Scenario};
 
 /// Which FMUs run in processes of their own, where the scenario does not say it.
@@ -69,4 +71,20 @@ pub(super) fn isolation(
         sandbox: node.sandbox.as_ref().is_none_or(|word| *word.get_ref()),
         may_read,
     })
+}
+
+/// Gives FMUs processes of their own that would share with another one what each has for itself elsewhere, and tells that.
+pub(super) fn separate(nodes: &mut [UnplacedNode], warnings: &mut Vec<String>) {
+    let mut together: Vec<Arc<fmu_import::Fmu>> = Vec::new();
+    for UnplacedNode { name, body, .. } in nodes {
+        let Body::Fmu { fmu, isolation: isolation @ None, .. } = body else { continue };
+        match together.iter().find_map(|other| fmu.clash(other)) {
+            Some(why) => {
+                warnings.push(Isolation::notice(name, &why));
+                *isolation = Some(Isolation::plain());
+            }
+            None if together.iter().any(|other| Arc::ptr_eq(other, fmu)) => {}
+            None => together.push(Arc::clone(fmu)),
+        }
+    }
 }

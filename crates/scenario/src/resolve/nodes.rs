@@ -12,12 +12,12 @@ use fmu_import::{Causality, OpenError};
 use recording::table::{Interpolation, Reading};
 use units::Unit;
 
-use super::archives::{Opened, archive, open_for};
+use super::archives::{Opened, archive, noted, open_for};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
 use super::ports::{Port, Side, port, references};
 use super::starts::{Given, starts};
-use super::{Notes, isolation::isolation, manoeuvres, overrides, readings};
+use super::{Notes, isolation, manoeuvres, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
 use crate::plan::{Body, Clock, Ports};
@@ -108,9 +108,11 @@ pub(super) fn unplaced(
         let node = mistakes.take_named(table.name.get_ref(), node);
         unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
     }
+    warnings.extend(noted(&fmus));
     for node in fmus {
         unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
     }
+    isolation::separate(&mut unplaced, warnings);
     mistakes.take(overrides::check_nodes(scenario, given.0));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
@@ -327,7 +329,7 @@ fn fmu(
             inputs: Ports::default(),
             outputs: references,
             log: node.log,
-            isolation: isolation(scenario, node, given.0, mistakes),
+            isolation: isolation::isolation(scenario, node, given.0, mistakes),
         },
         outputs,
         inputs,

@@ -55,10 +55,12 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
+    let original = System::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
+    separable(&original)?;
     let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
-    let made = gather(&scenario, &built, &order.choice, folder.path())?;
+    let made = gather((&scenario, &original), &built, &order.choice, folder.path())?;
     let Made { mut interface, table, left_out, resources } = made;
     let (version, out) = (order.version, order.out);
     let sealed = Sealed { name, version, out, table: &table, library: &library };
@@ -83,15 +85,36 @@ struct Made {
     resources: BTreeMap<String, Vec<u8>>,
 }
 
+/// Refuses FMUs that cannot be in one process.
+fn separable(system: &System) -> Result<(), Error> {
+    let fmus = system.nodes.iter().filter_map(|node| match &node.body {
+        Body::Fmu { fmu, .. } => Some((&node.name, fmu)),
+        _ => None,
+    });
+    let fmus: Vec<_> = fmus.collect();
+    for (place, (name, fmu)) in fmus.iter().enumerate() {
+        for (other, theirs) in &fmus[..place] {
+            if let Some(why) = fmu.clash(theirs) {
+                let message = format!(
+                    "`{other}` and `{name}` cannot be in one FMU, which steps all of its own in one process: {why}"
+                );
+                return Err(Error::input(message).help(
+                    "`trackside run` gives one of them a process of its own; or pack the scenario with `--ssp`",
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
 fn gather(
-    scenario: &Scenario,
+    (scenario, original): (&Scenario, &System),
     built: &Built,
     choice: &Choice,
     folder: &Path,
 ) -> Result<Made, Error> {
     let overrides = Overrides::default();
-    let original = System::resolve(scenario, built, &overrides, PathBuf::new())?;
     let layout = Layout { fmus: "fmus", others: "files", plugins: None };
     let bundle = Bundle::gather(scenario, built, layout)?;
     bundle.write(folder)?;
@@ -112,7 +135,7 @@ fn gather(
     let judging: Vec<_> =
         judging.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
     let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
-    let (inputs, text) = expose::guided(&original, (&judging, &written), SCENARIO, choice)?;
+    let (inputs, text) = expose::guided(original, (&judging, &written), SCENARIO, choice)?;
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;

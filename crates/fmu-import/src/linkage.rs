@@ -1,0 +1,190 @@
+//! Says, before an FMU's library is loaded, which others it needs, where they lie, and what it would share with another FMU of the
+//! process.
+//!
+//! A process has one library of a name (`DT_SONAME`): what needs that name gets the one that came first. And it has one definition of
+//! a symbol of the binding `STB_GNU_UNIQUE`, which C++ gives to static members of templates and inline variables. Neither
+//! `RTLD_LOCAL` nor `RTLD_DEEPBIND` changes that. A namespace of its own (`dlmopen`) would have a C library of its own as well, there are 16
+//! of them at most, and threads and signals of this program would not be known there. So one of two such FMUs needs a process of its own.
+
+mod elf;
+mod system;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use elf::Object;
+
+/// An FMU may be loaded with this many libraries; a damaged one could name more.
+const MOST: usize = 2_000;
+
+/// How a library and those that it needs are loaded.
+#[derive(Debug, Default)]
+pub(crate) struct Linkage {
+    /// The names of the libraries from the archive that are loaded.
+    pub brought: BTreeSet<String>,
+    /// The names of all libraries that are needed, but for those that the program itself has.
+    needed: BTreeSet<String>,
+    /// Symbols of the libraries from the archive that a process has once, with the bytes of those that nobody can change.
+    unique: BTreeMap<String, Option<Vec<u8>>>,
+    /// Libraries of the archive that are loaded before it, in this order: the loader does not find them by itself.
+    pub first: Vec<PathBuf>,
+    /// Those that the loader would not take from there either, since they have another name: what is needed, and where it lies.
+    pub nameless: Vec<(String, PathBuf)>,
+}
+
+/// What two FMUs of one process would share.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Clash {
+    /// A library of this name.
+    Library(String),
+    /// A symbol of this name.
+    Symbol(String),
+}
+
+/// Libraries that start threads which outlive those that need them: OpenMP of GCC, LLVM and Intel, and oneTBB.
+const POOLS: [&str; 4] = ["libgomp.", "libomp.", "libiomp5.", "libtbb."];
+
+impl Linkage {
+    /// Reads the library `path` of an archive that is unpacked to `root`, and all that it needs.
+    pub fn read(root: &Path, path: &Path) -> Self {
+        let mut linkage = Linkage::default();
+        let walk = Walk { root, beside: path.parent().unwrap_or(root) };
+        linkage.add(&walk, path, &[], true);
+        linkage
+    }
+
+    /// Adds a library of the archive, or one of the system, and then those that it needs. `searched` are the folders of those that need it.
+    fn add(&mut self, walk: &Walk, path: &Path, searched: &[PathBuf], is_own: bool) {
+        let Some(object) = Object::read(path) else { return };
+        if is_own {
+            self.brought.extend(object.soname.clone());
+            self.unique.extend(object.unique.clone());
+        }
+        let (before, after) = walk.folders(path, &object, searched);
+        for name in &object.needed {
+            if system::PROGRAM.contains(name)
+                || self.needed.len() >= MOST
+                || !self.needed.insert(name.clone())
+            {
+                continue;
+            }
+            let Some(found) = walk.find(name, &before, &after) else { continue };
+            if found.is_own {
+                self.brought.insert(name.clone());
+            }
+            self.add(walk, &found.path, &before, found.is_own);
+            match found.way {
+                Way::Loader => {}
+                Way::First => self.first.push(found.path),
+                Way::Nameless => self.nameless.push((name.clone(), found.path)),
+            }
+        }
+    }
+
+    /// What a process with both would have only once, to the harm of one of them.
+    pub fn clash(&self, other: &Linkage) -> Option<Clash> {
+        let mut libraries = self.brought.intersection(&other.needed);
+        let library = libraries.next().or_else(|| other.brought.intersection(&self.needed).next());
+        if let Some(name) = library {
+            return Some(Clash::Library(name.clone()));
+        }
+        let differs = |(name, bytes): &(&String, &Option<Vec<u8>>)| {
+            let there = other.unique.get(*name);
+            there.is_some_and(|there| there.is_none() || there != *bytes)
+        };
+        self.unique.iter().find(differs).map(|(name, _)| Clash::Symbol(name.clone()))
+    }
+
+    /// Whether it starts threads that go on when it has been freed.
+    pub fn leaves_threads(&self) -> bool {
+        self.needed.iter().any(|name| POOLS.iter().any(|pool| name.starts_with(pool)))
+    }
+}
+
+/// How the loader gets a library.
+enum Way {
+    /// By its own rules.
+    Loader,
+    /// By its name, once it is loaded.
+    First,
+    /// Not at all: the name that is needed is not its own.
+    Nameless,
+}
+
+struct Found {
+    path: PathBuf,
+    is_own: bool,
+    way: Way,
+}
+
+struct Walk<'a> {
+    /// The unpacked archive, and the folder of the FMU's library.
+    root: &'a Path,
+    beside: &'a Path,
+}
+
+impl Walk<'_> {
+    /// The folders that are searched before and after those of the environment for what a library needs.
+    fn folders(
+        &self,
+        path: &Path,
+        object: &Object,
+        searched: &[PathBuf],
+    ) -> (Vec<PathBuf>, Vec<PathBuf>) {
+        let origin = path.parent().unwrap_or(self.root).display().to_string();
+        let folders = |list: &Option<String>| -> Vec<PathBuf> {
+            let parts = list.iter().flat_map(|list| list.split(':'));
+            let parts = parts.filter(|part| !part.is_empty());
+            let at = |part: &str| part.replace("${ORIGIN}", &origin).replace("$ORIGIN", &origin);
+            parts.map(|part| at(part).into()).collect()
+        };
+        match &object.runpath {
+            // It is for this library alone, and shuts off those of the others.
+            Some(_) => (Vec::new(), folders(&object.runpath)),
+            None => {
+                let own = folders(&object.rpath).into_iter();
+                (own.chain(searched.iter().cloned()).collect(), Vec::new())
+            }
+        }
+    }
+
+    fn find(&self, name: &str, before: &[PathBuf], after: &[PathBuf]) -> Option<Found> {
+        let is_own = |path: &Path| path.starts_with(self.root) || self.is_inside(path);
+        if name.contains('/') {
+            let path = PathBuf::from(name);
+            let found = Object::read(&path).map(|_| path);
+            let way = found.map(|path| Found { is_own: is_own(&path), path, way: Way::Loader });
+            return way.or_else(|| self.lying(name.rsplit('/').next()?, name));
+        }
+        let folders = before.iter().cloned().chain(system::environment()).chain(after.to_vec());
+        let mut paths = folders.map(|folder| folder.join(name));
+        let found = paths.find(|path| Object::read(path).is_some());
+        match found.or_else(|| system::listed(name)) {
+            Some(path) => Some(Found { is_own: is_own(&path), path, way: Way::Loader }),
+            None => self.lying(name, name),
+        }
+    }
+
+    /// Whether the path leads into the archive by another way.
+    fn is_inside(&self, path: &Path) -> bool {
+        let real = |path: &Path| std::fs::canonicalize(path).ok();
+        real(path).zip(real(self.root)).is_some_and(|(path, root)| path.starts_with(root))
+    }
+
+    /// A file of the archive that the loader does not look for: beside the library, or else where libraries of resources are.
+    fn lying(&self, file: &str, name: &str) -> Option<Found> {
+        let resources = self.root.join("resources");
+        let folders = [self.beside.to_owned(), resources.join("lib"), resources];
+        let lying = folders.iter().map(|folder| folder.join(file));
+        let (path, object) =
+            lying.filter_map(|path| Object::read(&path).map(|it| (path, it))).next()?;
+        let way = match object.soname.is_some_and(|soname| soname == name) {
+            true => Way::First,
+            false => Way::Nameless,
+        };
+        Some(Found { path, is_own: true, way })
+    }
+}
+
+#[cfg(test)]
+mod tests;
