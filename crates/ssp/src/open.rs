@@ -45,15 +45,18 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
         _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
     });
     let folders = tree.store.folders();
+    let stepping = description.stepping.clone();
     let (name, annotations) = (description.name.clone(), description.annotations.clone());
     let notes = notes.take();
     Ok(System {
         name,
+        description: shown,
         components,
         connections,
         inputs,
         outputs,
         experiment,
+        stepping,
         annotations,
         others,
         notes,
