@@ -183,7 +183,11 @@ fn names_with_brackets_are_compared_and_played_back() {
     // `h` and `s` are units, and some names differ by brackets only.
     let names = [("x_out", "der(h)"), ("n_out", "h"), ("on_out", "w[s]"), ("mode_out", "der")];
     renamed(&lab, "odd.fmu", &names);
-    renamed(&lab, "odder.fmu", &[("x_out", "a[1].b (s)"), ("n_out", "der(body.v, 2)"), ("on_out", "'q, \u{e4}'")]);
+    renamed(
+        &lab,
+        "odder.fmu",
+        &[("x_out", "a[1].b (s)"), ("n_out", "der(body.v, 2)"), ("on_out", "'q, \u{e4}'")],
+    );
     let fmu = |name: &str| {
         format!(
             "[[fmu]]\nname = \"{name}\"\npath = \"{name}.fmu\"\nunconnected = \"start\"\nstart = {{ gear = \"reverse\" }}\n"
@@ -192,7 +196,8 @@ fn names_with_brackets_are_compared_and_played_back() {
     let head = "[time]\nstep = 0.1\nstop = 0.5\n";
     let both = fmu("odd") + &fmu("odder");
     for file in ["golden.csv", "golden.mcap"] {
-        let baseline = format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"\nrelative = 0\n");
+        let baseline =
+            format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"\nrelative = 0\n");
         let checks = "[[check]]\nname = \"derivative\"\nthat = \"odd.der(h) >= 0 and `odder.a[1].b (s)` == odd.der(h)\"\n";
         let text = format!("{head}{both}{baseline}{checks}");
         run(&lab, &text, &["--bless", "--csv", "--parquet"]).expect(0);

@@ -129,7 +129,7 @@ fn an_fmu_runs_by_itself_and_its_scenario_is_saved() {
     let set = ["--set", "my_relay.x=2.5", "--set", "my_relay.text=12", "--set", "my_relay.on=true"];
     let first = ["run", "my.relay.fmu", "--out", "first", "--csv", "--save-scenario", "saved.toml"];
     let ended = lab.trackside(&[&first[..], &set].concat()).expect(0).says(&[
-        "my.relay.fmu runs by itself from 0 s to 1 s (1 s, since nothing proposes a stop time)",
+        "my.relay.fmu runs by itself from 0 s to 1 s (nothing proposes a stop time)",
         "the step 0.002 s (500 steps, since no FMU proposes one)",
         "`my_relay` keeps the start values of its description: `n` = 0",
         "wrote the scenario saved.toml",
@@ -163,7 +163,9 @@ fn an_fmu_by_itself_runs_from_the_start_that_it_proposes() {
             let text = String::from_utf8_lossy(&bytes).into_owned();
             let experiment = format!("<DefaultExperiment {proposed}/><ModelVariables>");
             let bytes = match file {
-                "modelDescription.xml" => text.replace("<ModelVariables>", &experiment).into_bytes(),
+                "modelDescription.xml" => {
+                    text.replace("<ModelVariables>", &experiment).into_bytes()
+                }
                 _ => bytes,
             };
             Some((file.to_owned(), bytes))

@@ -306,7 +306,11 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
         ),
         ("x_out", "missing", &["SystemStructure.ssd:9:", "`missing`", "does not have"]),
         // What only the resolved scenario knows is told at the element, too.
-        ("<ssv:Real value=\"3\"/>", "<ssv:String value=\"three\"/>", &["SystemStructure.ssd:7:", "three"]),
+        (
+            "<ssv:Real value=\"3\"/>",
+            "<ssv:String value=\"three\"/>",
+            &["SystemStructure.ssd:7:", "three"],
+        ),
         ("relay.fmu", "resizable.fmu", &["SystemStructure.ssd:9:", "does not have"]),
         ("resources/relay.fmu", "resources", &["SystemStructure.ssd:8:", "found a folder", "ZIP"]),
     ] {

@@ -211,9 +211,10 @@ fn header(
 
 /// What the systems of a scenario have to say.
 fn noted(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
-    scenario.systems.iter().flat_map(|system| {
-        system.notes.iter().cloned().chain(system.stepping(&scenario.document))
-    })
+    scenario
+        .systems
+        .iter()
+        .flat_map(|system| system.notes.iter().cloned().chain(system.stepping(&scenario.document)))
 }
 
 /// The checks of the run, and the inputs and nodes with faults.

@@ -207,7 +207,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 fn save_scenario(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result<(), Error> {
     let [fmu] = runs.iter().filter(|path| words::is_fmu(path)).collect::<Vec<_>>()[..] else {
         let error = Error::input("--save-scenario: expected one FMU that runs by itself");
-        return Err(error.help("a scenario that `extends` a system of SSP or another scenario changes that one"));
+        return Err(error.help(
+            "a scenario that `extends` a system of SSP or another scenario changes that one",
+        ));
     };
     let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
     let options =

@@ -29,7 +29,8 @@ pub fn is_fmu(path: &Path) -> bool {
 /// # Errors
 /// When the FMU cannot be opened, or proposes a stop time that comes before its start.
 pub fn standalone(fmu: &Path, file: &Path, options: &StandaloneOptions) -> Result<String, Error> {
-    let absolute = |path: &Path| std::path::absolute(path).map_err(|it| Error::input(it.to_string()));
+    let absolute =
+        |path: &Path| std::path::absolute(path).map_err(|it| Error::input(it.to_string()));
     let (opened, archive) = (open(fmu)?, absolute(fmu)?);
     let (times, _) = times(fmu, &opened)?;
     let folder = absolute(file)?.parent().map(Path::to_owned).unwrap_or_default();
@@ -86,9 +87,9 @@ fn text(
     let mut starts = String::new();
     let mut archive = quoted(&path.to_string_lossy());
     for (name, typed) in &options.starts {
-        let is_text = description
-            .find(name)
-            .is_some_and(|it| matches!(description.variables[it].kind, Type::String | Type::Binary));
+        let is_text = description.find(name).is_some_and(|it| {
+            matches!(description.variables[it].kind, Type::String | Type::Binary)
+        });
         let is_value = !is_text && typed.parse::<toml::Value>().is_ok();
         let value = if is_value { typed.clone() } else { quoted(typed) };
         match name == "path" && typed.ends_with(".fmu") {

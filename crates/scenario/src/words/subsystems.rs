@@ -6,9 +6,9 @@ use diagnostics::{Error, Mistakes, Source, TextFile};
 use toml::Spanned;
 use toml::de::DeTable;
 
-use super::{Algorithm, Imported};
 use super::subsystem::label;
 use super::system::{self, Imparted, Role, Stepping};
+use super::{Algorithm, Imported};
 
 /// An entry of `[[system]]`.
 struct Entry {

@@ -163,7 +163,8 @@ impl<'a> Writer<'a> {
         let mut origins = Origins::default();
         origins.begin(0, system.description.display().to_string());
         for component in &system.components {
-            origins.rename(&component.source, &component.shown);
+            let source = std::path::absolute(&component.source);
+            origins.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
         }
         Ok(Writer { system, names, fmus, text: String::new(), origins, notes: Vec::new() })
     }

@@ -18,6 +18,8 @@ pub(super) struct Delay {
     all: Vec<usize>,
     /// Those that are delayed.
     pub edges: Vec<usize>,
+    /// Another one that can be delayed.
+    other: Option<usize>,
 }
 
 impl Delay {
@@ -28,12 +30,15 @@ impl Delay {
             diagnostics::suggest::shortened(&labels)
         };
         let (all, late) = (listed(&self.all), listed(&self.edges));
-        let other = self.all.iter().find(|it| !self.edges.contains(it)).or(self.edges.first());
-        let other = other.and_then(|it| edges[*it].label.split(" -> ").nth(1)).unwrap_or_default();
+        let other = self.other.and_then(|it| edges[it].label.split(" -> ").nth(1));
+        let other = other.map_or(String::new(), |to| {
+            format!(
+                "; a scenario that `extends` this one delays another connection: [[connect]] to = \"{to}\" and at = \"start\""
+            )
+        });
         format!(
             "these connections form a loop: {all}; delayed by a step, with the value of its start: {late}. To choose otherwise: \
-             `--coupling jacobi` delays all connections, `--coupling iterate` solves the loop, and a scenario that `extends` this one \
-             delays another connection: [[connect]] to = \"{other}\" and at = \"start\""
+             `--coupling jacobi` delays all connections, `--coupling iterate` solves the loop{other}"
         )
     }
 }
@@ -59,9 +64,11 @@ pub(super) fn delays(edges: &[Edge], hands_on: &dyn Fn(&Edge) -> bool) -> Vec<De
         }
         let mut rank = vec![0; nodes.len()];
         order(&weights).into_iter().enumerate().for_each(|(turn, node)| rank[node] = turn);
-        let back = inside.iter().filter(|(_, (from, to))| rank[*from] >= rank[*to]);
-        let back = back.map(|(edge, _)| *edge).collect();
-        Delay { all: inside.into_iter().map(|(edge, _)| edge).collect(), edges: back }
+        let is_late = |(_, (from, to)): &(usize, (usize, usize))| rank[*from] >= rank[*to];
+        let can = inside.iter().find(|it| !is_late(it) && !hands_on(&edges[it.0]));
+        let other = can.map(|(edge, _)| *edge);
+        let late = inside.iter().filter(|it| is_late(it)).map(|(edge, _)| *edge).collect();
+        Delay { all: inside.iter().map(|(edge, _)| *edge).collect(), edges: late, other }
     };
     loops.map(delay).collect()
 }
@@ -109,7 +116,11 @@ fn good(weights: &[Vec<u64>]) -> Vec<usize> {
             let gives: u64 = left.iter().map(|to| weights[node][*to]).sum();
             let waits: u64 = left.iter().map(|from| weights[*from][node]).sum();
             // Nodes that wait for nothing lose nothing.
-            if waits == weights[node][node] { i64::MAX } else { gives.cast_signed() - waits.cast_signed() }
+            if waits == weights[node][node] {
+                i64::MAX
+            } else {
+                gives.cast_signed() - waits.cast_signed()
+            }
         };
         let most = left.iter().map(|node| gain(*node)).max();
         let next = left.iter().position(|node| Some(gain(*node)) == most).unwrap_or(0);
