@@ -268,6 +268,7 @@ impl Job<'_> {
             overrides: Overrides {
                 seed: self.options.overrides.seed,
                 tolerance: self.options.overrides.tolerance,
+                coupling: self.options.overrides.coupling,
                 isolate: self.options.overrides.isolate,
                 ..overrides
             },

@@ -1,7 +1,7 @@
 //! Compares runs with golden recordings: written, passed, failed with a picture, and across versions of an FMU.
 
 use super::fixture::Scenario;
-use super::fmus::{drifting_relay, ours, relay};
+use super::fmus::{changed, drifting_relay, ours, relay};
 use super::harness::{Ended, Lab};
 
 tests! {
@@ -10,6 +10,7 @@ tests! {
     a_late_edge_passes_within_the_time_tolerance: Compiler,
     a_new_version_of_an_fmu_is_compared_with_the_old_one: Compiler,
     texts_are_compared_as_texts: Compiler,
+    names_with_brackets_are_compared_and_played_back: Compiler,
     a_failed_run_is_never_blessed: Compiler,
     the_suite_blesses_and_compares: Compiler,
 }
@@ -158,6 +159,66 @@ fn a_new_version_of_an_fmu_is_compared_with_the_old_one() {
 }
 
 /// A text that is empty, and one that looks like a number, in either form of recording.
+/// A relay whose variables have other names.
+fn renamed(lab: &Lab, name: &str, names: &[(&str, &str)]) {
+    lab.write("relay.fmu", relay());
+    let fmu = changed(&lab.path("relay.fmu"), |file, bytes| {
+        let named = |text: String, (from, to): &(&str, &str)| {
+            text.replace(&format!("name=\"{from}\""), &format!("name=\"{to}\""))
+        };
+        let bytes = match file {
+            "modelDescription.xml" => {
+                let text = String::from_utf8(bytes).expect("a text");
+                names.iter().fold(text, named).into_bytes()
+            }
+            _ => bytes,
+        };
+        Some((file.to_owned(), bytes))
+    });
+    lab.write(name, fmu);
+}
+
+fn names_with_brackets_are_compared_and_played_back() {
+    let lab = Lab::new();
+    // `h` and `s` are units, and some names differ by brackets only.
+    let names = [("x_out", "der(h)"), ("n_out", "h"), ("on_out", "w[s]"), ("mode_out", "der")];
+    renamed(&lab, "odd.fmu", &names);
+    renamed(
+        &lab,
+        "odder.fmu",
+        &[("x_out", "a[1].b (s)"), ("n_out", "der(body.v, 2)"), ("on_out", "'q, \u{e4}'")],
+    );
+    let fmu = |name: &str| {
+        format!(
+            "[[fmu]]\nname = \"{name}\"\npath = \"{name}.fmu\"\nunconnected = \"start\"\nstart = {{ gear = \"reverse\" }}\n"
+        )
+    };
+    let head = "[time]\nstep = 0.1\nstop = 0.5\n";
+    let both = fmu("odd") + &fmu("odder");
+    for file in ["golden.csv", "golden.mcap"] {
+        let baseline =
+            format!("[[baseline]]\nname = \"as before\"\nrecording = \"{file}\"\nrelative = 0\n");
+        let checks = "[[check]]\nname = \"derivative\"\nthat = \"odd.der(h) >= 0 and `odder.a[1].b (s)` == odd.der(h)\"\n";
+        let text = format!("{head}{both}{baseline}{checks}");
+        run(&lab, &text, &["--bless", "--csv", "--parquet"]).expect(0);
+        let passed = run(&lab, &text, &[]).expect(0);
+        assert!(passed.stdout.contains("10 signals as in"), "{}", passed.stdout);
+    }
+    std::fs::copy(lab.path("out/run.csv"), lab.path("played.csv")).expect("a copy");
+    run(&lab, &format!("{head}{both}"), &["--csv", "--parquet"]).expect(0);
+    for file in ["golden.csv", "golden.mcap", "out/run.parquet"] {
+        let time = if file.ends_with("mcap") { "" } else { "time = \"time\"\n" };
+        std::fs::copy(lab.path(file), lab.path(&file.replace('/', "_"))).expect("a copy");
+        let file = file.replace('/', "_");
+        let table = format!(
+            "[[table]]\nname = \"log\"\npath = \"{file}\"\n{time}columns.v = {{ column = \"odd.der(h)\", unit = \"m/s\" }}\n\
+             columns.w = {{ column = \"odder.a[1].b (s)\", unit = \"m/s\" }}\n"
+        );
+        let check = "[[check]]\nname = \"same\"\nthat = \"abs(last(log.v) - 5 / 3) < 1e-12 and last(log.w) == last(log.v)\"\n";
+        run(&lab, &format!("{head}{table}{check}"), &[]).expect(0);
+    }
+}
+
 fn texts_are_compared_as_texts() {
     for file in ["golden.mcap", "golden.csv"] {
         let lab = Lab::new();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use super::fixture::Scenario;
-use super::fmus::ours;
+use super::fmus::{changed, ours, relay};
 use super::harness::{Ended, Lab, trackside};
 use super::plugins::compile;
 
@@ -14,6 +14,8 @@ tests! {
     a_word_of_another_form_gets_an_example: Compiler,
     a_name_is_completed_rather_than_changed: Compiler,
     an_error_in_a_pipe_is_not_broken_into_lines: Compiler,
+    an_fmu_runs_by_itself_and_its_scenario_is_saved: Compiler,
+    an_fmu_by_itself_runs_from_the_start_that_it_proposes: Compiler,
     an_installed_program_brings_its_fmus_and_plugins: Compiler,
     a_package_that_neither_a_workspace_nor_the_program_has_is_told_of_both: Compiler,
 }
@@ -119,6 +121,61 @@ fn run_installed(lab: &Lab, program: &Path, more: &[&str]) -> Ended {
     command.args(["run", "case.toml", "--rerun", "off"]).args(more);
     command.current_dir(lab.path("")).env("PATH", "/nowhere");
     Ended::of(command.output().expect("it starts"))
+}
+
+fn an_fmu_runs_by_itself_and_its_scenario_is_saved() {
+    let lab = Lab::new();
+    lab.write("my.relay.fmu", relay());
+    let set = ["--set", "my_relay.x=2.5", "--set", "my_relay.text=12", "--set", "my_relay.on=true"];
+    let first = ["run", "my.relay.fmu", "--out", "first", "--csv", "--save-scenario", "saved.toml"];
+    let ended = lab.trackside(&[&first[..], &set].concat()).expect(0).says(&[
+        "my.relay.fmu runs by itself from 0 s to 1 s (nothing proposes a stop time)",
+        "the step 0.002 s (500 steps, since no FMU proposes one)",
+        "`my_relay` keeps the start values of its description: `n` = 0",
+        "wrote the scenario saved.toml",
+    ]);
+    assert!(ended.stdout.contains("nothing was checked"), "{}", ended.stdout);
+    let table = lab.table("first/run.csv");
+    assert!(table.lines().count() == 502 && table.contains("2.5"), "{table}");
+    lab.trackside(&["run", "saved.toml", "--out", "second", "--csv"]).expect(0);
+    assert_eq!(lab.table("second/run.csv"), table);
+    lab.trackside(&["run", "my.relay.fmu", "--isolate", "--out", "third", "--csv"]).expect(0);
+    // A file of the user stays.
+    let told = ["--save-scenario", "saved.toml, which is there already"];
+    lab.trackside(&first).expect(2).says(&told);
+    lab.trackside(&["run", "saved.toml", "--save-scenario", "new.toml"]).expect(2);
+    let told = ["found the FMU my.relay.fmu", "trackside conform my.relay.fmu", "--save-scenario"];
+    lab.trackside(&["test", "my.relay.fmu"]).expect(2).says(&told);
+    let wrong = ["run", "my.relay.fmu", "--set", "my_relay.y=1"];
+    lab.trackside(&wrong).expect(2).says(&["--set my_relay.y"]);
+}
+
+fn an_fmu_by_itself_runs_from_the_start_that_it_proposes() {
+    let lab = Lab::new();
+    lab.write("relay.fmu", relay());
+    for (proposed, told, rows) in [
+        ("startTime=\"100.2\" stopTime=\"101\" stepSize=\"0.1\"", "from 100.2 s to 101 s", 9),
+        ("startTime=\"-1\" stopTime=\"1\" stepSize=\"0.5\"", "proposes to start at -1 s", 3),
+        ("stopTime=\"2\"", "to 2 s (the DefaultExperiment of the FMU)", 501),
+        ("startTime=\"3\" stopTime=\"3\"", "from 3 s to 4 s", 501),
+    ] {
+        let fmu = changed(&lab.path("relay.fmu"), |file, bytes| {
+            let text = String::from_utf8_lossy(&bytes).into_owned();
+            let experiment = format!("<DefaultExperiment {proposed}/><ModelVariables>");
+            let bytes = match file {
+                "modelDescription.xml" => {
+                    text.replace("<ModelVariables>", &experiment).into_bytes()
+                }
+                _ => bytes,
+            };
+            Some((file.to_owned(), bytes))
+        });
+        lab.write("case.fmu", fmu);
+        let ended = lab.trackside(&["run", "case.fmu", "--out", "out", "--csv"]).expect(0);
+        ended.says(&[told]);
+        let table = lab.table("out/run.csv");
+        assert_eq!(table.lines().count(), rows + 1, "{proposed}");
+    }
 }
 
 fn an_installed_program_brings_its_fmus_and_plugins() {

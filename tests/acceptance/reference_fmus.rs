@@ -69,6 +69,11 @@ fn reproduces(version: &str, (name, step, stop): (&str, f64, f64)) {
     let scenario = scenario.fmu("it", &format!("{name}.fmu"), "").key(START);
     lab.write("case.toml", scenario.text());
     lab.trackside(&["run", "case.toml", "--out", "out", "--csv"]).expect(0);
+    // By itself it runs with the experiment of its description, which is that of the results.
+    let fmu = format!("{name}.fmu");
+    lab.trackside(&["run", &fmu, "--out", "own", "--csv"]).expect(0).says(&["runs by itself"]);
+    let own = lab.table("own/run.csv").replace(&format!("{name}."), "it.");
+    assert_eq!(own, lab.table("out/run.csv"), "{name}");
     let published = reference_fmus().join(format!("results/{name}_out.csv"));
     let published = std::fs::read_to_string(published).expect("results");
     let ours = lab.table("out/run.csv");

@@ -10,6 +10,8 @@ tests! {
     nested_systems_and_bindings_reach_the_fmus: Compiler,
     units_are_converted_unless_that_is_suppressed: Compiler,
     a_scenario_extends_a_system: Compiler,
+    a_loop_of_a_system_delays_one_connection: Compiler,
+    a_system_is_stepped_as_its_tool_noted: Compiler,
     fmus_of_both_versions_meet_in_a_system: Compiler,
     a_wrong_system_is_told_with_file_line_and_cure: Compiler,
     public_systems_give_the_values_that_one_computes_by_hand: ReferenceFmus,
@@ -211,6 +213,68 @@ fn a_scenario_extends_a_system() {
     assert_eq!(lab.table("out/run.csv").lines().count(), 10);
 }
 
+/// Two relays in a loop. The first one counts its steps, so the other one shows how late the count reaches it.
+fn ring() -> String {
+    let ways = connection("a.x_out", "b.x", "") + &connection("b.x_out", "a.x", "");
+    let counts = binding(&[("a.gear", "<ssv:Enumeration value=\"reverse\"/>")]);
+    let elements = component("a", "") + &component("b", "");
+    description(&elements, &ways, &counts, STOP)
+}
+
+fn a_loop_of_a_system_delays_one_connection() {
+    let (lab, ended) = run(&ring());
+    let told = [
+        "form a loop: a.x_out -> b.x, b.x_out -> a.x; delayed by a step, with the value of its start: b.x_out -> a.x.",
+        "--coupling jacobi",
+        "[[connect]] to = \"b.x\" and at = \"start\"",
+        "coupled by gauss_seidel;",
+    ];
+    ended.expect(0).says(&told);
+    let steps = |steps: f64| (steps / 3.0).to_string();
+    assert_eq!(["a.x_out", "b.x_out"].map(|it| last(&lab, it)), [steps(500.0), steps(500.0)]);
+    // Jacobi delays both.
+    let jacobi = ["run", "case.ssp", "--coupling", "jacobi", "--out", "out", "--csv"];
+    let ended = lab.trackside(&jacobi).expect(0).says(&["coupled by jacobi;"]);
+    assert!(!ended.stderr.contains("loop") && !ended.stderr.contains("gauss"), "{}", ended.stderr);
+    assert_eq!(last(&lab, "b.x_out"), steps(499.0));
+    // A scenario says which one, or that it wants to say so.
+    lab.write("other.toml", "extends = \"case.ssp\"\n[[connect]]\nto = \"b.x\"\nat = \"start\"\n");
+    let ended = lab.trackside(&["run", "other.toml", "--out", "out", "--csv"]).expect(0);
+    assert!(!ended.stderr.contains("loop"), "{}", ended.stderr);
+    assert_eq!(last(&lab, "b.x_out"), steps(499.0));
+    lab.write("strict.toml", "extends = \"case.ssp\"\n[coupling]\nloops = \"refuse\"\n");
+    let told = ["case.ssp/SystemStructure.ssd:", "form a loop", "loops = \"delay\""];
+    let ended = lab.trackside(&["run", "strict.toml"]).expect(2).says(&told);
+    assert!(!ended.stderr.contains("/tmp/"), "{}", ended.stderr);
+    // A gathered scenario is the same one.
+    lab.write("twice.toml", "extends = \"case.ssp\"\ntitle = \"twice\"\n");
+    lab.trackside(&["pack", "twice.toml", "--ssp", "--out", "twice.ssp"]).expect(0);
+    lab.trackside(&["run", "twice.ssp", "--out", "out", "--csv"]).expect(0).says(&["form a loop"]);
+    assert_eq!(last(&lab, "b.x_out"), steps(500.0));
+}
+
+fn a_system_is_stepped_as_its_tool_noted() {
+    let noted = |step: &str| {
+        let inner = format!(
+            "<ssd:Annotations><ssc:Annotation type=\"com.opensimulationplatform\"><osp:Algorithm xmlns:osp=\"http://osp\"><osp:FixedStepAlgorithm baseStepSize=\"{step}\"/></osp:Algorithm></ssc:Annotation></ssd:Annotations>"
+        );
+        let stop = STOP.replace("/>", &format!(">{inner}</ssd:DefaultExperiment>"));
+        ring().replace(STOP, &stop)
+    };
+    let (lab, ended) = run(&noted("0.25"));
+    let told = [
+        "the step 0.25 s (noted at case.ssp/SystemStructure.ssd:",
+        "coupled by jacobi (the FixedStepAlgorithm of case.ssp/SystemStructure.ssd:",
+    ];
+    let ended = ended.expect(0).says(&told);
+    assert!(!ended.stderr.contains("is ignored"), "{}", ended.stderr);
+    assert_eq!(last(&lab, "b.x_out"), "1");
+    assert_eq!(lab.table("out/run.csv").lines().count(), 6);
+    // The command line counts more.
+    let run = ["run", "case.ssp", "--coupling", "gauss_seidel", "--out", "out", "--csv"];
+    lab.trackside(&run).expect(0).says(&["coupled by gauss_seidel;", "form a loop"]);
+}
+
 fn fmus_of_both_versions_meet_in_a_system() {
     let three = "<ssd:Component name=\"b\" source=\"resources/resizable.fmu\"><ssd:Connectors><ssd:Connector name=\"u[2]\" kind=\"input\"><ssc:Real/></ssd:Connector></ssd:Connectors></ssd:Component>";
     let elements = component("a", "") + three;
@@ -241,6 +305,14 @@ fn a_wrong_system_is_told_with_file_line_and_cure() {
             &["SystemStructure.ssd:8:", "ModelExchange", "export"],
         ),
         ("x_out", "missing", &["SystemStructure.ssd:9:", "`missing`", "does not have"]),
+        // What only the resolved scenario knows is told at the element, too.
+        (
+            "<ssv:Real value=\"3\"/>",
+            "<ssv:String value=\"three\"/>",
+            &["SystemStructure.ssd:7:", "three"],
+        ),
+        ("relay.fmu", "resizable.fmu", &["SystemStructure.ssd:9:", "does not have"]),
+        ("resources/relay.fmu", "resources", &["SystemStructure.ssd:8:", "found a folder", "ZIP"]),
     ] {
         run(&good.replace(from, to)).1.expect(2).says(told);
     }

@@ -116,8 +116,7 @@ mod tests {
 
     #[test]
     fn mistakes_come_once_each_and_in_the_order_of_the_file() {
-        let file =
-            TextFile { path: "case.toml".into(), text: "one two three".to_owned(), folder: None };
+        let file = TextFile::new("case.toml", "one two three");
         let source = Source::recorded(file, Vec::new(), Vec::new());
         let error = |place, message| source.error(place, message, "");
         let several = Error::Several(vec![error(8..13, "c"), error(4..7, "b")]);

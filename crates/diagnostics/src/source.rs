@@ -58,10 +58,9 @@ impl Source {
     #[must_use]
     pub fn to_keep(&self) -> [Vec<TextFile>; 2] {
         let folder = self.first.path.parent().unwrap_or(Path::new(""));
-        let named = |file: &TextFile| TextFile {
-            path: file.path.strip_prefix(folder).unwrap_or(&file.path).to_owned(),
-            text: file.text.clone(),
-            folder: None,
+        let named = |file: &TextFile| {
+            let path = file.path.strip_prefix(folder).unwrap_or(&file.path);
+            TextFile::new(path, file.text.clone())
         };
         [self.files().map(named).collect(), self.kept.iter().map(named).collect()]
     }
@@ -114,6 +113,14 @@ impl Source {
         (&file.path, 1 + before.matches('\n').count())
     }
 
+    /// The file and the line of a place, for sentences; of a text that was made, the place that it was made of.
+    #[must_use]
+    pub fn position(&self, place: usize) -> String {
+        let (begin, file) = self.find(place);
+        let (path, line) = self.line(place);
+        file.origins.of(place - begin).unwrap_or_else(|| format!("{}:{line}", path.display()))
+    }
+
     /// The letters at a place.
     #[must_use]
     pub fn letters(&self, place: Range<usize>) -> &str {
@@ -155,6 +162,12 @@ impl Source {
     #[must_use]
     pub fn error(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
         let (begin, file) = self.find(place.start);
-        Error::at(file, place.start - begin..place.end - begin, message, label)
+        let place = place.start - begin..place.end - begin;
+        let message = file.origins.shown(message.into());
+        match file.origins.of(place.start) {
+            // The user does not have the text.
+            Some(origin) => Error::input(format!("{origin}: {message}")),
+            None => Error::at(file, place, message, label),
+        }
     }
 }

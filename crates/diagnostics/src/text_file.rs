@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::bounded::read_text_bounded;
+use crate::origins::Origins;
 
 /// The largest scenario [B].
 const LARGEST: u64 = 64 << 20;
@@ -16,6 +17,16 @@ pub struct TextFile {
     pub text: String,
     /// The folder that paths in it are relative to, of a text out of an archive; that of the file without it.
     pub folder: Option<PathBuf>,
+    /// Of a text that was made of other files, the places there.
+    pub origins: Origins,
+}
+
+impl TextFile {
+    /// The file at a path with this text.
+    #[must_use]
+    pub fn new(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        TextFile { path: path.into(), text: text.into(), ..TextFile::default() }
+    }
 }
 
 /// Reads a scenario, and says what another kind of file is.
@@ -31,7 +42,7 @@ pub(crate) fn read(path: &Path) -> Result<TextFile, String> {
         // A byte order mark is known to parsers at the beginning only, where the text may not be.
         Ok(text) => {
             let text = text.replacen('\u{feff}', "   ", 1);
-            Ok(TextFile { path: path.to_owned(), text, folder: None })
+            Ok(TextFile::new(path, text))
         }
         Err(error) => Err(format!("cannot read the scenario {}: {error}", path.display())),
     }

@@ -63,13 +63,15 @@ impl Fields {
     }
 }
 
-/// The unit that the metadata of a field say, under the key that pandas-like tools and this program use.
+/// The unit that the metadata of a field say, under the key that pandas-like tools and this program use; an empty one where a run of
+/// this program says that there is none.
 fn unit(field: &Field, kind: Kind) -> Option<String> {
     let keys = ["unit", "units", "Unit", "Units"];
     let said = keys.iter().find_map(|key| field.metadata().get(*key));
     match (said, kind) {
         (_, Kind::Stamp(_)) => Some("s".to_owned()),
         (Some(said), _) if !said.trim().is_empty() => Some(said.trim().to_owned()),
+        (Some(_), _) if field.metadata().contains_key("direction") => Some(String::new()),
         _ => None,
     }
 }

@@ -202,7 +202,7 @@ impl Metadata {
             }
             Content::Attachment(it) => {
                 let text = String::from_utf8_lossy(it.data).into_owned();
-                let file = TextFile { path: PathBuf::from(&it.name), text, folder: None };
+                let file = TextFile::new(&it.name, text);
                 match it.media_type.as_str() {
                     SCENARIO => self.scenario.push(file),
                     KEPT => self.kept.push(file),

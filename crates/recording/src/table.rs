@@ -24,6 +24,7 @@ use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 pub use self::surveyed::survey;
+pub(crate) use self::title::title;
 pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
 
 /// Values between two recorded ones.

@@ -55,7 +55,7 @@ pub use self::sweep::sweep;
 pub use self::view::layout;
 use crate::build_request::Built;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
-use crate::words::{Scenario, Time};
+use crate::words::{Algorithm, Scenario, Time};
 pub use overrides::Override;
 
 /// Takes the mistakes and the warnings.
@@ -85,6 +85,8 @@ pub struct Overrides {
     pub seed: Option<u64>,
     /// Relative tolerance of the integration inside the FMUs [-].
     pub tolerance: Option<f64>,
+    /// The coupling algorithm.
+    pub coupling: Option<Algorithm>,
     /// Which FMUs run in processes of their own, where the scenario does not say it.
     pub isolate: Isolate,
     /// Whether plugins and scripts of `[[analysis]]` are loaded.
@@ -150,12 +152,13 @@ impl System {
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);
-        let connections =
+        let mut connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
         warnings.extend(descriptions::notes(&unplaced, clock));
         warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
-        let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
+        let notes = (&mut mistakes, &mut warnings);
+        let order = order::order(scenario, &connects, &unplaced, &mut connections, notes);
         let (mut nodes, columns) = place::place(unplaced, connections);
         call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
         let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
@@ -224,7 +227,10 @@ fn header(
 
 /// What the systems of a scenario have to say.
 fn noted(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
-    scenario.systems.iter().flat_map(|system| &system.notes).cloned()
+    scenario
+        .systems
+        .iter()
+        .flat_map(|system| system.notes.iter().cloned().chain(system.stepping(&scenario.document)))
 }
 
 /// The checks of the run, and the inputs and nodes with faults.

@@ -16,6 +16,7 @@ mod read;
 mod recorded_file;
 mod results;
 mod sizes;
+mod standalone;
 mod subsystem;
 mod subsystems;
 mod sweep;
@@ -37,7 +38,7 @@ pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};
 pub use coupling::{
-    Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Method, OnDiscard,
+    Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Loops, Method, OnDiscard,
 };
 pub use fault::Fault;
 pub use manoeuvre::Manoeuvre;
@@ -48,6 +49,7 @@ pub(crate) use read::merged;
 pub(crate) use recorded_file::RecordedFile;
 pub use recorded_file::{Column, ColumnWord};
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
+pub use standalone::{StandaloneOptions, is_fmu, standalone};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, Truncated};

@@ -65,7 +65,8 @@ impl Tree<'_> {
                 ports.iter().map(|node| public(&self.nodes[*node].connector)).collect();
             flat.components.push(Component {
                 name: fmu.name.clone(),
-                source: fmu.source.clone(),
+                source: fmu.source.path(),
+                shown: fmu.source.shown(),
                 implementation: fmu.implementation.clone(),
                 starts: starts.into_values().collect(),
                 connectors,

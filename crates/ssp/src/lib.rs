@@ -75,6 +75,8 @@ pub use variant::Variant;
 pub struct System {
     /// What its description calls it.
     pub name: String,
+    /// What users know the file of its description by.
+    pub description: PathBuf,
     /// Its FMUs.
     pub components: Vec<Component>,
     /// Connections between variables of FMUs; at most one leads to each variable.
@@ -85,6 +87,8 @@ pub struct System {
     pub outputs: Vec<Output>,
     /// The time that its description proposes.
     pub experiment: Experiment,
+    /// The step that a tool noted in its description.
+    pub stepping: Option<Stepping>,
     /// Annotations of its description as a whole.
     pub annotations: Vec<Annotation>,
     /// Files of other descriptions beside it.
@@ -130,6 +134,36 @@ pub struct Experiment {
     pub stop: Option<f64>,
 }
 
+/// The communication step that a tool noted in an annotation: the standard has none.
+#[derive(Debug, Clone)]
+pub struct Stepping {
+    /// The tool whose algorithm steps the FMUs.
+    pub master: Master,
+    /// [s], above 0.
+    pub step: f64,
+    /// Where it is written.
+    pub place: Place,
+}
+
+/// A tool whose annotations say how a system is stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Master {
+    /// libcosim and Ecos: `baseStepSize` of `FixedStepAlgorithm` at the experiment. All FMUs take the values of the start of the step.
+    Osp,
+    /// OMSimulator: `stepSize` of `FixedStepMaster` at the outermost system.
+    OmSimulator,
+}
+
+impl Master {
+    /// The element of its annotation and the attribute with the step.
+    pub(crate) fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Master::Osp => ("FixedStepAlgorithm", "baseStepSize"),
+            Master::OmSimulator => ("FixedStepMaster", "stepSize"),
+        }
+    }
+}
+
 /// An FMU of the system.
 #[derive(Debug)]
 pub struct Component {
@@ -137,6 +171,8 @@ pub struct Component {
     pub name: String,
     /// The FMU.
     pub source: PathBuf,
+    /// What users know that file by: of an archive, its path and the path inside of it.
+    pub shown: PathBuf,
     /// Which interface to use: `any`, `CoSimulation`, `ModelExchange` or `ScheduledExecution`.
     pub implementation: String,
     /// Start values by name of the variable. Section 5.2.3: one that the FMU has no variable for is to be ignored.

@@ -40,20 +40,19 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
     let Flat { components, connections, inputs, outputs } = tree.flatten(outer)?;
     let experiment = Experiment { start: description.start, stop: description.stop };
     let shown = description.location.shown();
-    notes.add(|| match (experiment.start, experiment.stop) {
-        (None, None) => format!("{} proposes no start and stop", shown.display()),
-        _ => format!("start and stop are those of the DefaultExperiment of {}", shown.display()),
-    });
     let folders = tree.store.folders();
+    let stepping = description.stepping.clone();
     let (name, annotations) = (description.name.clone(), description.annotations.clone());
     let notes = notes.take();
     Ok(System {
         name,
+        description: shown,
         components,
         connections,
         inputs,
         outputs,
         experiment,
+        stepping,
         annotations,
         others,
         notes,

@@ -74,8 +74,11 @@ impl Location {
         let found = Location { package: Arc::clone(&self.package), inside };
         if !found.path().is_file() {
             let expected = format!("the file {}", found.shown().display());
-            let cure = "add the file, or correct its path";
-            return Err(mistake(place, expected, "no such file", cure));
+            let (found, cure) = match found.path().is_dir() {
+                true => ("a folder", "pack the folder into an archive: an FMU is a ZIP file"),
+                false => ("no such file", "add the file, or correct its path"),
+            };
+            return Err(mistake(place, expected, found, cure));
         }
         Ok(found)
     }

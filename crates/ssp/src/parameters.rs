@@ -152,6 +152,14 @@ impl ParameterMapping {
             if !targets.insert(target) {
                 return Err(element.wrong("target", "a target that no other entry has"));
             }
+            // OMSimulator writes an empty source for what nothing is mapped to.
+            if element.attribute("source") == Some("") {
+                let place = element.place();
+                element.notes().add(|| {
+                    format!("{place}: `{target}` has no source, so nothing is mapped to it")
+                });
+                continue;
+            }
             entries.push(Entry {
                 source: element.short("source")?.to_owned(),
                 target: target.to_owned(),

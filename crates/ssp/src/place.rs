@@ -57,6 +57,11 @@ impl Place {
         before[line..].chars().count() + 1
     }
 
+    /// The byte of the file.
+    pub(crate) fn offset(&self) -> usize {
+        self.offset
+    }
+
     /// Whether both are the same place of the same file that was read once.
     pub(crate) fn same(&self, other: &Place) -> bool {
         Arc::ptr_eq(&self.text, &other.text) && self.offset == other.offset

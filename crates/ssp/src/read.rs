@@ -31,10 +31,11 @@ impl Description {
             let cure = "write the system";
             return Err(mistake(&root.place(), "the element <System>", "none", cure));
         };
-        let (mut start, mut stop) = (None, None);
+        let (mut start, mut stop, mut stepping) = (None, None, None);
         if let Some(experiment) = root.child("DefaultExperiment")? {
             experiment.known(&[], &["startTime", "stopTime"]);
             (start, stop) = (experiment.number("startTime")?, experiment.number("stopTime")?);
+            stepping = experiment.stepping();
         }
         Ok(Description {
             location,
@@ -42,6 +43,7 @@ impl Description {
             system: element(system, &definitions, 1)?,
             start,
             stop,
+            stepping: stepping.or_else(|| system.stepping()),
             annotations: root.annotations(),
         })
     }

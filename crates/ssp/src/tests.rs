@@ -15,7 +15,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use zip::write::SimpleFileOptions;
 
-use crate::{Error, Start, System, Transformation, Value, open};
+use crate::{Error, Master, Start, System, Transformation, Value, open};
 
 /// Namespaces of the standard.
 const SPACES: &str = r#"xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"

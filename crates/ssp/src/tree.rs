@@ -72,7 +72,7 @@ pub(crate) enum What {
 #[derive(Debug)]
 pub(crate) struct Fmu {
     pub(crate) name: String,
-    pub(crate) source: PathBuf,
+    pub(crate) source: Location,
     pub(crate) implementation: String,
     pub(crate) place: Place,
     pub(crate) instance: usize,
@@ -214,7 +214,7 @@ impl<'n> Tree<'n> {
         match component.mime.as_str() {
             "application/x-fmu-sharedlibrary" => {
                 let source = description.location.follow(address, place)?;
-                let fmu = self.fmu(element, component, source.path(), name)?;
+                let fmu = self.fmu(element, component, source.clone(), name)?;
                 self.bind(fmu, &element.bindings, description, Some(&source))?;
                 Ok(fmu)
             }
@@ -255,7 +255,7 @@ impl<'n> Tree<'n> {
         &mut self,
         element: &Element,
         component: &words::Component,
-        source: PathBuf,
+        source: Location,
         name: String,
     ) -> Result<usize, Error> {
         let fmu = self.fmus.len();

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::package::Location;
 use crate::parameters::{ParameterMapping, ParameterSet};
-use crate::{Annotation, Dimension, Kind, Place, Transformation, Type, Unit};
+use crate::{Annotation, Dimension, Kind, Place, Stepping, Transformation, Type, Unit};
 
 /// A whole file.
 #[derive(Debug)]
@@ -14,6 +14,7 @@ pub(crate) struct Description {
     pub(crate) system: Element,
     pub(crate) start: Option<f64>,
     pub(crate) stop: Option<f64>,
+    pub(crate) stepping: Option<Stepping>,
     pub(crate) annotations: Vec<Annotation>,
 }
 

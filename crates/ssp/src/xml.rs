@@ -9,7 +9,7 @@ use crate::error::mistake;
 use crate::limits::NAME;
 use crate::notes::Notes;
 use crate::place::Text;
-use crate::{Annotation, Error, Place};
+use crate::{Annotation, Error, Master, Place, Stepping};
 
 /// The last parts of the namespaces of the standard. What stands before them may change with its versions.
 const SPACES: [&str; 5] = [
@@ -94,6 +94,10 @@ impl<'a> Element<'a> {
     fn standard(self) -> bool {
         let namespace = self.node.tag_name().namespace();
         namespace.and_then(|space| space.rsplit('/').next()).is_some_and(|x| SPACES.contains(&x))
+    }
+
+    fn contains(self, place: &Place) -> bool {
+        self.node.range().contains(&place.offset())
     }
 
     pub(crate) fn place(self) -> Place {
@@ -206,9 +210,34 @@ impl<'a> Element<'a> {
         self.notes.add(|| format!("{place}: {what} is not used here, it is ignored"));
     }
 
-    /// Names the annotations of foreign tools, and what they say about steps and algorithms.
+    /// The step that an annotation of an experiment or of the outermost system has.
+    pub(crate) fn stepping(self) -> Option<Stepping> {
+        let outermost = |node: Node| node.parent_element() == Some(node.document().root_element());
+        let master = match self.name() {
+            "DefaultExperiment" => Master::Osp,
+            "System" if outermost(self.node) => Master::OmSimulator,
+            _ => return None,
+        };
+        let (element, attribute) = master.words();
+        let all = self.all("Annotations").flat_map(|list| list.all("Annotation"));
+        let inner = all.flat_map(|it| it.node.descendants());
+        let mut named = inner.filter(|node| node.tag_name().name() == element);
+        named.find_map(|node| {
+            let found = Element { node, ..self };
+            let step = number(found.attribute(attribute)?).filter(|it| *it > 0.0 && it.is_finite());
+            Some(Stepping { master, step: step?, place: found.place_of(attribute) })
+        })
+    }
+
+    /// Names the annotations of foreign tools, and what they say about steps and algorithms. One with a step that is used is not
+    /// ignored.
     fn note_annotations(self) {
+        let owner = self.node.parent_element().map(|node| Element { node, ..self });
+        let used = owner.and_then(Element::stepping).map(|it| it.place);
         for annotation in self.all("Annotation") {
+            if used.as_ref().is_some_and(|place| annotation.contains(place)) {
+                continue;
+            }
             let kind = annotation.attribute("type").unwrap_or("without a type");
             let mut said = Vec::new();
             for node in annotation.node.descendants().skip(1).filter(Node::is_element) {

@@ -1,5 +1,7 @@
 //! `trackside run`: runs scenarios, shows their progress, and prints their reports.
 
+use std::fs::File;
+use std::io::{ErrorKind, Write as _};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,13 +11,14 @@ use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
+use scenario::words::{self, Algorithm};
 
 use super::{print, progress, report_error, supervised, tell, this_program};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The scenario files.
+    /// The scenario files; systems of SSP; or FMUs, each of which runs by itself with the experiment of its description.
     #[arg(required = true)]
     scenarios: Vec<PathBuf>,
     /// The folder for the files; for several scenarios, each gets a folder of its name in it
@@ -42,6 +45,12 @@ pub struct Arguments {
     /// Of a system of SSP with several descriptions, take this one: its file or its name.
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
+    /// Of one FMU, write the scenario that it runs by itself with, as a beginning for one of your own.
+    #[arg(long, value_name = "FILE")]
+    save_scenario: Option<PathBuf>,
+    /// The coupling algorithm, instead of that of the scenario or system.
+    #[arg(long, value_enum, value_name = "ALGORITHM")]
+    coupling: Option<CouplingArg>,
     /// Relative tolerance of the integration inside the FMUs, instead of the scenario's and the FMUs' own.
     #[arg(long, value_name = "RELATIVE")]
     tolerance: Option<f64>,
@@ -115,6 +124,28 @@ impl IsolateArg {
     }
 }
 
+/// A coupling algorithm.
+#[derive(Clone, Copy, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum CouplingArg {
+    /// The nodes step one after the other, each with the new values of those before it.
+    GaussSeidel,
+    /// All nodes take the values of the start of the step.
+    Jacobi,
+    /// The nodes of a loop repeat the step until their values fit.
+    Iterate,
+}
+
+impl CouplingArg {
+    fn word(self) -> Algorithm {
+        match self {
+            CouplingArg::GaussSeidel => Algorithm::GaussSeidel,
+            CouplingArg::Jacobi => Algorithm::Jacobi,
+            CouplingArg::Iterate => Algorithm::Iterate,
+        }
+    }
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum ReplayArg {
     /// To the file run.rrd.
@@ -135,6 +166,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut options = arguments.options()?;
     let scenarios = arguments.all()?;
     suite::check_names(&scenarios)?;
+    if let Some(file) = &arguments.save_scenario {
+        save_scenario(file, &scenarios, &options.overrides)?;
+    }
     if !arguments.branch.is_empty() {
         options.latest_stop = orchestrator::latest_stop(&scenarios, arguments.variant.as_deref())?;
     }
@@ -167,6 +201,34 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         }
     }
     Ok(worst)
+}
+
+/// Writes the scenario of the only FMU that runs.
+fn save_scenario(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result<(), Error> {
+    let [fmu] = runs.iter().filter(|path| words::is_fmu(path)).collect::<Vec<_>>()[..] else {
+        let error = Error::input("--save-scenario: expected one FMU that runs by itself");
+        return Err(error.help(
+            "a scenario that `extends` a system of SSP or another scenario changes that one",
+        ));
+    };
+    let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
+    let options =
+        words::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
+    let text = words::standalone(fmu, file, &options)?;
+    // A file of the user is lost in no case.
+    if std::fs::read_to_string(file).is_ok_and(|there| there == text) {
+        return Ok(());
+    }
+    let written = File::create_new(file).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => Error::input(format!(
+            "--save-scenario: expected the name of a new file, found {}, which is there already",
+            file.display()
+        )),
+        _ => Error::output(file, error),
+    })?;
+    tell(&format!("wrote the scenario {}", file.display()));
+    Ok(())
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
@@ -208,6 +270,7 @@ impl Arguments {
                 starts,
                 seed: self.seed,
                 tolerance: self.tolerance,
+                coupling: self.coupling.map(CouplingArg::word),
                 isolate: self.isolate.map(IsolateArg::word).unwrap_or_default(),
                 ..Overrides::default()
             },

@@ -10,6 +10,7 @@ use diagnostics::Error;
 use super::{RunHeader, Sink, partial};
 use crate::columns::Column;
 use crate::row::{Recorded, Row};
+use crate::table::title;
 use expression::{IntegerIndex, NumberIndex};
 
 /// A CSV file. It gets its name when it is complete.
@@ -41,7 +42,7 @@ impl CsvSink {
     pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
         let partial = partial(path);
         let file = File::create(&partial).map_err(|error| Error::output(&partial, error))?;
-        let names = header.columns.iter().map(title);
+        let names = header.columns.iter().map(heading);
         let (out, integers) = (BufWriter::new(file), header.columns.integers().collect());
         let path = path.to_owned();
         let mut sink = CsvSink { path, partial, out, line: String::new(), integers };
@@ -57,11 +58,10 @@ impl CsvSink {
     }
 }
 
-/// `plant.v_x [m/s]`, and the name alone without a unit. Names of array elements contain commas.
-fn title(column: &Column) -> String {
-    let unit = column.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
-    let title = column.name() + &unit;
-    if title.contains(['"', ',']) { quoted(&title) } else { title }
+/// The title in the line of titles. Names of array elements contain commas.
+fn heading(column: &Column) -> String {
+    let title = title(&column.name(), column.unit.as_deref());
+    if title.contains(['"', ',', ';', '\t']) { quoted(&title) } else { title }
 }
 
 fn quoted(text: &str) -> String {

@@ -20,6 +20,7 @@ use parquet::schema::types::ColumnPath;
 use super::{RunHeader, Sink, partial};
 use crate::columns::{Column, Direction, ValueKind};
 use crate::row::{Recorded, Row};
+use crate::table::title;
 use crate::view::{Quantity, View};
 
 /// Rows that are encoded together: few enough for a processor's cache with 100 columns.
@@ -175,8 +176,10 @@ fn field(column: &Column, values: &Values) -> Field {
         Direction::Input => "input",
         Direction::Output => "output",
     };
+    // A name alone may look as if it had a unit.
+    let no_unit = || (title(&column.name(), None) != column.name()).then(String::new);
     let known = [
-        ("unit", column.unit.clone()),
+        ("unit", column.unit.clone().or_else(no_unit)),
         ("description", column.description.clone()),
         ("direction", Some(side.to_owned())),
     ];

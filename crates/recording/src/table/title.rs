@@ -1,4 +1,4 @@
-//! Takes the titles of columns apart: name and unit.
+//! Writes the titles of columns, and takes them apart: name and unit.
 
 use units::Unit;
 
@@ -13,11 +13,22 @@ pub(super) struct Title {
 }
 
 impl Title {
-    /// Reads `v_x [km/h]` and `v_x (km/h)`. Brackets of indices belong to the name: `f_z[1]`.
+    /// Reads `v_x [km/h]` and `v_x (km/h)`, also without the blank. Brackets of indices and of derivatives belong to the name, and so
+    /// do round ones without a blank before them around what is no unit: `f_z[1]`, `der(h)`, `wheel(left)`.
     pub fn read(text: &str) -> Self {
         let text = text.trim();
         let (plain, unit) = bracket(text).unwrap_or((text, None));
         Title { text: text.to_owned(), plain: plain.to_owned(), unit }
+    }
+}
+
+/// The title of a column, from which [`Title::read`] reads the same name and unit: `v_x [km/h]`, without a unit `v_x`. Where a name alone
+/// would be taken for one with a unit, an empty bracket follows: `sensor(s) []`.
+pub(crate) fn title(name: &str, unit: Option<&str>) -> String {
+    match unit {
+        Some(unit) => format!("{name} [{unit}]"),
+        None if Title::read(name).plain == name => name.to_owned(),
+        None => format!("{name} []"),
     }
 }
 
@@ -29,11 +40,14 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
     };
     let (before, inner) = (&text[..open], text[open + 1..text.len() - 1].trim());
     let plain = before.trim_end();
+    let (is_attached, unit) = (plain.len() == before.len(), unit(inner));
     let is_index = inner.chars().all(|c| c.is_ascii_digit() || c == ',');
-    if plain.is_empty() || (is_index && plain.len() == before.len()) {
+    let is_derivative = round && (plain == "der" || plain.ends_with(".der"));
+    let is_named = is_index || is_derivative || (round && unit.is_none());
+    if plain.is_empty() || (is_attached && is_named) {
         return None;
     }
-    let unit = unit(inner).or_else(|| (!round && !inner.is_empty()).then(|| inner.to_owned()));
+    let unit = unit.or_else(|| (!round && !inner.is_empty()).then(|| inner.to_owned()));
     Some((plain, unit))
 }
 
@@ -90,6 +104,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_title_is_read_as_it_was_written() {
+        let names = [
+            "a.x",
+            "a.der(h)",
+            "a.der(body.v,2)",
+            "a[1].b",
+            "a.x[1,2]",
+            "a.sensor(s)",
+            "a.x [m]",
+            "a.x (m)",
+            "a.'v (m/s)'",
+            "a.f(1)",
+            "a.speed (GPS)",
+            "a.x []",
+            "a.ä ö",
+        ];
+        for name in names {
+            for unit in [None, Some("m/s"), Some("1"), Some("furlong")] {
+                let read = Title::read(&title(name, unit));
+                assert_eq!((read.plain.as_str(), read.unit.as_deref()), (name, unit));
+            }
+        }
+    }
+
+    #[test]
     fn the_name_of_a_time_may_end_with_its_unit() {
         let factor = |name| unit_of_time(name).map(|unit| unit.factor);
         assert_eq!(
@@ -115,6 +154,12 @@ mod tests {
             ("tire.f_z[1,2]", "tire.f_z[1,2]", None),
             ("tire.f_z[1,2] [N]", "tire.f_z[1,2]", Some("N")),
             ("wheel(1)", "wheel(1)", None),
+            ("ball.der(h)", "ball.der(h)", None),
+            ("der(m) [m/s]", "der(m)", Some("m/s")),
+            ("a.der(b.x[3])", "a.der(b.x[3])", None),
+            ("order(s)", "order", Some("s")),
+            ("wheel(left)", "wheel(left)", None),
+            ("sensor(s) []", "sensor(s)", None),
             ("[m]", "[m]", None),
             ("x]", "x]", None),
         ] {

@@ -58,11 +58,10 @@ pub fn header(folder: &Path, columns: Columns<Recorded>, step: f64, ticks: u64) 
     RunHeader {
         scenario: "made".to_owned(),
         title: "A recording to be damaged".to_owned(),
-        source: Source::made(diagnostics::TextFile {
-            path: "made.toml".into(),
-            text: "title = \"made\"\n".repeat(40),
-            folder: None,
-        }),
+        source: Source::made(diagnostics::TextFile::new(
+            "made.toml",
+            "title = \"made\"\n".repeat(40),
+        )),
         given: Vec::new(),
         step,
         stop: step * ticks as f64,

@@ -19,6 +19,16 @@ pub struct CouplingRules {
 }
 
 impl Algorithm {
+    /// The word for it in a scenario.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Algorithm::GaussSeidel => "gauss_seidel",
+            Algorithm::Jacobi => "jacobi",
+            Algorithm::Iterate => "iterate",
+        }
+    }
+
     /// The rules of the algorithm.
     #[must_use]
     pub fn rules(self) -> CouplingRules {
@@ -163,8 +173,7 @@ impl CouplingPlan {
     #[must_use]
     pub fn told(&self) -> String {
         let mut parts = vec![match self.algorithm {
-            Algorithm::GaussSeidel => "gauss_seidel".to_owned(),
-            Algorithm::Jacobi => "jacobi".to_owned(),
+            Algorithm::GaussSeidel | Algorithm::Jacobi => self.algorithm.word().to_owned(),
             Algorithm::Iterate => {
                 let Iteration { method, tolerance, passes } = self.iteration;
                 let method =

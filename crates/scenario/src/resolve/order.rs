@@ -1,17 +1,19 @@
 //! Finds the loops of the connections and the order of the nodes in a step: each gets its inputs as fresh as it needs them.
 
 mod components;
+mod delays;
 
 use std::collections::HashSet;
 
 use diagnostics::Error;
 
 use self::components::components;
+use super::Notes;
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
 use super::ports::Port;
 use crate::plan::{Block, Body, CouplingPlan, Link, Loop, Tear};
-use crate::words::{At, Connect, Scenario};
+use crate::words::{At, Connect, Loops, Scenario};
 
 /// A wish that one node steps before another.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,14 +51,42 @@ impl Order {
 }
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
-/// fresh value goes first, then the one that comes first in the file.
+/// fresh value goes first, then the one that comes first in the file. Connections of loops are delayed, if the scenario wants that.
 pub(super) fn order(
     scenario: &Scenario,
     connects: &[Connect],
     unplaced: &[UnplacedNode],
-    connections: &Connections,
+    connections: &mut Connections,
+    (mistakes, warnings): Notes,
+) -> Option<Order> {
+    let mut all = edges(unplaced, connections);
+    let coupling = &scenario.document.coupling;
+    if coupling.loops == Loops::Delay && !coupling.algorithm.rules().solves_loops {
+        let hands_on = |edge: &Edge| {
+            let bodies = (&unplaced[edge.from].body, &unplaced[edge.to].body);
+            matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
+        };
+        for delay in delays::delays(&all, &hands_on) {
+            warnings.push(delay.told(&all));
+            for edge in delay.edges {
+                let edge = &mut all[edge];
+                edge.at = At::Start;
+                if let Some(connection) = &mut connections[edge.to][edge.ports.1] {
+                    connection.at = At::Start;
+                }
+            }
+        }
+    }
+    mistakes.take(sorted(scenario, connects, unplaced, all))
+}
+
+/// The order of nodes with these edges.
+fn sorted(
+    scenario: &Scenario,
+    connects: &[Connect],
+    unplaced: &[UnplacedNode],
+    all: Vec<Edge>,
 ) -> Result<Order, Error> {
-    let all = edges(unplaced, connections);
     let fresh: Vec<_> = all.iter().filter(|edge| edge.at == At::End).cloned().collect();
     // A connector that may go delays nobody.
     let mut left: Vec<usize> = (0..unplaced.len()).collect();
@@ -93,7 +123,7 @@ fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<
     let place = connect.map_or(0..0, |connect| connect.to.span());
     scenario.source.error(place, message, "one of them").help(
         "write `at = \"start\"` on the connection that breaks it: it hands over the value from the start of the step; or solve the loop \
-         at each step: [coupling] algorithm = \"iterate\"",
+         at each step: [coupling] algorithm = \"iterate\"; or let the program choose: [coupling] loops = \"delay\"",
     )
 }
 
@@ -290,7 +320,7 @@ fn cycle(left: &[usize], edges: &[Edge]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn edge(from: usize, to: usize, needed: bool) -> Edge {
+    pub(super) fn edge(from: usize, to: usize, needed: bool) -> Edge {
         Edge {
             from,
             to,

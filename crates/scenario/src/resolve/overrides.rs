@@ -89,15 +89,18 @@ pub(super) fn apply(
     };
     let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
     let rest = Overrides { starts, ..overrides.clone() };
-    if words.is_empty() {
+    if words.is_empty() && overrides.coupling.is_none() {
         return (None, rest);
     }
     let change = |given: &Override| Change { name: given.name(), value: given.value.clone() };
     let changes: Vec<_> = words.iter().map(change).collect();
-    let changed = scenario.changed(&changes).map_err(|misfits| {
+    let mut changed = scenario.changed(&changes).map_err(|misfits| {
         let told = |it: Misfit| words[it.place].error(&it.message).hint(it.help);
         misfits.into_iter().for_each(|misfit| mistakes.push(told(misfit)));
     });
+    if let (Ok(changed), Some(algorithm)) = (&mut changed, overrides.coupling) {
+        changed.document.coupling.algorithm = algorithm;
+    }
     (changed.ok(), rest)
 }
 

@@ -18,6 +18,10 @@ pub struct Coupling {
     #[serde(default)]
     #[schemars(example = &"jacobi")]
     pub algorithm: Algorithm,
+    /// What becomes of a loop of connections that all want the value of the end of the step, with `gauss_seidel`.
+    #[serde(default)]
+    #[schemars(example = &"delay")]
+    pub loops: Loops,
     /// Solution of loops, for `iterate`; in the initialisation for all algorithms.
     #[serde(default)]
     pub iteration: Iteration,
@@ -50,6 +54,18 @@ pub enum Algorithm {
     /// The nodes of a loop repeat the step until what they get fits what they give. Continuous inputs go evenly from their value at
     /// the start of the step to that at its end, or have the mean of both where the FMU takes no slopes. That is of second order.
     Iterate,
+}
+
+/// What becomes of a loop of connections.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Loops {
+    /// The scenario is refused: it says itself which connection has `at = "start"`.
+    #[default]
+    Refuse,
+    /// As few connections as possible take the value of the start of the step; of several choices, the one that lets nodes step in the order
+    /// of the file. A warning names them. A system of SSP runs so.
+    Delay,
 }
 
 /// Solution of loops.

@@ -11,7 +11,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
 use super::extend::Wrong;
-use super::{Document, Imported, Scenario, Validation, extend, sizes, subsystems, system};
+use super::{
+    Document, Imported, Scenario, Validation, extend, sizes, standalone, subsystems, system,
+};
 use crate::schema::{self, Finding};
 
 /// Keys and values of earlier versions, with their names of today.
@@ -21,7 +23,7 @@ const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "x
 const TOLD: usize = 100;
 
 impl Scenario {
-    /// Reads the file at `path`, those that it extends, and the scenarios that it is validated by.
+    /// Reads the file at `path`, a scenario, a system of SSP or an FMU that runs by itself, those that it extends, and the scenarios that it is validated by.
     ///
     /// # Errors
     /// When one of them cannot be read or does not have the form of a scenario.
@@ -46,6 +48,10 @@ impl Scenario {
             return Err(Error::input(message)
                 .help("a scenario chooses one with `variant` beside `extends`"));
         }
+        if standalone::is_fmu(path) {
+            let (file, imported) = standalone::imported(path)?;
+            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+        }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
     }
 
@@ -54,8 +60,8 @@ impl Scenario {
     /// # Errors
     /// As for a file.
     pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
-        let (path, folder) = (path.to_owned(), Some(folder.to_owned()));
-        read(Source::made(TextFile { path, text, folder }), &[], Vec::new())
+        let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
+        read(Source::made(file), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -307,7 +313,7 @@ mod tests {
     #[test]
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
-        let file = TextFile { path: "case.toml".into(), text: text.to_owned(), folder: None };
+        let file = TextFile::new("case.toml", text);
         let source = Source::recorded(file, Vec::new(), Vec::new());
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         for (path, word) in [

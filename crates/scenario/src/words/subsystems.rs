@@ -6,9 +6,9 @@ use diagnostics::{Error, Mistakes, Source, TextFile};
 use toml::Spanned;
 use toml::de::DeTable;
 
-use super::Imported;
 use super::subsystem::label;
-use super::system::{self, Imparted, Role};
+use super::system::{self, Imparted, Role, Stepping};
+use super::{Algorithm, Imported};
 
 /// An entry of `[[system]]`.
 struct Entry {
@@ -37,7 +37,8 @@ struct Setting {
     step: Option<f64>,
     stops: bool,
     times: Option<String>,
-    coupling: String,
+    /// The algorithm, and where it is written.
+    algorithm: (String, String),
 }
 
 /// The texts of the systems that `table` names, the merged one of the files.
@@ -54,7 +55,7 @@ pub(super) fn texts(source: &Source, table: &DeTable) -> Result<Vec<(TextFile, I
         let made = free.and_then(|()| imparted(source, &entry, &setting));
         let Some(mut made) = mistakes.take(made) else { continue };
         mistakes.take(nodes_are_free(source, &entry, &mut made, &mut nodes));
-        made.imported.notes.push(setting.after(&entry, &made));
+        made.imported.stepping = Some(setting.after(&entry, &made));
         added.push((made.file, made.imported));
     }
     mistakes.finish().map(|()| added)
@@ -163,10 +164,9 @@ fn nodes_are_free(
         match nodes.iter().find(|node| node.name == *name) {
             Some(Node { system: None, fmu: Some(false), .. }) | None => {}
             Some(Node { system: None, fmu: Some(true), place, .. }) => {
-                let (file, line) = source.line(place.start);
+                let position = source.position(place.start);
                 made.imported.notes.push(format!(
-                    "{}:{line}: `{name}` takes the place of the FMU of this name in the system `{system}`",
-                    file.display()
+                    "{position}: `{name}` takes the place of the FMU of this name in the system `{system}`"
                 ));
             }
             Some(Node { system: None, fmu: None, place, .. }) => {
@@ -194,10 +194,7 @@ fn nodes_are_free(
 
 impl Setting {
     fn of(source: &Source, table: &DeTable) -> Self {
-        let at = |place: &Range<usize>| {
-            let (file, line) = source.line(place.start);
-            format!("{}:{line}", file.display())
-        };
+        let at = |place: &Range<usize>| source.position(place.start);
         let inner = |list: &str, key: &str| {
             let value = table.get(list)?.get_ref().as_table()?.get(key)?;
             Some((source.letters(value.span()).to_owned(), at(&value.span())))
@@ -209,8 +206,9 @@ impl Setting {
             Some(words) if words.contains_key("algorithm") => inner("coupling", "algorithm"),
             _ => None,
         };
-        let coupling =
-            coupling.map(|(text, place)| format!("{} of {place}", text.trim_matches('"')));
+        let algorithm = coupling.map(|(text, place)| {
+            (text.trim_matches(['"', '\'']).to_owned(), format!(" of {place}"))
+        });
         let times = match (&step, &stop) {
             (Some((step, place)), Some((stop, _))) => {
                 Some(format!("the step {step} s and the stop time {stop} s of {place}"))
@@ -221,17 +219,20 @@ impl Setting {
             step: step.and_then(|(text, _)| number(&text)),
             stops: stop.is_some(),
             times,
-            coupling: coupling
-                .unwrap_or_else(|| "gauss_seidel, since nothing says otherwise".to_owned()),
+            algorithm: algorithm.unwrap_or_else(|| {
+                let default = Algorithm::default().word().to_owned();
+                (default, ", since nothing says otherwise".to_owned())
+            }),
         }
     }
 
     /// The note about the times and the algorithm that a system runs with; the first system may give the times of all.
-    fn after(&mut self, Entry { name, .. }: &Entry, Imparted { times, .. }: &Imparted) -> String {
+    fn after(&mut self, Entry { name, .. }: &Entry, Imparted { times, .. }: &Imparted) -> Stepping {
         let (step, taken) = times;
         self.step = Some(*step);
         self.stops = true;
         let times = self.times.get_or_insert_with(|| taken.clone());
-        format!("the system `{name}` runs with {times}, coupled by {}", self.coupling)
+        let times = format!("the system `{name}` runs with {times}");
+        Stepping::Part { times, algorithm: self.algorithm.clone() }
     }
 }

@@ -9,24 +9,41 @@ mod ways;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use diagnostics::{Error, TextFile, suggest};
+use diagnostics::{Error, Origins, TextFile, suggest, summary};
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Fmu, Value};
 use ssp::{Connection, Place, Port, Start};
 use units::Unit;
 
-use super::Annotated;
+use super::{Algorithm, Annotated, Document};
 pub(super) use imparted::{Imparted, Role, imparted};
-use times::{Proposed, proposed};
+pub(super) use times::{Given, Origin, Proposed, Stepping, proposed};
 use ways::{conversion, known, unit, way_words};
 
-/// A system that a scenario is made of.
+/// A system or an FMU that a scenario is made of.
 #[derive(Debug)]
 pub struct Imported {
     /// What was taken from where, and what was left out.
     pub notes: Vec<String>,
+    /// How it is stepped, unless a scenario in its annotation says that.
+    pub(super) stepping: Option<Stepping>,
     /// Owns the unpacked archive, which the FMUs are in.
-    _system: ssp::System,
+    _system: Option<ssp::System>,
+}
+
+impl Imported {
+    pub(super) fn new(
+        notes: Vec<String>,
+        stepping: Option<Stepping>,
+        system: Option<ssp::System>,
+    ) -> Self {
+        Imported { notes: summary(notes), stepping, _system: system }
+    }
+
+    /// The sentence about times and algorithm of a run, as far as the system decides them.
+    pub(crate) fn stepping(&self, document: &Document) -> Option<String> {
+        self.stepping.as_ref()?.told(document)
+    }
 }
 
 /// Whether a path is that of a system rather than of a scenario.
@@ -57,18 +74,20 @@ pub(super) fn imported(
     if let Some(Annotated::Current(text)) = annotated {
         notes.push(format!("{}: the scenario in its annotation is used", path.display()));
         let folder = Some(system.folder().to_owned());
-        let file = TextFile { path: path.to_owned(), text: text.to_owned(), folder };
-        return Ok((file, Imported { notes, _system: system }));
+        let file = TextFile { folder, ..TextFile::new(path, text) };
+        return Ok((file, Imported::new(notes, None, Some(system))));
     }
+    // An export notes the step for libcosim, not its algorithm.
+    let is_ours = annotated.is_some();
     if let Some(Annotated::Stale(note)) = annotated {
         notes.push(note);
     }
     let mut writer = Writer::new(&system, None)?;
-    writer.write()?;
-    let Writer { text, notes: more, .. } = writer;
+    let stepping = writer.write(is_ours)?;
+    let Writer { text, origins, notes: more, .. } = writer;
     let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
-    let file = TextFile { path: path.to_owned(), text, folder: None };
-    Ok((file, Imported { notes, _system: system }))
+    let file = TextFile { origins, ..TextFile::new(path, text) };
+    Ok((file, Imported::new(notes, Some(stepping), Some(system))))
 }
 
 /// Why a system cannot be used.
@@ -118,6 +137,8 @@ struct Writer<'a> {
     names: Vec<String>,
     fmus: Vec<Fmu>,
     text: String,
+    /// Where what the text says stands in the system.
+    origins: Origins,
     notes: Vec<String>,
 }
 
@@ -127,24 +148,39 @@ impl<'a> Writer<'a> {
         let mut names: Vec<String> = Vec::new();
         let mut fmus = Vec::new();
         for component in &system.components {
-            let fmu =
-                Fmu::open(&component.source).map_err(|error| wrong(&component.place, error))?;
+            let fmu = Fmu::open(&component.source).map_err(|error| {
+                let [path, shown] = [&component.source, &component.shown].map(|it| it.display());
+                let message = error.to_string().replace(&path.to_string(), &shown.to_string());
+                wrong(&component.place, message)
+            })?;
             fmus.push(fmu);
-            // A dot ends the name of a node.
-            let mut name = prefix.clone() + &component.name.replace(['.', '"', '\\'], "_");
+            let mut name = prefix.clone() + &node_name(&component.name);
             while names.contains(&name) {
                 name.push('_');
             }
             names.push(name);
         }
-        Ok(Writer { system, names, fmus, text: String::new(), notes: Vec::new() })
+        let mut origins = Origins::default();
+        origins.begin(0, system.description.display().to_string());
+        for component in &system.components {
+            let source = std::path::absolute(&component.source);
+            origins.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
+        }
+        Ok(Writer { system, names, fmus, text: String::new(), origins, notes: Vec::new() })
     }
 
-    fn write(&mut self) -> Result<(), Error> {
+    /// Writes the whole scenario; `is_ours` says that annotations for other tools come from this program.
+    fn write(&mut self, is_ours: bool) -> Result<Stepping, Error> {
         let system = self.system;
         self.line(format_args!("title = {}", quoted(&system.name)));
-        self.times()?;
-        self.nodes()
+        let stepping = self.stepping(is_ours)?;
+        self.nodes()?;
+        Ok(stepping)
+    }
+
+    /// Says where what follows stands in the system.
+    fn begin(&mut self, place: &Place) {
+        self.origins.begin(self.text.len(), place.clone());
     }
 
     fn nodes(&mut self) -> Result<(), Error> {
@@ -161,16 +197,29 @@ impl<'a> Writer<'a> {
         let _ = writeln!(self.text, "{line}");
     }
 
-    /// SSP has no step and no algorithm: they are those of the FMUs and of this program.
-    fn times(&mut self) -> Result<(), Error> {
-        let Proposed { start, step, stop, origin, reason } =
-            proposed(self.system, &self.fmus, None)?;
-        self.notes.push(format!(
-            "the system `{}` runs from {start} s to {stop} s ({origin}) with the step {step} s ({reason}), its FMUs one after the other in the order of the data (gauss_seidel); a scenario that `extends` it may say otherwise",
-            self.system.name
-        ));
+    /// SSP has no step and no algorithm: they are those of annotations, of the FMUs and of this program.
+    fn stepping(&mut self, is_ours: bool) -> Result<Stepping, Error> {
+        let times = self.proposed(None)?;
+        let Proposed { start, step, stop } = &times;
+        let (step, stop) = (step.value, stop.value);
         self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
-        Ok(())
+        self.line(format_args!("\n[coupling]\nloops = \"delay\""));
+        let annotated = self.system.stepping.as_ref().filter(|_| !is_ours);
+        let algorithm = annotated.filter(|it| it.master == ssp::Master::Osp).map(|it| {
+            self.line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.word()));
+            (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.place))
+        });
+        Ok(Stepping::Whole { name: self.system.name.clone(), times, algorithm })
+    }
+
+    /// The times of a run; `step` is the one that the scenario around the system has.
+    fn proposed(&self, step: Option<Origin>) -> Result<Proposed, Error> {
+        let system = self.system;
+        let annotated = system.stepping.as_ref();
+        let annotated = annotated.map(|it| Origin::new(it.step, format!("noted at {}", it.place)));
+        let stop = system.experiment.stop.map(|stop| Origin::new(stop, "its DefaultExperiment"));
+        let start = system.experiment.start.unwrap_or(0.0);
+        proposed(&system.name, Given { start, stop, step: step.or(annotated) }, &self.fmus)
     }
 
     fn variable(&self, Port { component, variable }: &Port) -> Option<&Variable> {
@@ -187,6 +236,7 @@ impl<'a> Writer<'a> {
             );
             return Err(wrong(&component.place, message));
         }
+        self.begin(&component.place);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
         let source = source.map_err(|error| wrong(&component.place, error))?;
@@ -218,12 +268,14 @@ impl<'a> Writer<'a> {
                 continue;
             }
             let value = start_value(start, variable)?;
+            self.begin(&start.place);
             self.line(format_args!("{} = {value}", quoted(&start.variable)));
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.ends(connection)?;
             if parameters::is_parameter(target) {
                 let value = parameters::value(self.system, connection, (source, target))?;
+                self.begin(&connection.way.place);
                 self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
             }
         }
@@ -266,9 +318,15 @@ impl<'a> Writer<'a> {
         let name =
             |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
+        self.begin(&way.place);
         self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }
+}
+
+/// The name of a node for a component or a file: a dot ends the name of a node.
+pub(super) fn node_name(name: &str) -> String {
+    name.replace(['.', '"', '\\'], "_")
 }
 
 /// A text of TOML.

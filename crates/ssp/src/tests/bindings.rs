@@ -169,3 +169,13 @@ fn values_of_connectors_go_through_connections_and_win() {
     assert_eq!(found.converted(1000.0, 0.0), Some(Value::Real(8001.0)));
     assert!(system.notes.iter().any(|note| note.contains("`sub.c.k` is replaced")));
 }
+
+#[test]
+fn nothing_is_mapped_from_an_empty_source() {
+    let values = set(&[("k", &real("3"))]);
+    let entries =
+        r#"<ssm:MappingEntry source="k" target="k"/><ssm:MappingEntry source="" target="u"/>"#;
+    let system = good(&nested(&[], &[], &[binding("", &values, entries)]));
+    assert_eq!(number(&system, "sub.c", "k"), 3.0);
+    assert!(system.notes.iter().any(|it| it.contains("`u` has no source")), "{:?}", system.notes);
+}

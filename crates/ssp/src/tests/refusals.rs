@@ -101,6 +101,34 @@ fn what_the_standard_does_not_know_is_noted() {
 }
 
 #[test]
+fn steps_are_those_that_tools_noted() {
+    let osp = |step: &str| {
+        format!(
+            r#"<ssd:Annotations><ssc:Annotation type="com.opensimulationplatform"><o:Algorithm xmlns:o="http://o"><o:FixedStepAlgorithm baseStepSize="{step}"/></o:Algorithm></ssc:Annotation></ssd:Annotations>"#
+        )
+    };
+    let oms = r#"<ssd:Annotations><ssc:Annotation type="org.openmodelica"><o:A xmlns:o="http://o"><o:FixedStepMaster description="oms-ma" stepSize="0.001000"/></o:A></ssc:Annotation></ssd:Annotations>"#;
+    let read = |system: &str, experiment: &str| {
+        let text = description(system).replace(
+            "stopTime=\"2.5\"/>",
+            &format!("stopTime=\"2.5\">{experiment}</ssd:DefaultExperiment>"),
+        );
+        let folder = folder(&[("SystemStructure.ssd", &text)]);
+        let system = open(folder.path(), None).expect("a system");
+        let ignored = system.notes.iter().filter(|note| note.contains("is ignored")).count();
+        (system.stepping.map(|it| (it.master, it.step)), ignored)
+    };
+    let inner = format!("<ssd:Elements><ssd:System name=\"sub\">{oms}</ssd:System></ssd:Elements>");
+    assert_eq!(read("", &osp("1e-4")), (Some((Master::Osp, 1e-4)), 0));
+    assert_eq!(read(oms, ""), (Some((Master::OmSimulator, 1e-3)), 0));
+    assert_eq!(read(oms, &osp("0.5")), (Some((Master::Osp, 0.5)), 0));
+    // A system inside is not the outermost one, and a step is above 0.
+    assert_eq!(read(&inner, ""), (None, 1));
+    assert_eq!(read("", &osp("0")), (None, 1));
+    assert_eq!(read("", &osp("soon")), (None, 1));
+}
+
+#[test]
 fn prefixes_and_versions_of_namespaces_do_not_matter() {
     let text = sample().replace("ssd:", "q:").replace(":ssd=", ":q=").replace("SSP1", "SSP2");
     let folder = folder(&[("SystemStructure.ssd", &text)]);

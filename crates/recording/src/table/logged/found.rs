@@ -88,6 +88,9 @@ impl Found {
     /// The unit of a channel as this program spells it.
     pub fn unit(&self, place: usize) -> Option<String> {
         let of_file = self.channels[place].unit.as_deref();
+        if of_file == Some("") {
+            return None;
+        }
         let known = |text: &str| title::unit(text).unwrap_or_else(|| title::spelled(text));
         of_file.map(known).or_else(|| self.titles[place].unit.clone())
     }

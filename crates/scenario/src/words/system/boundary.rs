@@ -127,6 +127,7 @@ impl Writer<'_> {
     }
 
     fn head(&mut self, role: &Role, connector: &Connector, (kind, has_unit): (&str, bool)) {
+        self.begin(&connector.place);
         let name = quoted(&format!("{}.{}", role.name, connector.name));
         self.line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
         if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {

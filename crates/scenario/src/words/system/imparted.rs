@@ -4,7 +4,7 @@ use std::path::Path;
 
 use diagnostics::{Error, TextFile};
 
-use super::times::{Proposed, proposed};
+use super::times::{Origin, Proposed};
 use super::{Annotated, Imported, Unusable, Writer};
 
 /// What a system is for the scenario that it is a part of.
@@ -56,12 +56,12 @@ pub(in crate::words) fn imparted(
     let times = writer.times_of_part(role)?;
     writer.nodes()?;
     writer.boundary(role)?;
-    let Writer { text, notes: more, names: nodes, .. } = writer;
+    let Writer { text, origins, notes: more, names: nodes, .. } = writer;
     notes.extend(system.notes.iter().cloned().chain(more));
     // Two parts may be of one system.
     let path = format!("{} as {}", path.display(), role.name).into();
-    let file = TextFile { path, text, folder: None };
-    Ok(Imparted { file, imported: Imported { notes, _system: system }, nodes, times })
+    let file = TextFile { path, text, origins, ..TextFile::default() };
+    Ok(Imparted { file, imported: Imported::new(notes, None, Some(system)), nodes, times })
 }
 
 impl Writer<'_> {
@@ -70,18 +70,18 @@ impl Writer<'_> {
         if let (Some(step), true) = (role.step, role.stops) {
             return Ok((step, String::new()));
         }
-        let Proposed { start, step, stop, origin, reason } =
-            proposed(self.system, &self.fmus, role.step)?;
+        let step = role.step.map(|step| Origin::new(step, ""));
+        let Proposed { start, step, stop } = self.proposed(step)?;
         let mut taken = Vec::new();
         self.line(format_args!("[time]"));
         if role.step.is_none() {
-            self.line(format_args!("step = {step:?}"));
-            taken.push(format!("the step {step} s ({reason})"));
+            self.line(format_args!("step = {:?}", step.value));
+            taken.push(format!("the step {} s ({})", step.value, step.origin));
         }
         if !role.stops {
-            self.line(format_args!("start = {start:?}\nstop = {stop:?}"));
-            taken.push(format!("the time from {start} s to {stop} s ({origin})"));
+            self.line(format_args!("start = {start:?}\nstop = {:?}", stop.value));
+            taken.push(format!("the time from {start} s to {} s ({})", stop.value, stop.origin));
         }
-        Ok((step, format!("{} of the system `{}`", taken.join(" and "), role.name)))
+        Ok((step.value, format!("{} of the system `{}`", taken.join(" and "), role.name)))
     }
 }

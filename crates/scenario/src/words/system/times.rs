@@ -1,53 +1,135 @@
-//! Proposes start, step and stop of a system's run: SSP has no step and no algorithm.
+//! Proposes start, step and stop of the run of FMUs that no scenario gives times: those of a system, or one by itself.
 
 use diagnostics::Error;
 use fmu_import::Fmu;
 
+use crate::words::{Algorithm, Document};
+
 /// Steps of a run whose FMUs propose none, as fmpy takes them.
 const STEPS: f64 = 500.0;
 
-/// The times of a run [s], and where they come from.
-pub(super) struct Proposed {
-    pub start: f64,
-    pub step: f64,
-    pub stop: f64,
-    /// Where the stop time comes from.
-    pub origin: &'static str,
-    /// Where the step comes from.
-    pub reason: String,
+/// A time of a run [s], and where it comes from.
+#[derive(Debug, Clone)]
+pub(in crate::words) struct Origin {
+    pub value: f64,
+    /// In brackets behind the value.
+    pub origin: String,
 }
 
-/// The times that a system and its FMUs propose; the stop time is a multiple of `step`, if there is one already.
-pub(super) fn proposed(
-    system: &ssp::System,
+impl Origin {
+    pub fn new(value: f64, origin: impl Into<String>) -> Self {
+        Origin { value, origin: origin.into() }
+    }
+
+    /// The value, and where it comes from if a run has it.
+    fn told(&self, value: f64) -> String {
+        match value == self.value {
+            true => format!("{value} s ({})", self.origin),
+            false => format!("{value} s"),
+        }
+    }
+}
+
+/// What is known of a run before its FMUs are asked.
+pub(in crate::words) struct Given {
+    pub start: f64,
+    pub stop: Option<Origin>,
+    pub step: Option<Origin>,
+}
+
+/// The times of a run.
+#[derive(Debug, Clone)]
+pub(in crate::words) struct Proposed {
+    /// [s]
+    pub start: f64,
+    pub step: Origin,
+    pub stop: Origin,
+}
+
+/// The times that FMUs propose where nothing is given; the stop time is a multiple of the step.
+pub(in crate::words) fn proposed(
+    name: &str,
+    Given { start, stop, step }: Given,
     fmus: &[Fmu],
-    step: Option<f64>,
 ) -> Result<Proposed, Error> {
-    let start = system.experiment.start.unwrap_or(0.0);
+    let several = fmus.len() > 1;
     let latest = fmus.iter().filter_map(|fmu| fmu.description.default_stop).reduce(f64::max);
-    let (stop, origin) = match (system.experiment.stop, latest) {
-        (Some(stop), _) => (stop, "its DefaultExperiment"),
-        (None, Some(stop)) => (stop, "the latest one that its FMUs propose"),
-        (None, None) => (start + 1.0, "neither the system nor an FMU proposes one"),
+    let latest = latest.filter(|stop| *stop > start);
+    let proposed = |stop| match several {
+        true => Origin::new(stop, "the latest one that its FMUs propose"),
+        false => Origin::new(stop, "the DefaultExperiment of the FMU"),
     };
-    if stop <= start || stop.is_nan() {
+    let stop = stop.or_else(|| latest.map(proposed));
+    let Origin { value: stop, origin } =
+        stop.unwrap_or_else(|| Origin::new(start + 1.0, "nothing proposes a stop time"));
+    if stop <= start || !stop.is_finite() {
         return Err(Error::input(format!(
-            "`{}`: expected a stop time after the start time {start} s, found {stop} s ({origin})",
-            system.name
+            "`{name}`: expected a stop time after the start time {start} s, found {stop} s ({origin})",
         )));
     }
     let duration = stop - start;
     let steps = fmus.iter().filter_map(|fmu| fmu.description.default_step);
     let steps = steps.filter(|step| *step > 0.0 && *step <= duration);
-    let (step, reason) = match (step, steps.reduce(f64::min)) {
-        (Some(step), _) => (step, String::new()),
-        (None, Some(step)) => (step, "the shortest one that its FMUs propose".to_owned()),
-        (None, None) => (duration / STEPS, format!("{STEPS} steps, since no FMU proposes one")),
-    };
-    let stop = match step > 0.0 {
-        true => start + (duration / step).round().max(1.0) * step,
+    let shortest = steps.reduce(f64::min).map(|step| match several {
+        true => Origin::new(step, "the shortest one that its FMUs propose"),
+        false => Origin::new(step, "the DefaultExperiment of the FMU"),
+    });
+    // The difference of two decimal times has errors in its last digits.
+    let part = format!("{:.12e}", duration / STEPS).parse().unwrap_or(duration / STEPS);
+    let none = || Origin::new(part, format!("{STEPS} steps, since no FMU proposes one"));
+    let step = step.or(shortest).unwrap_or_else(none);
+    let stop = match step.value > 0.0 {
+        true => start + (duration / step.value).round().max(1.0) * step.value,
         // A wrong step is told where it is written.
         false => stop,
     };
-    Ok(Proposed { start, step, stop, origin, reason })
+    Ok(Proposed { start, step, stop: Origin::new(stop, origin) })
+}
+
+/// How a system is stepped, as far as it decides that.
+#[derive(Debug)]
+pub(in crate::words) enum Stepping {
+    /// The whole scenario is made of the system.
+    Whole {
+        /// Its name.
+        name: String,
+        times: Proposed,
+        /// The algorithm of its annotation, and where that is.
+        algorithm: Option<(Algorithm, String)>,
+    },
+    /// The system is a part of a scenario.
+    Part {
+        /// The sentence about its times.
+        times: String,
+        /// The algorithm of the scenario, and where it is written.
+        algorithm: (String, String),
+    },
+}
+
+impl Stepping {
+    /// The sentence about it for a run whose scenario may say otherwise.
+    pub fn told(&self, document: &Document) -> Option<String> {
+        let chosen = document.coupling.algorithm;
+        match self {
+            Stepping::Whole { name, times, algorithm } => {
+                let time = document.time.as_ref()?;
+                let start = time.start.as_ref().map_or(0.0, |start| *start.get_ref());
+                let stop = times.stop.told(*time.stop.get_ref());
+                let step = times.step.told(*time.step.get_ref());
+                let why = match algorithm {
+                    Some((algorithm, place)) if *algorithm == chosen => format!(" ({place})"),
+                    _ => String::new(),
+                };
+                let word = chosen.word();
+                Some(format!(
+                    "the system `{name}` runs from {start} s to {stop} with the step {step}, coupled by {word}{why}; `--coupling` \
+                     and a scenario that `extends` it may say otherwise"
+                ))
+            }
+            Stepping::Part { times, algorithm: (written, place) } => {
+                let place = if written == chosen.word() { place } else { "" };
+                Some(format!("{times}, coupled by {}{place}", chosen.word()))
+            }
+        }
+    }
 }
