@@ -2,11 +2,13 @@
 
 mod csv;
 mod error;
+mod foreign;
 mod gaps;
 mod join;
 mod kept;
 mod logged;
 mod mcap;
+mod names;
 mod surveyed;
 mod title;
 mod wanted;
@@ -21,9 +23,10 @@ pub use self::csv::{CsvError, columns};
 pub use self::error::TableError;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
+pub use self::foreign::is_fmu;
 pub use self::mcap::RecordingError;
 pub use self::surveyed::survey;
-pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
+pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, UnitRow, Wanted, WantedColumn};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -67,6 +70,8 @@ pub struct ColumnTitle {
     /// As it stands in the file.
     pub text: String,
     /// Without its unit.
+    pub plain: String,
+    /// The shortest name that tells it from the other columns.
     pub name: String,
     /// The unit that the file says.
     pub unit: Option<String>,
@@ -79,6 +84,8 @@ pub struct Titles {
     pub columns: Vec<ColumnTitle>,
     /// Whether it has times without a column that is named.
     pub has_time: bool,
+    /// As which format it is read, and where its titles stand.
+    pub format: String,
 }
 
 /// The titles of a file.
@@ -88,12 +95,15 @@ pub struct Titles {
 pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     let path = path.as_ref();
     Ok(match File::open(path)? {
-        File::Mcap => Titles { columns: Vec::new(), has_time: true },
+        File::Mcap => {
+            Titles { columns: Vec::new(), has_time: true, format: "MCAP".to_owned() }
+        }
         File::Log(log) => {
             let found = logged::Found::new(path, &log);
-            Titles { columns: found.titles(), has_time: found.has_times() }
+            let (columns, has_time) = (found.titles(), found.has_times());
+            Titles { columns, has_time, format: log.format.to_owned() }
         }
-        File::Csv => Titles { columns: csv::titles(path)?, has_time: false },
+        File::Csv => csv::titles(path)?,
     })
 }
 
