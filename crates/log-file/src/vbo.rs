@@ -43,10 +43,11 @@ pub struct Vbo {
     damaged: Damaged,
 }
 
-/// Lines that are no rows, and cells that are no numbers.
+/// Lines that are no rows, rows that are written twice, and cells that are no numbers.
 #[derive(Clone, Copy, Default)]
 struct Damaged {
     lines: Lines,
+    repeated: Lines,
     cells: Lines,
 }
 
@@ -143,7 +144,8 @@ impl Head {
         let paired = self.names.len() == self.titles.len();
         let names = if self.names.is_empty() { &self.titles } else { &self.names };
         let titles = if paired { &self.titles } else { names };
-        let known: Vec<_> = names.iter().zip(titles).map(|(name, title)| known(name, title)).collect();
+        let known: Vec<_> =
+            names.iter().zip(titles).map(|(name, title)| known(name, title)).collect();
         let (units, odd) = self.units_of(titles, &known);
         let channel = |(place, name): (usize, &String)| {
             let (meaning, own) = known[place];
@@ -172,7 +174,8 @@ impl Head {
         known: &[(Meaning, OwnUnit)],
     ) -> (Vec<Option<&str>>, Option<String>) {
         let all: Vec<usize> = (0..titles.len()).collect();
-        let is_synchronous = |it: &usize| ["avisynctime", "avitime"].contains(&word(&titles[*it]).as_str());
+        let is_synchronous =
+            |it: &usize| ["avisynctime", "avitime"].contains(&word(&titles[*it]).as_str());
         let is_other = |it: &usize| known[*it].1.is_none() && title_unit(&titles[*it]).is_none();
         let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
         let with_videos = all.iter().copied().filter(|it| is_other(it) || is_synchronous(it));
@@ -181,11 +184,12 @@ impl Head {
         // Of the empty lines at the end, one ends the section.
         let most = self.units.len().saturating_sub(1).max(stated);
         let counts = std::iter::once(most).chain(stated..most);
-        let fits = |count: usize| [&others, &with_videos, &all].into_iter().find(|it| it.len() == count);
+        let fits =
+            |count: usize| [&others, &with_videos, &all].into_iter().find(|it| it.len() == count);
         let fitting = counts.filter_map(fits).next();
         let last = &all[titles.len().saturating_sub(stated)..];
         let columns = fitting.map_or(last, Vec::as_slice);
-        let odd = fitting.is_none().then(|| {
+        let odd = (fitting.is_none() && stated > 0).then(|| {
             let (expected, columns) = (others.len(), titles.len());
             format!(
                 "[channel units] has {stated} entries for {columns} columns, of which {expected} need one: they are taken for \
@@ -314,6 +318,7 @@ impl Source for Vbo {
         self.file.seek(SeekFrom::Start(begin))?;
         self.damaged = Damaged::default();
         let (mut clock, mut line) = ((0.0, f64::NEG_INFINITY), Vec::new());
+        let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
         let mut flush = |stretch: &mut Vec<Vec<f64>>| {
             let values = stretch.iter_mut().map(|it| Values::Numbers(std::mem::take(it)));
@@ -325,6 +330,11 @@ impl Source for Vbo {
             if text.starts_with('[') {
                 break;
             }
+            if text == previous && !text.is_empty() {
+                self.damaged.repeated.add(number);
+                number += 1;
+                continue;
+            }
             match self.row(&text, number, &mut clock) {
                 Some(row) => {
                     let columns = stretch.iter_mut().zip(wanted);
@@ -334,6 +344,7 @@ impl Source for Vbo {
                 None if text.is_empty() => {}
                 None => self.damaged.lines.add(number),
             }
+            previous = text;
             number += 1;
             if rows == STRETCH {
                 rows = 0;
@@ -356,8 +367,9 @@ impl Source for Vbo {
         let expected = self.channels.len();
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";
-        let Damaged { lines: left_out, cells: gaps } = self.damaged;
-        let damage = left_out.told(&lines).into_iter().chain(gaps.told(cells));
-        damage.chain(self.odd.clone()).collect()
+        let Damaged { lines: left_out, repeated, cells: gaps } = self.damaged;
+        let repeated = repeated.told("left out: each is like the one before it");
+        let damage = [left_out.told(&lines), gaps.told(cells), repeated, self.odd.clone()];
+        damage.into_iter().flatten().collect()
     }
 }

@@ -142,6 +142,14 @@ fn vbox_times_pass_midnight_and_positions_become_degrees() {
         assert!(notes[1].starts_with("1 line with cells that are no numbers"), "{notes:?}");
         assert!(notes[0].ends_with("line 28") && notes[1].ends_with("line 29"), "{notes:?}");
     }
+    // Video HD2 writes some rows twice.
+    let row = "000001.00 5\n";
+    let mut twice = log(format!("[header]\ntime\nv\n[data]\n{row}{row}000002.00 6\n").as_bytes());
+    assert_eq!(numbers(&mut twice, "v"), [5.0, 6.0]);
+    assert_eq!(
+        twice.warnings(),
+        ["1 line left out: each is like the one before it; the first one is line 6"]
+    );
     let error = open(b"[header]\ntime\n").err().expect("it has no rows").to_string();
     assert!(error.contains("expected a section [data]"), "{error}");
     // Titles alone name the columns.
@@ -183,8 +191,12 @@ fn vbox_units_belong_to_the_columns_that_they_stand_for() {
     }
     let (units, warnings) = steering("rpm\n(null)", &titles);
     assert_eq!(units.map(Option::unwrap_or_default), ["", "rpm", ""], "the last ones");
-    assert!(warnings[0].contains("has 2 entries for 10 columns, of which 3 need one"), "{warnings:?}");
-    let knots = log(b"[header]\ntime\nvelocity knots\n[column names]\ntime velocity\n[data]\n000001 5\n");
+    assert!(
+        warnings[0].contains("has 2 entries for 10 columns, of which 3 need one"),
+        "{warnings:?}"
+    );
+    let knots =
+        log(b"[header]\ntime\nvelocity knots\n[column names]\ntime velocity\n[data]\n000001 5\n");
     assert_eq!(knots.channels()[1].unit.as_deref(), Some("kn"));
 }
 

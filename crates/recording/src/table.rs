@@ -21,12 +21,14 @@ use serde::{Deserialize, Serialize};
 pub(crate) use self::csv::{CsvColumn, whole};
 pub use self::csv::{CsvError, columns};
 pub use self::error::TableError;
+pub use self::foreign::is_fmu;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
-pub use self::foreign::is_fmu;
 pub use self::mcap::RecordingError;
 pub use self::surveyed::survey;
-pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, UnitRow, Wanted, WantedColumn};
+pub use self::wanted::{
+    Decimal, Dialect, Gaps, Reading, Scaling, Separator, UnitRow, Wanted, WantedColumn,
+};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -95,9 +97,7 @@ pub struct Titles {
 pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     let path = path.as_ref();
     Ok(match File::open(path)? {
-        File::Mcap => {
-            Titles { columns: Vec::new(), has_time: true, format: "MCAP".to_owned() }
-        }
+        File::Mcap => Titles { columns: Vec::new(), has_time: true, format: "MCAP".to_owned() },
         File::Log(log) => {
             let found = logged::Found::new(path, &log);
             let (columns, has_time) = (found.titles(), found.has_times());

@@ -182,7 +182,8 @@ pub fn respelled(text: &str) -> Option<String> {
     let (mut product, mut rest) = (String::new(), plain.as_str());
     while !rest.is_empty() {
         let letters = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
-        let (word, after) = rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
+        let (word, after) =
+            rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
         product += if letters == 0 || is_unit(word) { word } else { meant(word)? };
         rest = after;
     }

@@ -36,7 +36,8 @@ fn text_at(path: &Path) -> Result<Text, TableError> {
 fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableError> {
     let mut titles = wanted.titles();
     titles.extend(wanted.time.as_deref());
-    let file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
+    let mut file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
+    file.is_timed = true;
     let found: Vec<_> = wanted.titles().into_iter().map(|title| file.place(title)).collect();
     let time = file.time(wanted.time.as_deref());
     let mut places: Vec<usize> = found.iter().flatten().copied().collect();
@@ -208,6 +209,6 @@ fn reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {
 }
 
 #[cfg(test)]
-mod tests;
-#[cfg(test)]
 mod logger_tests;
+#[cfg(test)]
+mod tests;

@@ -48,7 +48,8 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
 
 /// Words of loggers for counts and for numbers without a dimension, in small letters.
 const COUNTS: [&str; 14] = [
-    "sats", "#", "count", "counts", "gear", "lap", "dop", "bool", "flag", "lambda", "ratio", "no", "nodim", "unitless",
+    "sats", "#", "count", "counts", "gear", "lap", "dop", "bool", "flag", "lambda", "ratio", "no",
+    "nodim", "unitless",
 ];
 
 /// Words of loggers for a unit, in small letters, that are none or another one elsewhere: `C` is a coulomb. RaceChrono writes

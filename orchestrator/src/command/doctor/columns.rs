@@ -72,9 +72,8 @@ fn named(
     name: &'static str,
     written: &str,
 ) -> Result<Chosen, Error> {
-    let is_title = |text: &str| {
-        titles.is_empty() || titles.iter().any(|title| is_name(title, text))
-    };
+    let is_title =
+        |text: &str| titles.is_empty() || titles.iter().any(|title| is_name(title, text));
     let (column, unit) = match written.rsplit_once(':') {
         Some((column, unit)) if !is_title(written) || titles.is_empty() => (column, Some(unit)),
         _ => (written, None),
@@ -106,11 +105,14 @@ fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
         bare(&title.plain, wanted).0 == usual || plain(&title.plain) == usual
     };
     let fits = |title: &&ColumnTitle| {
-        title.unit.as_ref().is_none_or(|unit| same_dimension(unit, wanted) || is_gravity(unit, wanted))
+        title
+            .unit
+            .as_ref()
+            .is_none_or(|unit| same_dimension(unit, wanted) || is_gravity(unit, wanted))
     };
-    let title = usual.iter().find_map(|(usual, _)| {
-        titles.iter().filter(|title| is(title, usual)).find(fits)
-    })?;
+    let title = usual
+        .iter()
+        .find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits))?;
     let unit = match &title.unit {
         Some(unit) if is_gravity(unit, wanted) => Some("g0".to_owned()),
         Some(_) => None,
@@ -208,7 +210,13 @@ mod tests {
         for (titles, expected) in [
             (
                 // VBOX with the CAN of a car.
-                &["time [s]", "velocity [km/h]", "Vehicle_Speed [%]", "Steering_Angle [rpm]", "Yaw_Rate [deg/s]"][..],
+                &[
+                    "time [s]",
+                    "velocity [km/h]",
+                    "Vehicle_Speed [%]",
+                    "Steering_Angle [rpm]",
+                    "Yaw_Rate [deg/s]",
+                ][..],
                 "time, velocity, Yaw_Rate",
             ),
             (
@@ -216,11 +224,23 @@ mod tests {
                 "timestamp, speed, rate_of_rotation_z, lateral_acc",
             ),
             (
-                &["Time [s]", "Ground Speed [km/h]", "G Force Lat [g0]", "Gyro Yaw Velocity [deg/s]", "Steering Wheel Angle [deg]"],
+                &[
+                    "Time [s]",
+                    "Ground Speed [km/h]",
+                    "G Force Lat [g0]",
+                    "Gyro Yaw Velocity [deg/s]",
+                    "Steering Wheel Angle [deg]",
+                ],
                 "Time, Ground Speed, Gyro Yaw Velocity, G Force Lat, Steering Wheel Angle",
             ),
             (
-                &["Time [s]", "GPS Speed [mph]", "LateralAcc [g0]", "Steering Pos [V]", "SteerAngle [deg]"],
+                &[
+                    "Time [s]",
+                    "GPS Speed [mph]",
+                    "LateralAcc [g0]",
+                    "Steering Pos [V]",
+                    "SteerAngle [deg]",
+                ],
                 "Time, GPS Speed, LateralAcc, SteerAngle",
             ),
         ] {

@@ -14,8 +14,8 @@ use super::text::Text;
 use super::{line, reader};
 use crate::table::foreign::foreign;
 use crate::table::names::{Names, Said};
-use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::title::Title;
+use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
 
 /// What is looked at to find the titles and the units has at most so many bytes [B].
@@ -29,6 +29,8 @@ pub(super) struct CsvFile<'a> {
     names: Names,
     /// The first column of the time that the profile names.
     own_time: Option<usize>,
+    /// Whether its rows have times, so that one like the row before it, cell by cell, says nothing: some loggers write them.
+    pub is_timed: bool,
 }
 
 /// Takes the first byte of a row and its cells, and says whether it wants more.
@@ -67,7 +69,7 @@ impl<'a> CsvFile<'a> {
         let names = Names::new(&said.collect::<Vec<_>>());
         let times = layout.profile.map_or(&[][..], |it| it.time).iter();
         let own_time = times.filter_map(|it| names.places(it).first().copied()).next();
-        Ok(CsvFile { path, text, layout, names, own_time })
+        Ok(CsvFile { path, text, layout, names, own_time, is_timed: false })
     }
 
     /// The column of the time that counts when none is named.
@@ -81,7 +83,10 @@ impl<'a> CsvFile<'a> {
         let path = self.path.display();
         let cure = "name the lines of titles and units by `title_row` and `unit_row`";
         (!lines.is_empty()).then(|| {
-            format!("line {} of {path}, between titles and rows, is left out: {cure}, if it has them", lines.join(", "))
+            format!(
+                "line {} of {path}, between titles and rows, is left out: {cure}, if it has them",
+                lines.join(", ")
+            )
         })
     }
 
@@ -184,7 +189,8 @@ impl<'a> CsvFile<'a> {
         let mut reader = reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.layout.titles.len();
-        let (mut count, mut again) = (0, None);
+        let (mut count, mut titles, mut repeated) = (0, LeftOut::default(), LeftOut::default());
+        let mut previous = ByteRecord::new();
         let mut more = |into: &mut ByteRecord| {
             let read = reader.read_byte_record(into);
             if is_blank {
@@ -199,7 +205,11 @@ impl<'a> CsvFile<'a> {
                 continue;
             }
             if self.is_titles(&record) {
-                again.get_or_insert(begin);
+                titles.add(begin);
+                continue;
+            }
+            if self.is_timed && record.iter().eq(previous.iter()) {
+                repeated.add(begin);
                 continue;
             }
             let wider = record.iter().skip(expected).any(|cell| !empty(cell));
@@ -219,14 +229,16 @@ impl<'a> CsvFile<'a> {
             if !take(begin, &record) {
                 return Ok(None);
             }
+            if self.is_timed {
+                previous.clone_from(&record);
+            }
         }
-        match count {
-            0 => Err(CsvError::Empty { path: self.path.to_owned(), found: "only a header" }),
-            _ => Ok(again.map(|begin| {
-                let (path, line) = (self.path.display(), self.line(begin));
-                format!("line {line} of {path} has the titles again: it is left out")
-            })),
+        if count == 0 {
+            let found = "only a header";
+            return Err(CsvError::Empty { path: self.path.to_owned(), found });
         }
+        let titles = titles.told(self, "with the titles again");
+        Ok(titles.or_else(|| repeated.told(self, "like the row before, cell by cell,")))
     }
 
     /// Whether a row has the titles again, as where a logger began anew.
@@ -258,6 +270,30 @@ impl<'a> CsvFile<'a> {
             _ => "; if a text has an opening quotation mark only, remove it",
         };
         CsvError::Ragged { path, line, expected, found, hint }
+    }
+}
+
+/// Rows that say nothing.
+#[derive(Default)]
+struct LeftOut {
+    count: usize,
+    /// The first byte of the first one.
+    first: u64,
+}
+
+impl LeftOut {
+    fn add(&mut self, begin: u64) {
+        self.first = if self.count == 0 { begin } else { self.first };
+        self.count += 1;
+    }
+
+    fn told(&self, file: &CsvFile, what: &str) -> Option<String> {
+        let (count, path) = (self.count, file.path.display());
+        let rows = if count == 1 { "row" } else { "rows" };
+        (count > 0).then(|| {
+            let line = file.line(self.first);
+            format!("{count} {rows} of {path} {what} left out, the first one in line {line}")
+        })
     }
 }
 

@@ -40,10 +40,11 @@ pub(super) fn find(head: &[u8], wanted: &[&str], dialect: &Dialect) -> Option<La
     let regular = region.as_ref().map(|it| (it.titles, it.separator));
     let said = dialect.title_row.and_then(|row| lines.iter().position(|it| it.number == row));
     let place = match (said, regular) {
-        (Some(said), regular) => (said, regular.map_or_else(|| widest(&lines[said..=said], &separators).1, |it| it.1)),
-        (None, None) => wordiest(&lines, &separators, wanted, 0).or_else(|| {
-            (!lines.is_empty()).then(|| notes_or_titles(&lines, &separators))
-        })?,
+        (Some(said), regular) => {
+            (said, regular.map_or_else(|| widest(&lines[said..=said], &separators).1, |it| it.1))
+        }
+        (None, None) => wordiest(&lines, &separators, wanted, 0)
+            .or_else(|| (!lines.is_empty()).then(|| notes_or_titles(&lines, &separators)))?,
         (None, Some(regular)) => {
             let found = count(&lines[regular.0].titles(regular.1), wanted);
             wordiest(&lines, &separators, wanted, found).unwrap_or(regular)

@@ -158,15 +158,21 @@ fn the_text_files_of_loggers_are_recognised_with_units_sources_and_times() {
         table.set_origin(Some(0.0));
         assert_eq!(table.times()[0], times, "{told}");
         for (place, (name, unit, first)) in columns.iter().enumerate() {
-            assert_eq!((table.unit(place), table.column(place)[0]), (*unit, *first), "{told}: {name}");
+            assert_eq!(
+                (table.unit(place), table.column(place)[0]),
+                (*unit, *first),
+                "{told}: {name}"
+            );
         }
     }
 }
 
 #[test]
 fn a_title_that_occurs_twice_is_asked_back_with_names_that_are_read() {
-    let error = read(RACECHRONO, &Wanted::plain("timestamp", &["speed"])).expect_err("there are two");
-    let named = "can be any of the columns `speed [gps]`, `speed [canbus]` of log.csv: name one of them so";
+    let error =
+        read(RACECHRONO, &Wanted::plain("timestamp", &["speed"])).expect_err("there are two");
+    let named =
+        "can be any of the columns `speed [gps]`, `speed [canbus]` of log.csv: name one of them so";
     assert!(error.to_string().contains(named), "{error}");
 }
 
@@ -182,17 +188,37 @@ fn blanks_separate_where_nothing_else_does() {
         let rows = "   0.0    20.5  0.1\n  0.01\t20.6   0.2\n";
         let table = read(&format!("{head}{rows}"), &Wanted::plain("Time", &["Car.v", "Car.Yaw"]));
         let table = table.unwrap_or_else(|it| panic!("{name}: {it}"));
-        assert_eq!((table.column(0), table.column(1)), (&[20.5, 20.6][..], &[0.1, 0.2][..]), "{name}");
+        assert_eq!(
+            (table.column(0), table.column(1)),
+            (&[20.5, 20.6][..], &[0.1, 0.2][..]),
+            "{name}"
+        );
         let unit = (name != "plain").then_some("m/s");
         assert_eq!(table.unit(0), unit, "{name}");
     }
+}
+
+/// RaceChrono writes some rows twice.
+#[test]
+fn a_row_like_the_one_before_it_is_left_out() {
+    let table = read("t,v\n0,1\n1,2\n1,2\n2,3\n", &Wanted::plain("t", &["v"])).expect("a table");
+    assert_eq!(table.column(0), [1.0, 2.0, 3.0]);
+    let warning =
+        "1 row of log.csv like the row before, cell by cell, left out, the first one in line 4";
+    assert_eq!(table.warnings(), [warning]);
+    let error = read("t,v\n0,1\n1,2\n1,3\n", &Wanted::plain("t", &["v"])).expect_err("they differ");
+    assert!(error.to_string().contains("expected a time after 1"), "{error}");
 }
 
 #[test]
 fn a_time_in_two_columns_is_their_sum() {
     for (seconds, nanoseconds) in [("sec", "nanosec"), ("secs", "nsecs")] {
         let title = |end: &str| format!("header.stamp.{end}");
-        let text = format!("{},{},v\n5,250000000,1\n5,750000000,2\n6,0,3\n", title(seconds), title(nanoseconds));
+        let text = format!(
+            "{},{},v\n5,250000000,1\n5,750000000,2\n6,0,3\n",
+            title(seconds),
+            title(nanoseconds)
+        );
         for time in ["header.stamp", &title(seconds)] {
             let table = read(&text, &Wanted::plain(time, &["v"])).expect("a table");
             assert_eq!(table.times()[0], [0.0, 0.5, 0.75], "{time}");

@@ -18,7 +18,8 @@ const TIMES: [&str; 7] = ["t", "time", "timestamp", "ts", "elapsedtime", "logtim
 /// The survey of a CSV file.
 pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
     let source = text_at(path)?;
-    let file = CsvFile::open(path, &source, &[], &Dialect::default())?;
+    let mut file = CsvFile::open(path, &source, &[], &Dialect::default())?;
+    file.is_timed = true;
     let decimal = decimal(&file)?;
     let titles = file.layout.titles.iter().enumerate();
     let channels = titles.map(|(place, title)| {

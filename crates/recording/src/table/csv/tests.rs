@@ -141,7 +141,8 @@ fn keys_decide_where_a_file_is_ambiguous() {
     assert_eq!(read(units, &wanted(row)).expect("said").unit(0), Some("furlong"));
     // What is no row of numbers below the titles is none without the key either.
     assert_eq!(read(units, &Wanted::plain("t", &["v"])).expect("seen").unit(0), Some("furlong"));
-    let other = Dialect { title_row: Some(2), unit_row: Some(UnitRow::Line(4)), ..Dialect::default() };
+    let other =
+        Dialect { title_row: Some(2), unit_row: Some(UnitRow::Line(4)), ..Dialect::default() };
     let notes = "a,b\nt,v\nfirst,second\ns,km/h\n0,1\n1,2\n";
     let table = read(notes, &wanted(other)).expect("said");
     assert_eq!((table.unit(0), table.column(0)), (Some("km/h"), &[1.0, 2.0][..]));

@@ -26,7 +26,8 @@ impl CsvFile<'_> {
             let place = self.own_time().ok_or_else(missing)?;
             return Ok(TimeColumns { place, nanoseconds: None });
         };
-        let place = |whole: &str, end: &str, joint: &str| self.place(&format!("{whole}{joint}{end}"));
+        let place =
+            |whole: &str, end: &str, joint: &str| self.place(&format!("{whole}{joint}{end}"));
         for (seconds, nanoseconds) in SPLIT {
             for joint in [".", "_", "/"] {
                 let end = format!("{joint}{seconds}");

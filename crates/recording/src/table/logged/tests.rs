@@ -60,10 +60,7 @@ fn names_are_found_with_and_without_unit_and_doubts_are_told() {
     };
     let twice = ld(&[channel("Speed", "mph"), channel("Speed", "km/h"), channel("T [ms]", "")]);
     let error = read(&twice, &timeless(&["Speed"])).expect_err("two have this name").to_string();
-    assert!(
-        error.contains("`Speed` can be any of Speed #1, Speed #2"),
-        "{error}"
-    );
+    assert!(error.contains("`Speed` can be any of Speed #1, Speed #2"), "{error}");
     let second = read(&twice, &timeless(&["Speed #2"])).expect("one is the second");
     assert_eq!(second.unit(0), Some("km/h"));
     for name in ["T", "T [ms]"] {

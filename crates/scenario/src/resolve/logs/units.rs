@@ -40,7 +40,9 @@ pub fn agreed(
 pub fn unknown(column: &str, recorded: Option<&str>, path: &str) -> Option<String> {
     let unit = recorded.filter(|it| Unit::parse(it).is_err())?;
     let cure = "say its `unit`, with a `gain` if there is none like it";
-    Some(format!("`{column}` of {path} is in [{unit}], which is no known unit and counts as none: {cure}"))
+    Some(format!(
+        "`{column}` of {path} is in [{unit}], which is no known unit and counts as none: {cure}"
+    ))
 }
 
 /// Joins logs to one: columns that each of them has, in the units of the first one.
