@@ -96,3 +96,39 @@ fn entries(path: &Path) -> Vec<String> {
     let windows = bytes.windows(4).enumerate();
     windows.filter(|(_, it)| *it == b"PK\x01\x02").filter_map(|(at, _)| name(at)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The directory of an archive with one empty entry.
+    fn archive(name: &str) -> Vec<u8> {
+        let length = u8::try_from(name.len()).expect("a short name");
+        let mut bytes = b"PK\x03\x04".to_vec();
+        bytes.extend(b"PK\x01\x02");
+        bytes.extend([0; 24]);
+        bytes.extend([length, 0]);
+        bytes.extend([0; 16]);
+        bytes.extend(name.as_bytes());
+        bytes
+    }
+
+    #[test]
+    fn archives_are_named_by_what_is_in_them() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        for (entry, expected) in [
+            ("xl/workbook.xml", "an Excel workbook"),
+            ("time.npy", "an archive of NumPy arrays (.npz)"),
+            ("session.json", "a RaceChrono session (.rcz)"),
+            ("car/modelDescription.xml", "an FMU"),
+            ("drive.csv", "a ZIP archive"),
+        ] {
+            std::fs::write(&path, archive(entry)).expect("a file");
+            let found = foreign(&path, b"PK\x03\x04").map(|(what, _)| what);
+            assert_eq!(found, Some(expected));
+            assert_eq!(is_fmu(&path), expected == "an FMU");
+        }
+        assert_eq!(foreign(&path, b"t,v\n"), None);
+    }
+}

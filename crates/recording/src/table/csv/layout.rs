@@ -120,6 +120,11 @@ pub(super) fn is_units(cells: &[String]) -> bool {
     known > 0 && 2 * known >= words.len()
 }
 
+/// Whether a line says something of the columns, and not which ones they are.
+pub(super) fn is_explanation(cells: &[String]) -> bool {
+    is_units(cells) || is_sources(cells) || is_types(cells)
+}
+
 /// Whether a line has units and nothing else.
 fn is_units_alone(cells: &[String]) -> bool {
     let known = |it: &str| !line::is_number(it) && unit(it, "").is_some();

@@ -181,6 +181,7 @@ fn a_title_that_occurs_twice_is_asked_back_with_names_that_are_read() {
 fn blanks_separate_where_nothing_else_does() {
     for (name, head) in [
         ("plain", "Time Car.v Car.Yaw\n"),
+        ("notes", "the log of a car on a track\nTime [s] Car.v [m/s] Car.Yaw [rad]\n"),
         ("units in titles", "Time [s]   Car.v [m/s]\tCar.Yaw [rad]\n"),
         ("comments", "# made by a program\n#  Time   Car.v   Car.Yaw\n#  s  m/s  rad\n"),
         ("units below", "Time\tCar.v Car.Yaw\n[s] [m/s]  [rad]\n"),
@@ -230,6 +231,7 @@ fn a_time_in_two_columns_is_their_sum() {
 fn titles_are_above_the_first_rows_whatever_notes_are_there() {
     for (name, text) in [
         ("a date", "Log\nDate,7/06/2026,Origin Time,0.0,s\nt,v\n0,1\n1,2\n"),
+        ("pairs of notes", "Vehicle,Car\nDate,2024-05-01\nt,v\n0,1\n1,2\n"),
         ("text cells", "t,v,state\n0,1,idle\n1,2,drive\n"),
         ("gaps", "t,v,w\n0,1,\n1,2,\n2,,3\n"),
         ("rows apart", "t,v\n\n0,1\n\n1,2\n"),

@@ -3,7 +3,7 @@
 //! The titles are not known by their words but by what follows them: the last lines are rows, and what stands above all of these, as
 //! wide as they are, are titles and what explains them. Notes about the drive stand apart, or are narrower.
 
-use super::layout::is_units;
+use super::layout::{is_explanation, is_units};
 use super::line::{Line, is_gap, is_number, width};
 use crate::table::wanted::Separator;
 
@@ -47,7 +47,12 @@ impl Region {
             let numbers = cells[**place].iter().filter(|it| is_number(it)).count();
             width(&cells[**place]) >= widest && 2 * numbers < width(&cells[**place])
         };
-        region.titles = *block.iter().rev().chain(&nearest).find(is_title)?;
+        // The lowest line that explains no other one; titles such as `t,V,A` look as if they did.
+        let titles = block.iter().chain(&nearest).filter(is_title);
+        let lowest = titles.clone().find(|place| !is_explanation(&cells[**place]));
+        let found = *lowest.or_else(|| titles.last())?;
+        // A logger that began anew wrote them again.
+        region.titles = cells.iter().position(|it| *it == cells[found])?;
         (region.is_table() && widest > 1).then_some(region)
     }
 
@@ -99,7 +104,7 @@ fn block(lines: &[Line], cells: &[Vec<String>], above: &[usize], widest: usize) 
         if (is_apart && has_titles) || cells[*place].len() < widest {
             break;
         }
-        has_titles |= !is_units(&cells[*place]) && width(&cells[*place]) >= widest;
+        has_titles |= !is_explanation(&cells[*place]) && width(&cells[*place]) >= widest;
         is_apart = lines[*place].is_apart;
         block.push(*place);
     }
