@@ -5,7 +5,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 /// What a file is, and a remedy.
-pub(super) type Foreign = (&'static str, &'static str);
+pub(super) type FormatAndCure = (&'static str, &'static str);
 
 /// The first bytes of a file, what it is and what to do.
 const MAGICS: [(&[u8], &str, &str); 17] = [
@@ -53,7 +53,7 @@ const ARCHIVES: [(&str, &str, &str); 9] = [
 ];
 
 /// What a file is that begins with these bytes, if it is none of the known logs.
-pub(super) fn foreign(path: &Path, head: &[u8]) -> Option<Foreign> {
+pub(super) fn foreign(path: &Path, head: &[u8]) -> Option<FormatAndCure> {
     if head.starts_with(b"PK\x03\x04") {
         let entries = entries(path);
         let is = |(end, ..): &&(&str, _, _)| {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 /// What a file says of a column.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Said<'a> {
+pub(super) struct Heading<'a> {
     /// The whole title.
     pub text: &'a str,
     /// The title without its unit.
@@ -24,10 +24,10 @@ pub(super) struct Names {
 }
 
 impl Names {
-    pub fn new(columns: &[Said]) -> Self {
+    pub fn new(columns: &[Heading]) -> Self {
         let mut numbers: HashMap<&str, usize> = HashMap::new();
         let mut each = Vec::new();
-        for Said { text, plain, source } in columns {
+        for Heading { text, plain, source } in columns {
             let number = numbers.entry(plain).or_default();
             *number += 1;
             let sourced = source.map(|source| format!("{plain} [{source}]"));

@@ -13,7 +13,7 @@ use super::layout::{self, Layout};
 use super::text::Text;
 use super::{line, reader};
 use crate::table::foreign::foreign;
-use crate::table::names::{Names, Said};
+use crate::table::names::{Heading, Names};
 use crate::table::title::Title;
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
@@ -61,7 +61,7 @@ impl<'a> CsvFile<'a> {
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
         let of_line = |place: usize| layout.sources.get(place).map(|it| layout::sensor(it));
-        let said = layout.titles.iter().enumerate().map(|(place, title)| Said {
+        let said = layout.titles.iter().enumerate().map(|(place, title)| Heading {
             text: &title.text,
             plain: &title.plain,
             source: of_line(place).filter(|it| !it.is_empty()).or(title.source.as_deref()),
@@ -189,7 +189,8 @@ impl<'a> CsvFile<'a> {
         let mut reader = reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.layout.titles.len();
-        let (mut count, mut titles, mut repeated) = (0, LeftOut::default(), LeftOut::default());
+        let (mut count, mut titles, mut repeated) =
+            (0, SkippedRows::default(), SkippedRows::default());
         let mut previous = ByteRecord::new();
         let mut more = |into: &mut ByteRecord| {
             let read = reader.read_byte_record(into);
@@ -275,13 +276,13 @@ impl<'a> CsvFile<'a> {
 
 /// Rows that say nothing.
 #[derive(Default)]
-struct LeftOut {
+struct SkippedRows {
     count: usize,
     /// The first byte of the first one.
     first: u64,
 }
 
-impl LeftOut {
+impl SkippedRows {
     fn add(&mut self, begin: u64) {
         self.first = if self.count == 0 { begin } else { self.first };
         self.count += 1;

@@ -1,7 +1,7 @@
 //! Tells where titles, units and rows stand in a CSV file.
 
 use super::line::{self, Line, count, lines};
-use super::profile::{Below, Profile, profile};
+use super::profile::{HeaderLine, Profile, profile};
 use super::region::Region;
 use crate::table::title::{Title, unit, unit_word};
 use crate::table::wanted::{Dialect, Separator, UnitRow};
@@ -203,20 +203,22 @@ impl Layout {
         for (place, (line, cells)) in lines[..rows].iter().enumerate() {
             let may_be_units = said.is_none() && self.units_line.is_none();
             let kind = match known.get(place) {
-                _ if said_units == Some(place) => Some(Below::Units),
-                Some(Below::Units) if said.is_some() => None,
+                _ if said_units == Some(place) => Some(HeaderLine::Units),
+                Some(HeaderLine::Units) if said.is_some() => None,
                 Some(kind) => Some(*kind),
-                None if may_be_units && is_units(cells) => Some(Below::Units),
-                None if self.sources_line.is_none() && is_sources(cells) => Some(Below::Sources),
-                None => is_types(cells).then_some(Below::Types),
+                None if may_be_units && is_units(cells) => Some(HeaderLine::Units),
+                None if self.sources_line.is_none() && is_sources(cells) => {
+                    Some(HeaderLine::Sources)
+                }
+                None => is_types(cells).then_some(HeaderLine::Types),
             };
             match kind {
-                Some(Below::Units) => self.take_units(line.number, cells),
-                Some(Below::Sources) => {
+                Some(HeaderLine::Units) => self.take_units(line.number, cells),
+                Some(HeaderLine::Sources) => {
                     self.sources = cells.iter().map(|it| it.trim().to_owned()).collect();
                     self.sources_line = Some(line.number);
                 }
-                Some(Below::Types) => {}
+                Some(HeaderLine::Types) => {}
                 None => self.left_out.push(line.number),
             }
         }

@@ -8,7 +8,7 @@ pub(super) struct Profile {
     /// What all of its files have within their first [`HEAD`] bytes, in small letters.
     marks: &'static [&'static str],
     /// The lines between the titles and the rows, where the file has as many of them.
-    pub below: &'static [Below],
+    pub below: &'static [HeaderLine],
     /// Titles of the time that counts when no other is named.
     pub time: &'static [&'static str],
     /// The unit of this time, where the file does not say it.
@@ -17,7 +17,7 @@ pub(super) struct Profile {
 
 /// What a line between the titles and the rows has.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Below {
+pub(super) enum HeaderLine {
     Units,
     /// The sensor of each column.
     Sources,
@@ -28,14 +28,14 @@ pub(super) enum Below {
 /// So many bytes tell the profile.
 const HEAD: usize = 1 << 12;
 
-const UNITS: &[Below] = &[Below::Units];
+const UNITS: &[HeaderLine] = &[HeaderLine::Units];
 
 /// The first one whose marks a file has counts. Layouts are those of public files of each of them.
 const PROFILES: [Profile; 12] = [
     Profile {
         name: "RaceChrono CSV v3",
         marks: &["racechrono", "format,3"],
-        below: &[Below::Units, Below::Sources],
+        below: &[HeaderLine::Units, HeaderLine::Sources],
         time: &["timestamp", "elapsed_time"],
         time_unit: None,
     },
@@ -78,7 +78,7 @@ const PROFILES: [Profile; 12] = [
     Profile {
         name: "INCA ASCII",
         marks: &["etasasciiitemfile"],
-        below: &[Below::Types, Below::Units],
+        below: &[HeaderLine::Types, HeaderLine::Units],
         time: &["time"],
         time_unit: None,
     },
