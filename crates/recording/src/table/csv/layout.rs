@@ -160,7 +160,8 @@ impl Layout {
         let line = &lines[place];
         let titles = line.titles(separator);
         let mut cells = titles.iter().map(|it| it.text.trim());
-        let is_number = |cell: &str| cell.is_empty() || cell.parse::<f64>().is_ok();
+        // Numbers between blanks are one cell where nothing makes columns of them.
+        let is_number = |cell: &str| cell.split_whitespace().all(|it| it.parse::<f64>().is_ok());
         // Titles may be numbers, if these are wanted.
         let is_numbers = count(&titles, wanted) == 0 && cells.all(is_number);
         Layout {

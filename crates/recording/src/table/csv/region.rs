@@ -48,9 +48,9 @@ impl Region {
             width(&cells[**place]) >= widest && 2 * numbers < width(&cells[**place])
         };
         // The lowest line that explains no other one; titles such as `t,V,A` look as if they did.
-        let titles = block.iter().chain(&nearest).filter(is_title);
+        let mut titles = block.iter().chain(&nearest).filter(is_title);
         let lowest = titles.clone().find(|place| !is_explanation(&cells[**place]));
-        let found = *lowest.or_else(|| titles.last())?;
+        let found = *lowest.or_else(|| titles.next_back())?;
         // A logger that began anew wrote them again.
         region.titles = cells.iter().position(|it| *it == cells[found])?;
         (region.is_table() && widest > 1).then_some(region)

@@ -164,6 +164,7 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
         ("t,v\n", &["found only a header"]),
         ("t,v\nm,m\n", &["found only a header"]),
         ("0,1\n1,2\n", &["line 1 of log.csv has numbers only", "such as `t,x1`"]),
+        ("0 1\n1 2\n", &["line 1 of log.csv has numbers only"]),
         ("# made by hand\n0,1\n1,2\n", &["line 2 of log.csv has numbers only"]),
         ("time,v_x [km/h]\n0,1\n", &["no column `v` in log.csv: it has time, v_x"]),
         ("t,v,v\n0,1,2\n", &["`v` can be any of the columns `v #1`, `v #2` of log.csv: name one of them so"]),
