@@ -71,9 +71,11 @@ fn a_passing_run_prints_a_summary_and_nothing_on_stderr() {
 fn a_failing_command_prints_the_reason() {
     let lab = lab();
     lab.write("text.fmu", "no archive");
+    lab.write("drive.xlsx", "PK\u{3}\u{4}");
     for (arguments, says) in [
         (&["inspect", "nowhere.fmu"][..], "cannot read nowhere.fmu"),
         (&["inspect", "text.fmu"], "text.fmu is not an .fmu archive"),
+        (&["inspect", "drive.xlsx"], "drive.xlsx is a ZIP archive"),
         (&["inspect", "--dot", "text.fmu"], "expected a scenario for `--dot`"),
         (&["test", "nowhere"], "cannot read nowhere"),
         (&["test", "nowhere.toml"], "cannot read nowhere.toml"),

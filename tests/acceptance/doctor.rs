@@ -7,6 +7,7 @@ use super::harness::{Ended, Lab, ROOT, trackside};
 
 tests! {
     a_right_log_has_no_errors: Compiler,
+    the_logs_of_loggers_are_read_by_their_own_titles: Compiler,
     a_speed_in_km_h_and_a_mirrored_channel_are_named: Compiler,
     a_delay_in_the_column_corrects_a_late_channel: Compiler,
     what_is_corrected_is_sound: Compiler,
@@ -66,6 +67,33 @@ fn a_right_log_has_no_errors() {
     );
     assert!(!ended.stdout.contains("likely"), "{}", ended.stdout);
     assert!(lab.has("out/doctor.html") && lab.has("out/doctor.toml"));
+}
+
+fn the_logs_of_loggers_are_read_by_their_own_titles() {
+    let (_, rows) =
+        log(|_| ()).split_once('\n').map(|(a, b)| (a.to_owned(), b.to_owned())).expect("rows");
+    let racechrono = "This file is created using RaceChrono Pro v9.1.3 ( http://racechrono.com/ ).\nFormat,3\n\n\
+        timestamp,speed,slip,rate_of_rotation_z,lateral_acc,steering_angle\nunix time,m/s,m/s,rad/s,m/s/s,rad\n\
+        ,100: gps,calc,101: gyro,calc,200: canbus\n";
+    let motec = "\"Format\",\"MoTeC CSV File\",,,\"Workbook\",\"\"\n\"Sample Rate\",\"100.000\",\"Hz\"\n\n\
+        \"Time\",\"Ground Speed\",\"Slip\",\"Gyro Yaw Velocity\",\"G Force Lat\",\"Steered Angle\"\n\
+        \"s\",\"m/s\",\"m/s\",\"rad/s\",\"m/s^2\",\"rad\"\n\n";
+    for (head, says) in [
+        (
+            racechrono,
+            [
+                "RaceChrono CSV v3: titles in line 4, units in line 5, sources in line 6",
+                "`lateral_acc`",
+            ],
+        ),
+        (motec, ["MoTeC i2 CSV: titles in line 4, units in line 5", "`G Force Lat`"]),
+    ] {
+        let lab = Lab::new();
+        lab.write("log.csv", format!("{head}{rows}"));
+        let ended = doctor(&lab, &[]).expect(0);
+        let says = says.iter().all(|it| ended.stdout.contains(it));
+        assert!(says && !ended.stdout.contains("likely"), "{}", ended.stdout);
+    }
 }
 
 fn a_speed_in_km_h_and_a_mirrored_channel_are_named() {

@@ -38,13 +38,16 @@ pub struct Vbo {
     channels: Vec<Channel>,
     meanings: Vec<Meaning>,
     clocks: Vec<Clock>,
+    /// What is odd about the units.
+    odd: Option<String>,
     damaged: Damaged,
 }
 
-/// Lines that are no rows, and cells that are no numbers.
+/// Lines that are no rows, rows that are written twice, and cells that are no numbers.
 #[derive(Clone, Copy, Default)]
 struct Damaged {
     lines: Lines,
+    repeated: Lines,
     cells: Lines,
 }
 
@@ -77,6 +80,7 @@ impl Lines {
 #[derive(Default)]
 struct Head {
     titles: Vec<String>,
+    /// Lines, of which empty ones are columns without a unit; the last one or more of these may end the section.
     units: Vec<String>,
     names: Vec<String>,
 }
@@ -92,10 +96,11 @@ impl Vbo {
             let text = text(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&line));
             if let Some(name) = text.strip_prefix('[').and_then(|it| it.strip_suffix(']')) {
                 section = name.trim().to_ascii_lowercase();
+            } else if section == "channel units" {
+                head.units.push(text);
             } else if !text.is_empty() {
                 match section.as_str() {
                     "header" => head.titles.push(text),
-                    "channel units" => head.units.push(text),
                     "column names" => {
                         head.names.extend(text.split_whitespace().map(str::to_owned));
                     }
@@ -110,7 +115,7 @@ impl Vbo {
             return Err(Error::new("expected a section [data] in the VBOX file, found none"));
         }
         let begin = (file.stream_position()?, count + 1);
-        let (channels, meanings) = head.channels();
+        let (channels, meanings, odd) = head.channels();
         if channels.is_empty() {
             let what = "expected the names of the columns in [column names] or [header]";
             return Err(Error::new(format!("{what} of the VBOX file, found none")));
@@ -118,7 +123,8 @@ impl Vbo {
         let time = meanings.iter().position(|it| *it == Meaning::Time);
         let time = time.map_or(Time::Unknown, Time::Channel);
         let clocks = vec![Clock { time, rows: None }];
-        Ok(Vbo { file, begin, channels, meanings, clocks, damaged: Damaged::default() })
+        let damaged = Damaged::default();
+        Ok(Vbo { file, begin, channels, meanings, clocks, odd, damaged })
     }
 }
 
@@ -133,36 +139,81 @@ fn next(file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Error> {
 }
 
 impl Head {
-    fn channels(&self) -> (Vec<Channel>, Vec<Meaning>) {
+    /// The channels, what their numbers are, and what is odd about the units.
+    fn channels(&self) -> (Vec<Channel>, Vec<Meaning>, Option<String>) {
         let paired = self.names.len() == self.titles.len();
         let names = if self.names.is_empty() { &self.titles } else { &self.names };
-        // Units of all columns, or of those that VBOX does not have itself.
-        let all = self.units.len() == names.len();
-        let mut others = self.units.iter();
+        let titles = if paired { &self.titles } else { names };
+        let known: Vec<_> =
+            names.iter().zip(titles).map(|(name, title)| known(name, title)).collect();
+        let (units, odd) = self.units_of(titles, &known);
         let channel = |(place, name): (usize, &String)| {
-            let title = if paired { &self.titles[place] } else { name };
-            let (meaning, own) = known(name, title);
-            let of_file = match all {
-                true => unit(&self.units[place]),
-                false if own.is_none() => others.next().and_then(|it| unit(it)),
-                false => None,
-            };
-            // What this reader converts has its own unit.
+            let (meaning, own) = known[place];
             let own = own.flatten().map(str::to_owned);
+            let of_file = units[place].and_then(unit);
+            // What this reader converts has its own unit.
             let unit = match meaning {
-                Meaning::Plain => title_unit(title).map(str::to_owned).or(of_file).or(own),
+                Meaning::Plain => title_unit(&titles[place]).map(str::to_owned).or(of_file).or(own),
                 _ => own,
             };
             let (name, group) = (name.clone(), String::new());
             (Channel { name, group, unit, clock: 0, kind: Kind::Number }, meaning)
         };
-        names.iter().enumerate().map(channel).unzip()
+        let (channels, meanings) = names.iter().enumerate().map(channel).unzip();
+        (channels, meanings, odd)
+    }
+
+    /// The entry of [channel units] of each column.
+    ///
+    /// There is one for each column that is none of VBOX's own, says Racelogic; but some devices list one for `avisynctime`, too, and
+    /// others for all columns. Where the number of entries fits none of these, they are those of the last columns, since the columns of
+    /// others follow those of VBOX.
+    fn units_of(
+        &self,
+        titles: &[String],
+        known: &[(Meaning, OwnUnit)],
+    ) -> (Vec<Option<&str>>, Option<String>) {
+        let all: Vec<usize> = (0..titles.len()).collect();
+        let is_synchronous =
+            |it: &usize| ["avisynctime", "avitime"].contains(&word(&titles[*it]).as_str());
+        let is_other = |it: &usize| known[*it].1.is_none() && title_unit(&titles[*it]).is_none();
+        let others: Vec<usize> = all.iter().copied().filter(is_other).collect();
+        let with_videos = all.iter().copied().filter(|it| is_other(it) || is_synchronous(it));
+        let with_videos: Vec<usize> = with_videos.collect();
+        let stated = self.units.iter().rposition(|it| !it.is_empty()).map_or(0, |last| last + 1);
+        // Of the empty lines at the end, one ends the section.
+        let most = self.units.len().saturating_sub(1).max(stated);
+        let counts = std::iter::once(most).chain(stated..most);
+        let fits =
+            |count: usize| [&others, &with_videos, &all].into_iter().find(|it| it.len() == count);
+        let fitting = counts.filter_map(fits).next();
+        let last = &all[titles.len().saturating_sub(stated)..];
+        let columns = fitting.map_or(last, Vec::as_slice);
+        let odd = (fitting.is_none() && stated > 0).then(|| {
+            let (expected, columns) = (others.len(), titles.len());
+            format!(
+                "[channel units] has {stated} entries for {columns} columns, of which {expected} need one: they are taken for \
+                 those of the last columns"
+            )
+        });
+        let mut units = vec![None; titles.len()];
+        for (place, unit) in columns.iter().zip(&self.units) {
+            units[*place] = Some(unit.as_str());
+        }
+        (units, odd)
     }
 }
 
+/// The letters of a name in small ones, with blanks between words.
+fn word(name: &str) -> String {
+    name.to_ascii_lowercase().replace(['_', '-'], " ")
+}
+
+/// The unit that VBOX itself gives to a column, if it has one; nothing for the columns of others.
+type OwnUnit = Option<Option<&'static str>>;
+
 /// What VBOX itself means by a column, and its unit; no unit entry at all for the columns of others.
-fn known(name: &str, title: &str) -> (Meaning, Option<Option<&'static str>>) {
-    let word = |it: &str| it.to_ascii_lowercase().replace(['_', '-'], " ");
+fn known(name: &str, title: &str) -> (Meaning, OwnUnit) {
     match (word(name).as_str(), word(title).as_str()) {
         ("time", _) => (Meaning::Time, Some(Some("s"))),
         ("lat" | "latitude", _) => (Meaning::Minutes(1.0), Some(Some("deg"))),
@@ -179,6 +230,9 @@ fn known(name: &str, title: &str) -> (Meaning, Option<Option<&'static str>>) {
         (_, title) if title.starts_with("velocity ") || title.starts_with("vertical velocity") => {
             (Meaning::Plain, Some(None))
         }
+        (_, title) if title.starts_with("trigger event") || title.ends_with("satellites") => {
+            (Meaning::Plain, Some(None))
+        }
         _ => (Meaning::Plain, None),
     }
 }
@@ -192,6 +246,8 @@ fn title_unit(title: &str) -> Option<&'static str> {
         ("m/s", "m/s"),
         ("m/s2", "m/s2"),
         ("knots", "kn"),
+        ("g", "g0"),
+        ("deg/s", "deg/s"),
     ];
     let last = title.split_whitespace().next_back()?;
     units.iter().find(|(word, _)| last.eq_ignore_ascii_case(word)).map(|(_, unit)| *unit)
@@ -262,6 +318,7 @@ impl Source for Vbo {
         self.file.seek(SeekFrom::Start(begin))?;
         self.damaged = Damaged::default();
         let (mut clock, mut line) = ((0.0, f64::NEG_INFINITY), Vec::new());
+        let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
         let mut flush = |stretch: &mut Vec<Vec<f64>>| {
             let values = stretch.iter_mut().map(|it| Values::Numbers(std::mem::take(it)));
@@ -273,6 +330,11 @@ impl Source for Vbo {
             if text.starts_with('[') {
                 break;
             }
+            if text == previous && !text.is_empty() {
+                self.damaged.repeated.add(number);
+                number += 1;
+                continue;
+            }
             match self.row(&text, number, &mut clock) {
                 Some(row) => {
                     let columns = stretch.iter_mut().zip(wanted);
@@ -282,6 +344,7 @@ impl Source for Vbo {
                 None if text.is_empty() => {}
                 None => self.damaged.lines.add(number),
             }
+            previous = text;
             number += 1;
             if rows == STRETCH {
                 rows = 0;
@@ -304,7 +367,9 @@ impl Source for Vbo {
         let expected = self.channels.len();
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";
-        let Damaged { lines: left_out, cells: gaps } = self.damaged;
-        left_out.told(&lines).into_iter().chain(gaps.told(cells)).collect()
+        let Damaged { lines: left_out, repeated, cells: gaps } = self.damaged;
+        let repeated = repeated.told("left out: each is like the one before it");
+        let damage = [left_out.told(&lines), gaps.told(cells), repeated, self.odd.clone()];
+        damage.into_iter().flatten().collect()
     }
 }

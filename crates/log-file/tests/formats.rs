@@ -142,12 +142,62 @@ fn vbox_times_pass_midnight_and_positions_become_degrees() {
         assert!(notes[1].starts_with("1 line with cells that are no numbers"), "{notes:?}");
         assert!(notes[0].ends_with("line 28") && notes[1].ends_with("line 29"), "{notes:?}");
     }
+    // Video HD2 writes some rows twice.
+    let row = "000001.00 5\n";
+    let mut twice = log(format!("[header]\ntime\nv\n[data]\n{row}{row}000002.00 6\n").as_bytes());
+    assert_eq!(numbers(&mut twice, "v"), [5.0, 6.0]);
+    assert_eq!(
+        twice.warnings(),
+        ["1 line left out: each is like the one before it; the first one is line 6"]
+    );
     let error = open(b"[header]\ntime\n").err().expect("it has no rows").to_string();
     assert!(error.contains("expected a section [data]"), "{error}");
     // Titles alone name the columns.
     let mut log = log(b"[header]\ntime\nvelocity mph\n[data]\n000001 5\n");
     assert_eq!(log.channels()[1].unit.as_deref(), Some("mph"));
     assert_eq!(numbers(&mut log, "velocity mph"), [5.0]);
+}
+
+/// Racelogic: a unit for each column that is none of VBOX's own, empty lines among them. Video HD2 lists `avisynctime`, too.
+#[test]
+fn vbox_units_belong_to_the_columns_that_they_stand_for() {
+    let own = ["satellites", "time", "velocity kmh", "vertical velocity m/s", "solution type"];
+    let video = ["avifileindex", "avisynctime"];
+    let first = |more: &[&str]| [&own[..], &video, more].concat().join("\n");
+    let steering = |units: &str, titles: &str| {
+        let names = titles.lines().map(|it| it.replace(' ', "_")).collect::<Vec<_>>().join(" ");
+        let head = format!("[header]\n{titles}\n\n[channel units]\n{units}\n\n[comments]\nx\n");
+        let mut log = log(format!("{head}[column names]\n{names}\n[data]\n").as_bytes());
+        let unit = |name: &str| log.channels()[place(&log, name)].unit.clone();
+        let units = ["Steering", "RPM", "Note"].map(unit);
+        log.visit(0, &[0], &mut |_| true).expect("no rows");
+        (units, log.warnings())
+    };
+    let titles = first(&["Steering", "RPM", "Note"]);
+    let last = [&own[..], &["Steering", "RPM", "Note"], &video].concat().join("\n");
+    let own_unit = [&own[..], &["yaw rate deg/s", "Steering", "RPM", "Note"]].concat().join("\n");
+    for (name, units, titles) in [
+        ("each of the others", "deg\nrpm\n(null)", &titles),
+        ("an empty line at the end", "deg\nrpm\n", &titles),
+        ("avisynctime as well", "s\ndeg\nrpm\n(null)", &titles),
+        ("all columns", "(null)\ns\nkmh\nm/s\n(null)\n(null)\ns\ndeg\nrpm\n(null)", &titles),
+        ("others before the video", "deg\nrpm\n(null)", &last),
+        ("a unit in a title", "deg\nrpm\n(null)\n\n", &own_unit),
+    ] {
+        let (units, warnings) = steering(units, titles);
+        let units = units.map(Option::unwrap_or_default);
+        assert_eq!(units, ["deg", "rpm", ""], "{name}");
+        assert!(warnings.is_empty(), "{name}: {warnings:?}");
+    }
+    let (units, warnings) = steering("rpm\n(null)", &titles);
+    assert_eq!(units.map(Option::unwrap_or_default), ["", "rpm", ""], "the last ones");
+    assert!(
+        warnings[0].contains("has 2 entries for 10 columns, of which 3 need one"),
+        "{warnings:?}"
+    );
+    let knots =
+        log(b"[header]\ntime\nvelocity knots\n[column names]\ntime velocity\n[data]\n000001 5\n");
+    assert_eq!(knots.channels()[1].unit.as_deref(), Some("kn"));
 }
 
 #[test]

@@ -102,6 +102,9 @@ impl Channel {
             (None, true) => String::new(),
         };
         let mut notes = Vec::new();
+        if let Some(unit) = self.unit.as_ref().filter(|it| units::Unit::parse(it).is_err()) {
+            notes.push(format!("[{unit}] is no known unit: say `unit`"));
+        }
         if values < rows {
             notes.push(format!("{} rows without a value", rows - values));
         }

@@ -3,11 +3,13 @@
 mod csv;
 mod during;
 mod error;
+mod foreign;
 mod gaps;
 mod join;
 mod kept;
 mod logged;
 mod mcap;
+mod names;
 mod surveyed;
 mod title;
 mod wanted;
@@ -20,12 +22,15 @@ use serde::{Deserialize, Serialize};
 pub(crate) use self::csv::{CsvColumn, whole};
 pub use self::csv::{CsvError, columns};
 pub use self::error::TableError;
+pub use self::foreign::is_fmu;
 use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
 pub use self::surveyed::survey;
 pub(crate) use self::title::title;
-pub use self::wanted::{Decimal, Dialect, Gaps, Reading, Scaling, Separator, Wanted, WantedColumn};
+pub use self::wanted::{
+    Decimal, Dialect, Gaps, Reading, Scaling, Separator, UnitRow, Wanted, WantedColumn,
+};
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -69,6 +74,8 @@ pub struct ColumnTitle {
     /// As it stands in the file.
     pub text: String,
     /// Without its unit.
+    pub plain: String,
+    /// The shortest name that tells it from the other columns.
     pub name: String,
     /// The unit that the file says.
     pub unit: Option<String>,
@@ -81,6 +88,8 @@ pub struct Titles {
     pub columns: Vec<ColumnTitle>,
     /// Whether it has times without a column that is named.
     pub has_time: bool,
+    /// As which format it is read, and where its titles stand.
+    pub format: String,
 }
 
 /// The titles of a file.
@@ -90,12 +99,13 @@ pub struct Titles {
 pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     let path = path.as_ref();
     Ok(match File::open(path)? {
-        File::Mcap => Titles { columns: Vec::new(), has_time: true },
+        File::Mcap => Titles { columns: Vec::new(), has_time: true, format: "MCAP".to_owned() },
         File::Log(log) => {
             let found = logged::Found::new(path, &log);
-            Titles { columns: found.titles(), has_time: found.has_times() }
+            let (columns, has_time) = (found.titles(), found.has_times());
+            Titles { columns, has_time, format: log.format.to_owned() }
         }
-        File::Csv => Titles { columns: csv::titles(path)?, has_time: false },
+        File::Csv => csv::titles(path)?,
     })
 }
 

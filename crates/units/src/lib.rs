@@ -26,7 +26,7 @@ mod table;
 pub use error::UnitError;
 pub use leading::leading;
 use parser::Parser;
-pub use spelling::meant;
+pub use spelling::{meant, respelled};
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
 
 /// The base units, in the order of [`Unit::exponents`].

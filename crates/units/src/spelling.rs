@@ -1,16 +1,26 @@
 //! Lists common spellings of units that are no names here.
 
+use crate::Unit;
+
 /// Spelling and unit. One in small letters stands for every letter case.
 const SPELLINGS: &[(&str, &str)] = &[
+    ("km/h", "km/h"),
     ("kmh", "km/h"),
     ("kph", "km/h"),
     ("km/hr", "km/h"),
     ("kmph", "km/h"),
+    ("m/s", "m/s"),
     ("mps", "m/s"),
+    ("kt", "kn"),
+    ("kts", "kn"),
+    ("knot", "kn"),
+    ("knots", "kn"),
     ("mps2", "m/s2"),
     ("mpss", "m/s2"),
     ("radps", "rad/s"),
+    ("deg", "deg"),
     ("deg.", "deg"),
+    ("degs", "deg"),
     ("degree", "deg"),
     ("degrees", "deg"),
     ("°", "deg"),
@@ -39,6 +49,8 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("gs", "g0"),
     ("gn", "g0"),
     ("Nm", "N.m"),
+    ("NM", "N.m"),
+    ("N-m", "N.m"),
     ("kNm", "kN.m"),
     ("Ns", "N.s"),
     ("Nms", "N.m.s"),
@@ -49,6 +61,8 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("pounds", "lb"),
     ("ftlb", "lbf.ft"),
     ("ft-lb", "lbf.ft"),
+    ("ft-lbs", "lbf.ft"),
+    ("lb-ft", "lbf.ft"),
     ("sec", "s"),
     ("secs", "s"),
     ("second", "s"),
@@ -90,6 +104,8 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("litre", "l"),
     ("litres", "l"),
     ("pascal", "Pa"),
+    ("kpa", "kPa"),
+    ("hpa", "hPa"),
     ("joule", "J"),
     ("joules", "J"),
     ("watt", "W"),
@@ -103,10 +119,17 @@ const SPELLINGS: &[(&str, &str)] = &[
     ("ohms", "Ohm"),
     ("Ω", "Ohm"),
     ("hertz", "Hz"),
+    ("hz", "Hz"),
     ("kelvin", "K"),
     ("celsius", "degC"),
+    ("degc", "degC"),
+    ("deg c", "degC"),
+    ("degree c", "degC"),
+    ("degrees c", "degC"),
     ("°c", "degC"),
     ("fahrenheit", "degF"),
+    ("degf", "degF"),
+    ("deg f", "degF"),
     ("°f", "degF"),
     ("percent", "%"),
     ("pct", "%"),
@@ -121,4 +144,48 @@ const SPELLINGS: &[(&str, &str)] = &[
 pub fn meant(text: &str) -> Option<&'static str> {
     let find = |text: &str| SPELLINGS.iter().find(|(spelling, _)| *spelling == text);
     find(text).or_else(|| find(&text.to_lowercase())).map(|(_, unit)| *unit)
+}
+
+/// Signs for units, and what they are called here; a longer one stands before its part.
+const SIGNS: [(&str, &str); 9] = [
+    ("°C", "degC"),
+    ("°F", "degF"),
+    ("°", "deg"),
+    ("²", "2"),
+    ("³", "3"),
+    ("µ", "u"),
+    ("μ", "u"),
+    ("·", "."),
+    ("Ω", "Ohm"),
+];
+
+/// The unit text of this program that a text of another one stands for: that of a spelling, or of signs and spellings in a
+/// product.
+///
+/// ```
+/// for (written, unit) in [("deg/sec", "deg/s"), ("Meters/second", "m/s"), ("°C", "degC"), ("m/s²", "m/s2"), ("KTS", "kn")] {
+///     assert_eq!(units::respelled(written).as_deref(), Some(unit));
+/// }
+/// assert_eq!(units::respelled("furlong/sec"), None);
+/// ```
+#[must_use]
+pub fn respelled(text: &str) -> Option<String> {
+    let signed = |text: String, (sign, name): (&str, &str)| text.replace(sign, name);
+    let plain = SIGNS.into_iter().fold(text.trim().replace(" per ", "/"), signed);
+    let is_unit = |text: &str| Unit::parse(text).is_ok();
+    if is_unit(&plain) {
+        return Some(plain);
+    }
+    if let Some(unit) = meant(text.trim()).or_else(|| meant(&plain)) {
+        return Some(unit.to_owned());
+    }
+    let (mut product, mut rest) = (String::new(), plain.as_str());
+    while !rest.is_empty() {
+        let letters = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
+        let (word, after) =
+            rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
+        product += if letters == 0 || is_unit(word) { word } else { meant(word)? };
+        rest = after;
+    }
+    is_unit(&product).then_some(product)
 }

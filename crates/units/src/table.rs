@@ -57,6 +57,7 @@ pub(crate) const NAMES: &[(&str, [i8; 8], f64)] = &[
     ("rev", ANGLE, TAU),
     ("rpm", [0, 0, -1, 0, 0, 0, 0, 1], TAU / 60.0),
     ("mph", SPEED, 1609.344 / 3600.0),
+    ("kn", SPEED, 1852.0 / 3600.0),
     ("g0", ACCELERATION, STANDARD_GRAVITY),
     ("Hz", RATE, 1.0),
     ("kHz", RATE, 1e3),

@@ -16,6 +16,7 @@ const SIZES: &[(&str, &str, f64)] = &[
     ("m/s", "m/s", 1.0),
     ("km/h", "m/s", 1.0 / 3.6),
     ("mph", "m/s", 0.44704),
+    ("kn", "m/s", 0.514_444_444_444_444_4),
     ("m/s2", "m/s2", 1.0),
     ("m/s^2", "m/s2", 1.0),
     ("rad/s", "rad/s", 1.0),
@@ -169,6 +170,11 @@ fn common_spellings_lead_to_a_unit_and_none_is_a_unit_itself() {
         ("Gee", "g0"),
         ("-", "1"),
         ("°C", "degC"),
+        ("knots", "kn"),
+        ("KTS", "kn"),
+        ("kPA", "kPa"),
+        ("deg C", "degC"),
+        ("NM", "N.m"),
     ] {
         let error = Unit::parse(written).expect_err(written).to_string();
         assert!(error.contains(&format!("did you mean `{expected}`?")), "{error}");

@@ -2,6 +2,7 @@
 
 mod columns;
 mod corrected;
+mod titles;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -143,7 +144,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let report = progress::run(&scenario, &options, &mut Remains::default(), |_, _| ())?.report;
     report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let result = &report.analyses[NAME];
-    print(&lines(&chosen, result));
+    print(&format!("the log is read as {}\n{}", titles.format, lines(&chosen, result)));
     let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);
     if let Some(Corrected { columns, table }) = corrected::corrected(&chosen, findings) {
         let path = out.join("corrected.toml");

@@ -1,7 +1,5 @@
 //! `trackside inspect`: prints the description of an FMU, the coupling of a scenario, or the channels of a log.
 
-use std::fs::File;
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -52,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         );
         return Err(Error::input(message));
     }
-    if !is(&["fmu"]) && !is_archive(&arguments.file) {
+    if !is(&["fmu"]) && !table::is_fmu(&arguments.file) {
         let survey = table::survey(&arguments.file).map_err(|it| Error::input(it.to_string()))?;
         match arguments.json {
             true => print_json(&survey.json()),
@@ -66,13 +64,6 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         false => print(&inspect::lines(&fmu)),
     }
     Ok(0)
-}
-
-/// Whether a file begins as a ZIP archive does, such as that of an FMU.
-fn is_archive(path: &Path) -> bool {
-    let mut head = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(4).read_to_end(&mut head));
-    read.is_ok() && head.starts_with(b"PK\x03\x04")
 }
 
 fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {

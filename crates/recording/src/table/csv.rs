@@ -4,10 +4,14 @@ mod cell;
 mod error;
 mod file;
 mod growing;
-mod header;
+mod layout;
+mod line;
 mod numbers;
+mod profile;
+mod region;
 mod survey;
 mod text;
+mod time;
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -18,7 +22,7 @@ use self::numbers::{Cells, Form};
 pub(super) use self::survey::csv_tallies;
 use self::text::Text;
 use super::wanted::{Dialect, Reading, Separator, Wanted, WantedColumn};
-use super::{ColumnTitle, Kept, Recorded, Series, TableError};
+use super::{Kept, Recorded, Series, TableError, Titles};
 
 /// Reads the time stamps [s] and the wanted columns by their titles. Of a file of any size, these alone are in memory.
 pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
@@ -32,28 +36,33 @@ fn text_at(path: &Path) -> Result<Text, TableError> {
 fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableError> {
     let mut titles = wanted.titles();
     titles.extend(wanted.time.as_deref());
-    let file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
-    if wanted.time.is_none() {
-        let (path, format, present) = (path.to_owned(), "CSV", file.names());
-        return Err(TableError::NoTime { path, format, present });
-    }
-    let found: Vec<_> = titles.iter().map(|title| file.place(title)).collect();
-    let places: Vec<usize> =
-        found.iter().filter_map(|place| place.as_ref().ok().copied()).collect();
+    let mut file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
+    file.is_timed = true;
+    let found: Vec<_> = wanted.titles().into_iter().map(|title| file.place(title)).collect();
+    let time = file.time(wanted.time.as_deref());
+    let mut places: Vec<usize> = found.iter().flatten().copied().collect();
     let forms = wanted.columns.iter().map(|column| Form::of(column.reading));
-    let found_forms = found.iter().zip(forms.chain([Form::Time]));
-    let found_forms: Vec<Form> =
-        found_forms.filter_map(|(place, form)| place.is_ok().then_some(form)).collect();
+    let with_form = found.iter().zip(forms);
+    let mut forms: Vec<Form> =
+        with_form.filter_map(|(place, form)| place.is_ok().then_some(form)).collect();
+    let at = places.len();
+    if let Ok(time) = &time {
+        places.push(time.place);
+        forms.push(Form::Time);
+        places.extend(time.nanoseconds);
+        forms.extend(time.nanoseconds.map(|_| Form::Number));
+    }
     let given = wanted.dialect.decimal;
-    let mut cells = match Cells::read(&file, &places, (given, &found_forms)) {
+    let mut cells = match Cells::read(&file, &places, (given, &forms)) {
         Ok(cells) => cells,
+        Err(error) if time.is_ok() && found.iter().all(Result::is_ok) => return Err(error.into()),
         // Columns that are not there say more about a file without rows.
-        Err(error) if found.iter().all(Result::is_ok) => return Err(error.into()),
-        Err(_) => return Err(TableError::all(found.into_iter().filter_map(Result::err))),
+        Err(_) => {
+            let wrong = found.into_iter().filter_map(Result::err);
+            return Err(TableError::all(wrong.chain(time.err())));
+        }
     };
     cells.decide(given)?;
-    let mut found = found.into_iter();
-    let time = found.next_back();
     let mut next = 0..;
     let column = |(place, wanted): (Result<usize, TableError>, &WantedColumn)| {
         let (place, k) = (place?, next.next().unwrap_or_default());
@@ -62,10 +71,16 @@ fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableErr
         let unit = if wanted.reading == Reading::Text { None } else { file.unit(place)? };
         Ok(Series { clock: 0, values, kept, unit, gap })
     };
-    let columns: Vec<Result<Series, TableError>> = found.zip(&wanted.columns).map(column).collect();
-    let stamps =
-        time.map_or(Ok(0), |time| time).and_then(|_| Ok(cells.stamps(places.len() - 1, wanted)?));
-    let warnings = cells.warning.take().into_iter().collect();
+    let columns: Vec<Result<Series, TableError>> =
+        found.into_iter().zip(&wanted.columns).map(column).collect();
+    let stamps = time.and_then(|time| {
+        Ok(match time.nanoseconds {
+            Some(_) => cells.split_stamps([at, at + 1], wanted)?,
+            None => cells.stamps(at, wanted)?,
+        })
+    });
+    let mut warnings: Vec<String> = cells.warning.take().into_iter().collect();
+    warnings.extend(file.left_out());
     match stamps {
         Ok(stamps) => Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings }),
         Err(error) => {
@@ -84,11 +99,12 @@ impl Form {
     }
 }
 
-/// The titles of a file.
-pub(super) fn titles(path: &Path) -> Result<Vec<ColumnTitle>, TableError> {
+/// The titles of a file, whether it says itself which one is the time, and as what it is read.
+pub(super) fn titles(path: &Path) -> Result<Titles, TableError> {
     let text = text_at(path)?;
     let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
-    Ok(file.titles()?)
+    let (columns, has_time) = (file.titles()?, file.own_time().is_some());
+    Ok(Titles { columns, has_time, format: file.layout.told() })
 }
 
 /// Whether the file has each of these columns.
@@ -145,16 +161,16 @@ pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let text = text_at(path)?;
     let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
-    for title in file.header.titles.iter().skip(1).filter(|title| !title.plain.is_empty()) {
+    for title in file.layout.titles.iter().skip(1).filter(|title| !title.plain.is_empty()) {
         file.only(&title.plain)?;
     }
-    let places: Vec<_> = (0..file.header.titles.len()).collect();
+    let places: Vec<_> = (0..file.layout.titles.len()).collect();
     let mut forms = vec![Form::Number; places.len()];
     forms[0] = Form::Time;
     let mut cells = Cells::read(&file, &places, (None, &forms))?;
     cells.decide(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
-    let name = |place: usize| file.header.titles[place].plain.as_str();
+    let name = |place: usize| file.layout.titles[place].plain.as_str();
     let is_number = |place: &usize| *place > 0 && !texts.contains(name(*place));
     let numbers = places.iter().map(|place| {
         let values = is_number(place).then(|| cells.take(*place)).and_then(Result::ok);
@@ -192,5 +208,7 @@ fn reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {
         .from_reader(text)
 }
 
+#[cfg(test)]
+mod logger_tests;
 #[cfg(test)]
 mod tests;

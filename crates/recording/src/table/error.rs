@@ -90,7 +90,7 @@ pub enum TableError {
         columns: String,
     },
     /// Several channels of a log have the name of a wanted column.
-    #[error("`{column}` can be any of {} in {}: name it with its group", shortened(each), path.display())]
+    #[error("`{column}` can be any of {} in {}: name one of them so", shortened(each), path.display())]
     Ambiguous {
         /// The file.
         path: PathBuf,

@@ -10,6 +10,8 @@ pub(super) struct Title {
     /// Without the unit.
     pub plain: String,
     pub unit: Option<String>,
+    /// The sensor of `Speed (m/s) *gps`, as RaceChrono and TrackAddict write it.
+    pub source: Option<String>,
 }
 
 impl Title {
@@ -17,8 +19,12 @@ impl Title {
     /// do round ones without a blank before them around what is no unit: `f_z[1]`, `der(h)`, `wheel(left)`.
     pub fn read(text: &str) -> Self {
         let text = text.trim();
-        let (plain, unit) = bracket(text).unwrap_or((text, None));
-        Title { text: text.to_owned(), plain: plain.to_owned(), unit }
+        let is_sensor = |it: &&str| !it.is_empty() && it.bytes().all(|c| c.is_ascii_alphanumeric());
+        let sourced = text.rsplit_once(" *").filter(|(_, source)| is_sensor(source));
+        let (title, source) = sourced.map_or((text, None), |(title, source)| (title, Some(source)));
+        let (plain, unit) = bracket(title).unwrap_or((title, None));
+        let [text, plain] = [text, plain].map(str::to_owned);
+        Title { text, plain, unit, source: source.map(str::to_owned) }
     }
 }
 
@@ -40,24 +46,52 @@ fn bracket(text: &str) -> Option<(&str, Option<String>)> {
     };
     let (before, inner) = (&text[..open], text[open + 1..text.len() - 1].trim());
     let plain = before.trim_end();
-    let (is_attached, unit) = (plain.len() == before.len(), unit(inner));
+    let is_attached = plain.len() == before.len();
+    let is_charge = !round && ["C", "F"].contains(&inner) && !plain.to_lowercase().contains("temp");
+    let read = if is_charge { None } else { unit(inner, plain) };
     let is_index = inner.chars().all(|c| c.is_ascii_digit() || c == ',');
     let is_derivative = round && (plain == "der" || plain.ends_with(".der"));
-    let is_named = is_index || is_derivative || (round && unit.is_none());
+    let is_named = is_index || is_derivative || (round && read.is_none());
     if plain.is_empty() || (is_attached && is_named) {
         return None;
     }
-    let unit = unit.or_else(|| (!round && !inner.is_empty()).then(|| inner.to_owned()));
-    Some((plain, unit))
+    let unit = read.or_else(|| (!round && !inner.is_empty()).then(|| inner.to_owned()));
+    // `speed (GPS)` has no unit, and its brackets are a part of its name.
+    (unit.is_some() || !round || inner.is_empty()).then_some((plain, unit))
 }
 
-/// The unit that a text names, in the spelling of this program: `kmph` is km/h.
-pub(super) fn unit(text: &str) -> Option<String> {
-    let spelled = spelled(text);
-    match Unit::parse(&spelled) {
-        Ok(_) => Some(spelled),
-        Err(_) => units::meant(text.trim()).map(str::to_owned),
+/// Words of loggers for counts and for numbers without a dimension, in small letters.
+const COUNTS: [&str; 14] = [
+    "sats", "#", "count", "counts", "gear", "lap", "dop", "bool", "flag", "lambda", "ratio", "no",
+    "nodim", "unitless",
+];
+
+/// Words of loggers for a unit, in small letters, that are none or another one elsewhere: `C` is a coulomb. RaceChrono writes
+/// `unix time` and, where it has no sign of a degree, `.C`.
+const LOGGERS: [(&str, &str); 5] =
+    [("c", "degC"), (".c", "degC"), ("f", "degF"), ("unix time", "s"), ("datetime", "s")];
+
+/// Parts of the titles of accelerations, in small letters and digits alone.
+const ACCELERATIONS: [&str; 8] =
+    ["acc", "gforce", "lateralg", "lineal", "longitudinalg", "latg", "longg", "vertg"];
+
+/// The unit, in the spelling of this program, that a word means beside a title: `kmph` is km/h, and `g` that of gravity in a
+/// title that speaks of an acceleration, or else a gram.
+pub(super) fn unit(word: &str, title: &str) -> Option<String> {
+    let word = word.trim();
+    let small = word.to_lowercase();
+    let letters = |text: &str| -> String {
+        text.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
+    };
+    let speaks_of_acceleration = || ACCELERATIONS.iter().any(|it| letters(title).contains(it));
+    if word == "g" && speaks_of_acceleration() {
+        return Some("g0".to_owned());
     }
+    if COUNTS.contains(&small.as_str()) {
+        return Some("1".to_owned());
+    }
+    let of_loggers = LOGGERS.iter().find(|(it, _)| *it == small);
+    of_loggers.map(|(_, unit)| (*unit).to_owned()).or_else(|| units::respelled(word))
 }
 
 /// The unit in the name of a time that has no other: `timestamp_ms`, `t_us`.
@@ -67,36 +101,12 @@ pub(crate) fn unit_of_time(name: &str) -> Option<Unit> {
     known.contains(&last).then(|| Unit::parse(last).ok()).flatten()
 }
 
-/// Other signs for the same unit: `°C`, `m/s²`, `µm`, and `-` for no dimension.
-pub(super) fn spelled(text: &str) -> String {
-    let text = text.trim();
-    if text == "-" {
-        return "1".to_owned();
-    }
-    let signs = [
-        ("°C", "degC"),
-        ("°F", "degF"),
-        ("°", "deg"),
-        ("²", "2"),
-        ("³", "3"),
-        ("µ", "u"),
-        ("μ", "u"),
-        ("·", "."),
-        ("Ω", "Ohm"),
-    ];
-    signs.into_iter().fold(text.to_owned(), |text, (sign, name)| text.replace(sign, name))
-}
-
-/// A cell of a line of units: a unit, or nothing. `None` when it is something else.
-pub(super) fn unit_cell(cell: &str) -> Option<Option<String>> {
+/// The word in a cell of a line of units, without brackets; nothing where there is none.
+pub(super) fn unit_word(cell: &str) -> Option<&str> {
     let cell = cell.trim();
     let inside = |open, close| cell.strip_prefix(open).and_then(|it| it.strip_suffix(close));
-    let cell = inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim();
-    match cell {
-        "" | "-" => Some(None),
-        _ if cell.parse::<f64>().is_ok() => None,
-        _ => unit(cell).map(Some),
-    }
+    let word = inside('[', ']').or_else(|| inside('(', ')')).unwrap_or(cell).trim();
+    (!["", "-", "--", "none", "(null)"].contains(&word)).then_some(word)
 }
 
 #[cfg(test)]
@@ -150,7 +160,15 @@ mod tests {
             ("slip [furlong]", "slip", Some("furlong")),
             ("wheel_fl(kmph)", "wheel_fl", Some("km/h")),
             ("time [sec]", "time", Some("s")),
-            ("speed (GPS)", "speed", None),
+            ("speed (GPS)", "speed (GPS)", None),
+            ("der(x)", "der(x)", None),
+            ("Coolant Temp (C)", "Coolant Temp", Some("degC")),
+            ("charge [C]", "charge", Some("C")),
+            ("lateral_acc (g)", "lateral_acc", Some("g0")),
+            ("fuel (g)", "fuel", Some("g")),
+            ("yaw (deg/sec)", "yaw", Some("deg/s")),
+            ("Speed (m/s) *gps", "Speed", Some("m/s")),
+            ("Speed (Km/h)", "Speed", Some("km/h")),
             ("tire.f_z[1,2]", "tire.f_z[1,2]", None),
             ("tire.f_z[1,2] [N]", "tire.f_z[1,2]", Some("N")),
             ("wheel(1)", "wheel(1)", None),

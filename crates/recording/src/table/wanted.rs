@@ -66,8 +66,20 @@ pub struct Dialect {
     pub separator: Option<Separator>,
     /// Between the whole and the broken part of a number.
     pub decimal: Option<Decimal>,
-    /// Whether a line of units follows the titles.
-    pub unit_row: Option<bool>,
+    /// The line of the titles, from 1 on.
+    pub title_row: Option<usize>,
+    /// Whether a line of units follows the titles, or which one it is.
+    pub unit_row: Option<UnitRow>,
+}
+
+/// Where the units of a CSV file are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(untagged)]
+pub enum UnitRow {
+    /// Whether they are in the line below the titles.
+    Below(bool),
+    /// In the line of this number, from 1 on.
+    Line(usize),
 }
 
 impl Dialect {
@@ -76,6 +88,7 @@ impl Dialect {
         let keys = [
             ("separator", self.separator.is_some()),
             ("decimal", self.decimal.is_some()),
+            ("title_row", self.title_row.is_some()),
             ("unit_row", self.unit_row.is_some()),
         ];
         keys.into_iter().find_map(|(key, given)| given.then_some(key))
@@ -94,9 +107,13 @@ pub enum Separator {
     /// Comma.
     #[serde(rename = ",")]
     Comma,
+    /// Blanks or tabulators, as many as there are.
+    #[serde(rename = " ")]
+    Blank,
 }
 
 impl Separator {
+    /// Signs that separate wherever they stand.
     pub(super) const ALL: [Self; 3] = [Self::Comma, Self::Semicolon, Self::Tab];
 
     pub(super) fn byte(self) -> u8 {
@@ -104,6 +121,7 @@ impl Separator {
             Separator::Tab => b'\t',
             Separator::Semicolon => b';',
             Separator::Comma => b',',
+            Separator::Blank => b' ',
         }
     }
 }

@@ -129,6 +129,12 @@ impl Reader<'_> {
         let table = table.and_then(|wanted| self.whole((word, &path), &wanted, &chosen));
         let (units, table) = Mistakes::both(units, table)?;
         warnings.extend_from_slice(table.warnings());
+        let said = chosen.entries.iter().map(|it| (it.column.column.get_ref(), &it.column.unit));
+        let unknown = said.zip(0..).filter_map(|((name, said), place)| match said {
+            Some(_) => None,
+            None => units::unknown(name, table.unit(place), word.get_ref()),
+        });
+        warnings.extend(unknown);
         let columns = chosen.entries.into_iter().zip(units).zip(0..);
         let columns = columns.map(|((entry, unit), place)| {
             let unit = units::agreed(&entry, unit, table.unit(place))?;

@@ -41,8 +41,9 @@ macro_rules! recorded_file {
             /// loggers. `v_x = ["Ground Speed", { column = "VehSpd", unit = "km/h" }]`: the first column that the log has is taken.
             #[schemars(example = &"aliases.toml")]
             pub aliases: Option<diagnostics::Spanned<String>>,
-            /// Column of the time. A log of a data logger that has one of its own needs no mention of it; MCAP has `log_time`, which
-            /// needs none either, and `publish_time`.
+            /// Column of the time. A log of a data logger that has one of its own needs no mention of it, nor does a text file of a known
+            /// one; MCAP has `log_time`, which needs none either, and `publish_time`. Of a time in two columns, seconds and nanoseconds,
+            /// it is what their names have in common: `header.stamp`.
             #[schemars(example = &"t_s")]
             pub time: Option<diagnostics::Spanned<String>>,
             /// Unit of the time; that of the file without it, or else s.
@@ -61,9 +62,12 @@ macro_rules! recorded_file {
             /// Decimal mark of a CSV file; detected without it.
             #[schemars(example = &",")]
             pub decimal: Option<recording::table::Decimal>,
-            /// Whether a line of units follows the titles of a CSV file; detected without it.
+            /// Number of the line with the titles of a CSV file, from 1 on; without it the line above the first rows of numbers.
+            #[schemars(example = 10)]
+            pub title_row: Option<usize>,
+            /// Whether the line below the titles of a CSV file has units, or the number of the line that has them; detected without it.
             #[schemars(example = true)]
-            pub unit_row: Option<bool>,
+            pub unit_row: Option<recording::table::UnitRow>,
             /// Columns by the names of the node's outputs, or of the signals of the plugin: a name of the file or of an alias, or a table.
             /// They may be left out where there are `aliases`: what the plugin takes and the log has is taken, and of a node all of them.
             #[serde(default, deserialize_with = "crate::words::recorded_file::columns")]
@@ -74,7 +78,7 @@ macro_rules! recorded_file {
         impl $name {
             pub(crate) fn file(&self) -> $crate::words::RecordedFile<'_> {
                 let $name { path, aliases, time, time_unit, origin, gaps, columns, .. } = self;
-                let $name { separator, decimal, unit_row, .. } = *self;
+                let $name { separator, decimal, title_row, unit_row, .. } = *self;
                 $crate::words::RecordedFile {
                     paths: path,
                     aliases: aliases.as_ref(),
@@ -82,7 +86,7 @@ macro_rules! recorded_file {
                     time_unit: time_unit.as_ref(),
                     origin: origin.as_ref(),
                     gaps: *gaps,
-                    dialect: recording::table::Dialect { separator, decimal, unit_row },
+                    dialect: recording::table::Dialect { separator, decimal, title_row, unit_row },
                     columns,
                 }
             }
@@ -107,7 +111,8 @@ pub(super) use recorded_file;
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Column {
-    /// Title of the column in the file, with or without its unit; in MCAP `/topic.field`, or `node.variable` of a recorded run.
+    /// Title of the column in the file, with or without its unit; of several columns of one title `speed [gps]` by their source, or
+    /// `speed #2`. In MCAP it is `/topic.field`, or `node.variable` of a recorded run.
     #[schemars(example = &"vx_mps")]
     pub column: Spanned<String>,
     /// Unit of the column, with its gain; that of the file without it.

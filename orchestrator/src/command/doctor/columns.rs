@@ -7,6 +7,8 @@ use diagnostics::{Error, Mistakes};
 use recording::table::{ColumnTitle, Titles};
 use units::Unit;
 
+use super::titles::{USUAL, Usual};
+
 /// A column of the log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chosen {
@@ -22,66 +24,9 @@ pub struct Chosen {
     pub guessed: bool,
 }
 
-/// Signals with their units and usual titles, in small letters without signs between them.
-const USUAL: [(&str, &str, &[&str]); 16] = [
-    ("time", "s", &["t", "time", "timestamp", "elapsedtime", "logtime"]),
-    (
-        "v_x",
-        "m/s",
-        &[
-            "vx",
-            "velocityx",
-            "longitudinalvelocity",
-            "vlong",
-            "vlon",
-            "speed",
-            "vehiclespeed",
-            "gpsspeed",
-            "groundspeed",
-            "velocity",
-            "v",
-        ],
-    ),
-    ("v_y", "m/s", &["vy", "velocityy", "lateralvelocity", "vlat"]),
-    ("r", "rad/s", &["r", "yawrate", "omegaz", "wz", "gyroz", "psidot", "omega"]),
-    (
-        "a_x",
-        "m/s2",
-        &["ax", "longitudinalacceleration", "along", "longacc", "accx", "accelx", "gforcelong"],
-    ),
-    (
-        "a_y",
-        "m/s2",
-        &["ay", "lateralacceleration", "alat", "latacc", "accy", "accely", "gforcelat"],
-    ),
-    (
-        "delta",
-        "rad",
-        &[
-            "delta",
-            "steer",
-            "steering",
-            "steeringangle",
-            "steerangle",
-            "roadwheelangle",
-            "steeringwheelangle",
-            "swa",
-        ],
-    ),
-    ("F_x", "N", &["fx"]),
-    ("omega_fl", "rad/s", &["omegafl", "wheelfl", "wheelspeedfl"]),
-    ("omega_fr", "rad/s", &["omegafr", "wheelfr", "wheelspeedfr"]),
-    ("omega_rl", "rad/s", &["omegarl", "wheelrl", "wheelspeedrl"]),
-    ("omega_rr", "rad/s", &["omegarr", "wheelrr", "wheelspeedrr"]),
-    ("roll", "rad", &["roll", "rollangle"]),
-    ("course", "rad", &["course", "cog", "courseoverground", "gpscourse", "trackangle"]),
-    ("x", "m", &["x", "posx", "positionx", "east", "easting"]),
-    ("y", "m", &["y", "posy", "positiony", "north", "northing"]),
-];
-
 /// The unit of a signal.
 pub fn unit_of_signal(name: &str) -> &'static str {
-    USUAL.iter().find(|(of, ..)| *of == name).map_or("", |(_, unit, _)| unit)
+    USUAL.iter().find(|it| it.signal == name).map_or("", |it| it.unit)
 }
 
 /// Chooses columns; `given` are signals with what the user wrote for them.
@@ -93,7 +38,7 @@ pub fn choose(
     titles: &Titles,
     given: &[(&'static str, &Option<String>)],
 ) -> Result<Vec<Chosen>, Error> {
-    let Titles { columns: titles, has_time } = titles;
+    let Titles { columns: titles, has_time, .. } = titles;
     let one = |(name, written): &(&'static str, &Option<String>)| match written {
         Some(written) => named(log, titles, name, written).map(Some),
         None => Ok(guessed(titles, name)),
@@ -116,6 +61,10 @@ fn missing(log: &Path, name: &str, titles: &[&str]) -> Error {
     Error::input(message).help(format!("name it: --{name} COLUMN; the file has {known}"))
 }
 
+fn is_name(title: &ColumnTitle, text: &str) -> bool {
+    [&title.name, &title.text, &title.plain].iter().any(|it| *it == text)
+}
+
 /// The column that the user names, as `title` or `title:unit`.
 fn named(
     log: &Path,
@@ -123,9 +72,8 @@ fn named(
     name: &'static str,
     written: &str,
 ) -> Result<Chosen, Error> {
-    let is_title = |text: &str| {
-        titles.is_empty() || titles.iter().any(|title| title.name == text || title.text == text)
-    };
+    let is_title =
+        |text: &str| titles.is_empty() || titles.iter().any(|title| is_name(title, text));
     let (column, unit) = match written.rsplit_once(':') {
         Some((column, unit)) if !is_title(written) || titles.is_empty() => (column, Some(unit)),
         _ => (written, None),
@@ -138,7 +86,7 @@ fn named(
     if let Some(Err(error)) = unit.map(Unit::parse) {
         return Err(Error::input(format!("--{name} {written}: {error}")));
     }
-    let recorded = titles.iter().find(|it| it.name == column || it.text == column);
+    let recorded = titles.iter().find(|it| is_name(it, column));
     let stated = recorded.and_then(|title| title.unit.clone());
     let unit = match unit {
         Some(unit) => Some(unit.to_owned()),
@@ -149,28 +97,34 @@ fn named(
     Ok(Chosen { name, column: column.to_owned(), unit, stated, guessed: false })
 }
 
-/// The column with the most usual title, unless the file says that it is something else: a wheel in km/h is no angular speed.
+/// The column with the most usual title whose unit fits, or which has none: a wheel in km/h is no angular speed, and a steering angle
+/// in rpm is none.
 fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
-    let (_, wanted, usual) = USUAL.iter().find(|(of, ..)| *of == name)?;
-    let title = usual.iter().find_map(|usual| {
-        let fits = |title: &&ColumnTitle| {
-            bare(&title.name, wanted).0 == *usual || plain(&title.name) == *usual
-        };
-        titles.iter().find(fits)
-    })?;
-    let other = |unit: &String| !same_dimension(unit, wanted);
-    // Accelerations in g, which is a gram elsewhere.
-    let gravities = |unit: &String| unit == "g" && *wanted == "m/s2";
-    if title.unit.as_ref().is_some_and(|unit| other(unit) && !gravities(unit)) {
-        return None;
-    }
+    let Usual { unit: wanted, titles: usual, .. } = USUAL.iter().find(|it| it.signal == name)?;
+    let is = |title: &ColumnTitle, usual: &str| {
+        bare(&title.plain, wanted).0 == usual || plain(&title.plain) == usual
+    };
+    let fits = |title: &&ColumnTitle| {
+        title
+            .unit
+            .as_ref()
+            .is_none_or(|unit| same_dimension(unit, wanted) || is_gravity(unit, wanted))
+    };
+    let title = usual
+        .iter()
+        .find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits))?;
     let unit = match &title.unit {
-        Some(unit) if gravities(unit) => Some("g0".to_owned()),
+        Some(unit) if is_gravity(unit, wanted) => Some("g0".to_owned()),
         Some(_) => None,
-        None => Some(unit_of(&title.name, name)),
+        None => Some(unit_of(&title.plain, name)),
     };
     let (column, stated) = (title.name.clone(), title.unit.clone());
     Some(Chosen { name, column, unit, stated, guessed: true })
+}
+
+/// Whether `g` means an acceleration, which is a gram elsewhere.
+fn is_gravity(unit: &str, wanted: &str) -> bool {
+    unit == "g" && wanted == "m/s2"
 }
 
 fn same_dimension(a: &str, b: &str) -> bool {
@@ -209,12 +163,15 @@ mod tests {
     use super::*;
 
     fn titles(names: &[&str]) -> Titles {
-        let title = |name: &&str| ColumnTitle {
-            text: (*name).to_owned(),
-            name: (*name).to_owned(),
-            unit: None,
+        // `title [unit]`, or a title alone.
+        let title = |name: &&str| {
+            let parts = name.strip_suffix(']').and_then(|it| it.split_once(" ["));
+            let (plain, unit) = parts.map_or((*name, None), |(plain, unit)| (plain, Some(unit)));
+            let [text, plain, name] = [name, plain, plain].map(str::to_owned);
+            ColumnTitle { text, plain, name, unit: unit.map(str::to_owned) }
         };
-        Titles { columns: names.iter().map(title).collect(), has_time: false }
+        let (columns, format) = (names.iter().map(title).collect(), "CSV".to_owned());
+        Titles { columns, has_time: false, format }
     }
 
     fn all(
@@ -244,6 +201,53 @@ mod tests {
                 "delta delta_rad rad"
             ]
         );
+    }
+
+    #[test]
+    fn of_several_usual_titles_the_one_whose_unit_fits_is_taken() {
+        let none = None;
+        let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
+        for (titles, expected) in [
+            (
+                // VBOX with the CAN of a car.
+                &[
+                    "time [s]",
+                    "velocity [km/h]",
+                    "Vehicle_Speed [%]",
+                    "Steering_Angle [rpm]",
+                    "Yaw_Rate [deg/s]",
+                ][..],
+                "time, velocity, Yaw_Rate",
+            ),
+            (
+                &["timestamp [s]", "speed [m/s]", "lateral_acc [g0]", "rate_of_rotation_z [deg/s]"],
+                "timestamp, speed, rate_of_rotation_z, lateral_acc",
+            ),
+            (
+                &[
+                    "Time [s]",
+                    "Ground Speed [km/h]",
+                    "G Force Lat [g0]",
+                    "Gyro Yaw Velocity [deg/s]",
+                    "Steering Wheel Angle [deg]",
+                ],
+                "Time, Ground Speed, Gyro Yaw Velocity, G Force Lat, Steering Wheel Angle",
+            ),
+            (
+                &[
+                    "Time [s]",
+                    "GPS Speed [mph]",
+                    "LateralAcc [g0]",
+                    "Steering Pos [V]",
+                    "SteerAngle [deg]",
+                ],
+                "Time, GPS Speed, LateralAcc, SteerAngle",
+            ),
+        ] {
+            let found = all(titles, &given).expect("some are there");
+            let columns: Vec<&str> = found.iter().map(|it| it.column.as_str()).collect();
+            assert_eq!(columns.join(", "), expected);
+        }
     }
 
     #[test]

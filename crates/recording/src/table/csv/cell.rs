@@ -96,17 +96,18 @@ pub(super) fn mark(text: &str) -> Mark {
     }
 }
 
-/// The seconds of `12:34:56.789` since midnight, and of `2024-05-01 12:34:56` or `2024-05-01T12:34:56Z` since 1970. Clocks
-/// count as UTC, whatever their zone.
+/// The seconds of `12:34:56.789` since midnight, and of `2024-05-01 12:34:56`, `2024-05-01T12:34:56Z` and
+/// `01-May-2024 12:34:56` since 1970. Clocks count as UTC, whatever their zone.
 pub(super) fn clock(text: &str) -> Option<f64> {
     let text = text.trim().trim_end_matches('Z');
     let (date, time) = match text.split_once(['T', ' ']) {
-        Some((date, time)) => (Some(date), time.trim()),
-        None => (None, text),
+        Some((date, time)) if date.contains(['-', '/']) => (Some(date), time.trim()),
+        _ => (None, text),
     };
-    let mut parts = time.split(':');
+    let zone = time.find(['+', '-']).unwrap_or(time.len());
+    let mut parts = time[..zone].split(':');
     let (hours, minutes) = (parts.next()?.parse::<u8>().ok()?, parts.next()?.parse::<u8>().ok()?);
-    let seconds = parts.next()?.replace(',', ".").parse::<f64>().ok()?;
+    let seconds = parts.next()?.trim().replace(',', ".").parse::<f64>().ok()?;
     if parts.next().is_some() || hours > 23 || minutes > 59 || !(0.0..61.0).contains(&seconds) {
         return None;
     }
@@ -115,11 +116,21 @@ pub(super) fn clock(text: &str) -> Option<f64> {
     Some(whole as f64 + seconds)
 }
 
-/// The days from 1970-01-01 to the date, in the calendar of today.
+const MONTHS: [&str; 12] =
+    ["jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec"];
+
+/// The days from 1970-01-01 to the date, in the calendar of today. Of `01/02/2024` nobody knows the month.
 fn days(date: &str) -> Option<i64> {
-    let mut parts = date.split('-').map(|part| part.parse::<u16>().ok());
-    let (year, month, day) = (parts.next()??, parts.next()??, parts.next()??);
-    if !(1..=12).contains(&month) || !(1..=31).contains(&day) || parts.next().is_some() {
+    let parts: Vec<&str> = date.split(['-', '/']).collect();
+    let [first, middle, last] = parts[..] else { return None };
+    let named = MONTHS.iter().position(|it| it.eq_ignore_ascii_case(middle));
+    let (year, month, day) = match named {
+        Some(month) => (last, u16::try_from(month).ok()? + 1, first),
+        None if first.len() == 4 => (first, middle.parse().ok()?, last),
+        None => return None,
+    };
+    let (year, day): (u16, u16) = (year.parse().ok()?, day.parse().ok()?);
+    if !(1..=12).contains(&month) || !(1..=31).contains(&day) {
         return None;
     }
     // The year begins in March, so that the leap day is its last.
@@ -187,6 +198,8 @@ mod tests {
             ("1970-01-01T00:00:00Z", Some(0.0)),
             ("2024-02-29 12:00:00", Some(1_709_208_000.0)),
             ("2000-03-01T00:00:00", Some(951_868_800.0)),
+            ("29-Feb-2024 12:00:00", Some(1_709_208_000.0)),
+            ("2024/02/29 12:00:00+01:00", Some(1_709_208_000.0)),
             ("24:00:00", None),
             ("12:34", None),
             ("01/02/2024 12:00:00", None),

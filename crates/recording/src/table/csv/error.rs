@@ -46,15 +46,14 @@ pub enum CsvError {
     },
     /// Several columns have the title of a wanted one.
     #[error(
-        "`{column}` can be any of the columns {places} of {}: give them different titles, or name one of them with its \
-         unit as in the file", path.display()
+        "`{column}` can be any of the columns {places} of {}: name one of them so", path.display()
     )]
     Ambiguous {
         /// The file.
         path: PathBuf,
         /// The column of the scenario.
         column: String,
-        /// The numbers of the columns and their titles.
+        /// Names of the columns that tell them apart.
         places: String,
     },
     /// A row has more or fewer cells than the header.

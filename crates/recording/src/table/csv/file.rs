@@ -2,7 +2,6 @@
 
 use std::borrow::Cow;
 use std::cell::Cell as Shared;
-use std::collections::HashMap;
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -10,22 +9,14 @@ use ::csv::ByteRecord;
 
 use super::cell::{self, Cell};
 use super::error::CsvError;
-use super::header::{self, Header};
-use super::reader;
+use super::layout::{self, Layout};
 use super::text::Text;
-use crate::table::title::{spelled, unit_cell};
+use super::{line, reader};
+use crate::table::foreign::foreign;
+use crate::table::names::{Heading, Names};
+use crate::table::title::Title;
 use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
-
-/// First bytes of files that are given for CSV at times, and a remedy.
-const FORMATS: [(&[u8], &str, &str); 2] = [
-    (b"MDF ", "an MDF measurement", "export it as CSV"),
-    (
-        b"PK\x03\x04",
-        "a ZIP archive or an Excel workbook",
-        "export the sheet as CSV, or unpack the archive",
-    ),
-];
 
 /// What is looked at to find the titles and the units has at most so many bytes [B].
 const LARGEST_HEAD: u64 = 64 << 20;
@@ -34,13 +25,12 @@ const LARGEST_HEAD: u64 = 64 << 20;
 pub(super) struct CsvFile<'a> {
     pub path: &'a Path,
     text: &'a Text,
-    pub header: Header,
-    /// The units of the line below the titles.
-    units: Vec<Option<String>>,
-    /// The places of each whole title, and of each title without its unit.
-    by_title: [HashMap<String, Vec<usize>>; 2],
-    /// The first byte of the rows.
-    begin: u64,
+    pub layout: Layout,
+    names: Names,
+    /// The first column of the time that the profile names.
+    own_time: Option<usize>,
+    /// Whether its rows have times, so that one like the row before it, cell by cell, says nothing: some loggers write them.
+    pub is_timed: bool,
 }
 
 /// Takes the first byte of a row and its cells, and says whether it wants more.
@@ -56,58 +46,62 @@ impl<'a> CsvFile<'a> {
     ) -> Result<Self, CsvError> {
         let unreadable = |source| CsvError::Read { path: path.to_owned(), source };
         let head = head(text).map_err(unreadable)?;
-        let named = FORMATS.iter().find(|(magic, ..)| head.starts_with(magic));
         let binary = head.iter().take(1 << 12).any(|byte| *byte == 0);
-        let zeros: (&[u8], _, _) = (&[], "no text, or text in UTF-16", "save it as UTF-8");
-        if let Some((_, found, cure)) = named.copied().or(binary.then_some(zeros)) {
+        let zeros = || ("no text, or text in UTF-16", "save it as UTF-8");
+        if let Some((found, cure)) = foreign(path, &head).or_else(|| binary.then(zeros)) {
             return Err(CsvError::NoText { path: path.to_owned(), found, cure });
         }
         let empty = || CsvError::Empty { path: path.to_owned(), found: "nothing" };
-        let header = header::find(&head, titles, dialect.separator).ok_or_else(empty)?;
-        let (by_title, units, begin) = (by_title(&header), Vec::new(), header.end as u64);
-        let mut file = CsvFile { path, text, by_title, header, units, begin };
-        if file.header.is_numbers {
-            let names = (1..file.header.titles.len()).map(|k| format!("x{k}"));
+        let layout = layout::find(&head, titles, dialect).ok_or_else(empty)?;
+        if layout.is_numbers {
+            let names = (1..layout.titles.len()).map(|k| format!("x{k}"));
             let example =
                 std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
-            let line = file.line(file.header.begin as u64);
+            let line = layout.titles_line;
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
-        file.take_units(&head[file.header.end..], dialect.unit_row);
-        Ok(file)
+        let of_line = |place: usize| layout.sources.get(place).map(|it| layout::sensor(it));
+        let said = layout.titles.iter().enumerate().map(|(place, title)| Heading {
+            text: &title.text,
+            plain: &title.plain,
+            source: of_line(place).filter(|it| !it.is_empty()).or(title.source.as_deref()),
+        });
+        let names = Names::new(&said.collect::<Vec<_>>());
+        let times = layout.profile.map_or(&[][..], |it| it.time).iter();
+        let own_time = times.filter_map(|it| names.places(it).first().copied()).next();
+        Ok(CsvFile { path, text, layout, names, own_time, is_timed: false })
     }
 
-    /// Takes the line below the titles as units, if it is said or seen to be one.
-    fn take_units(&mut self, below: &[u8], said: Option<bool>) {
-        let mut reader = reader(below, self.header.separator);
-        let mut record = ByteRecord::new();
-        let found = reader.read_byte_record(&mut record).unwrap_or(false);
-        let cells: Vec<_> =
-            record.iter().map(|cell| (text(cell).into_owned(), unit_cell(&text(cell)))).collect();
-        let seen = || {
-            let proper = |unit: &Option<Option<String>>| unit.as_ref().is_some_and(Option::is_some);
-            let any = cells.iter().any(|(_, unit)| proper(unit));
-            any && cells.iter().all(|(_, unit)| unit.is_some())
-        };
-        if !found || !said.unwrap_or_else(seen) {
-            return;
-        }
-        let unit = |(cell, unit): (String, Option<Option<String>>)| {
-            unit.unwrap_or_else(|| Some(spelled(&cell)))
-        };
-        self.units = cells.into_iter().map(unit).collect();
-        self.begin += reader.position().byte();
+    /// The column of the time that counts when none is named.
+    pub fn own_time(&self) -> Option<usize> {
+        self.own_time
+    }
+
+    /// What of the file above its rows is not read.
+    pub fn left_out(&self) -> Option<String> {
+        let lines = self.layout.left_out.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let path = self.path.display();
+        let cure = "name the lines of titles and units by `title_row` and `unit_row`";
+        (!lines.is_empty()).then(|| {
+            format!(
+                "line {} of {path}, between titles and rows, is left out: {cure}, if it has them",
+                lines.join(", ")
+            )
+        })
     }
 
     /// The unit of a column: that in its title, or that of the line below.
     pub fn unit(&self, place: usize) -> Result<Option<String>, CsvError> {
-        let title = &self.header.titles[place];
-        let below = self.units.get(place).cloned().flatten();
+        let title = &self.layout.titles[place];
+        let below = self.layout.units.get(place).cloned().flatten();
         match (title.unit.clone(), below) {
             (Some(title), Some(below)) if title != below => {
-                let (path, column) = (self.path.to_owned(), self.header.titles[place].text.clone());
-                let line = self.line(self.header.end as u64);
+                let (path, column) = (self.path.to_owned(), self.layout.titles[place].text.clone());
+                let line = self.layout.units_line.unwrap_or_default();
                 Err(CsvError::TwoUnits { path, column, title, below, line })
+            }
+            (None, None) if self.own_time == Some(place) => {
+                Ok(self.layout.profile.and_then(|it| it.time_unit).map(str::to_owned))
             }
             (title, below) => Ok(title.or(below)),
         }
@@ -134,65 +128,89 @@ impl<'a> CsvFile<'a> {
         wanted.iter().map(|name| self.place(name)).collect()
     }
 
-    /// Where a column is: by the whole title, or by the title without its unit.
+    /// Where a column is: by its whole title, without its unit, or by a name that tells it from others of one title.
     pub fn place(&self, name: &str) -> Result<usize, TableError> {
-        let [whole, plain] = &self.by_title;
-        match whole.get(name).or_else(|| plain.get(name)).map(Vec::as_slice) {
-            Some([place]) => Ok(*place),
-            None => Err(TableError::missing(self.path, name, self.names())),
-            Some(found) => Err(self.ambiguous(name, found).into()),
+        match self.names.places(name) {
+            [place] => Ok(*place),
+            [] => Err(TableError::missing(self.path, name, self.names())),
+            found => Err(self.ambiguous(name, found).into()),
         }
     }
 
-    /// Refuses several columns of one name, whatever their units are.
-    pub fn only(&self, name: &str) -> Result<(), CsvError> {
-        match self.by_title[1].get(name).map(Vec::as_slice) {
-            None | Some([_]) => Ok(()),
-            Some(found) => Err(self.ambiguous(name, found)),
+    /// Refuses several columns of one title, whatever their units are.
+    pub fn only(&self, plain: &str) -> Result<(), CsvError> {
+        let titles = self.layout.titles.iter().enumerate();
+        let found: Vec<usize> =
+            titles.filter(|(_, it)| it.plain == plain).map(|(place, _)| place).collect();
+        match found[..] {
+            [] | [_] => Ok(()),
+            _ => Err(self.ambiguous(plain, &found)),
         }
     }
 
     fn ambiguous(&self, name: &str, found: &[usize]) -> CsvError {
-        let place = |at: &usize| format!("{} `{}`", at + 1, self.header.titles[*at].text);
-        let places = found.iter().map(place).collect::<Vec<_>>().join(", ");
+        let places = found.iter().map(|at| format!("`{}`", self.names.own(*at)));
+        let places = places.collect::<Vec<_>>().join(", ");
         let (path, column) = (self.path.to_owned(), name.to_owned());
         CsvError::Ambiguous { path, column, places }
     }
 
     /// The titles of the columns, with their units.
     pub fn titles(&self) -> Result<Vec<ColumnTitle>, CsvError> {
-        let titles = self.header.titles.iter().enumerate();
+        let titles = self.layout.titles.iter().enumerate();
         let titles = titles.filter(|(_, title)| !title.plain.is_empty()).map(|(place, title)| {
-            let (text, name) = (title.text.clone(), title.plain.clone());
-            Ok(ColumnTitle { text, name, unit: self.unit(place)? })
+            let (text, plain) = (title.text.clone(), title.plain.clone());
+            let (name, unit) = (self.names.own(place).to_owned(), self.unit(place)?);
+            Ok(ColumnTitle { text, plain, name, unit })
         });
         titles.collect()
     }
 
-    /// The names of the columns.
+    /// A name of each column that is no other one's.
     pub fn names(&self) -> Vec<String> {
-        let plain = self.header.titles.iter().map(|title| title.plain.clone());
-        plain.filter(|title| !title.is_empty()).collect()
+        let titles = self.layout.titles.iter().enumerate();
+        let named = titles.filter(|(_, it)| !it.plain.is_empty());
+        named.map(|(place, _)| self.names.own(place).to_owned()).collect()
+    }
+
+    /// The name of a column that is no other one's.
+    pub fn name(&self, place: usize) -> &str {
+        self.names.own(place)
     }
 
     /// Goes through the rows until `take` wants no more, and warns of a last one that was cut off, which is left out. So are rows
     /// without any content.
     pub fn rows(&self, take: TakeRow) -> Result<Option<String>, CsvError> {
         let unreadable = |source| CsvError::Read { path: self.path.to_owned(), source };
-        let last = Shared::new(b'\n');
-        let text =
-            Watched { from: self.text.open_at(self.begin).map_err(unreadable)?, last: &last };
-        let mut reader = reader(text, self.header.separator);
+        let (last, begin) = (Shared::new(b'\n'), self.layout.rows_begin as u64);
+        let is_blank = self.layout.separator == Separator::Blank;
+        let from = self.text.open_at(begin).map_err(unreadable)?;
+        let text = Watched { from, last: &last, is_blank };
+        let mut reader = reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
-        let expected = self.header.titles.len();
-        let mut count = 0;
+        let expected = self.layout.titles.len();
+        let (mut count, mut titles, mut repeated) =
+            (0, SkippedRows::default(), SkippedRows::default());
+        let mut previous = ByteRecord::new();
         let mut more = |into: &mut ByteRecord| {
-            reader.read_byte_record(into).map_err(|error| unreadable(error.into()))
+            let read = reader.read_byte_record(into);
+            if is_blank {
+                without_empty(into);
+            }
+            read.map_err(|error| unreadable(error.into()))
         };
         while more(&mut record)? {
-            let begin = self.begin + record.position().map_or(0, ::csv::Position::byte);
+            let begin = begin + record.position().map_or(0, ::csv::Position::byte);
             let empty = |cell: &[u8]| cell.trim_ascii().is_empty();
             if record.get(0).is_some_and(is_comment) || record.iter().all(empty) {
+                continue;
+            }
+            if self.is_titles(&record) {
+                titles.add(begin);
+                continue;
+            }
+            if self.is_timed && record.iter().eq(previous.iter()) {
+                repeated.add(begin);
                 continue;
             }
             let wider = record.iter().skip(expected).any(|cell| !empty(cell));
@@ -212,16 +230,28 @@ impl<'a> CsvFile<'a> {
             if !take(begin, &record) {
                 return Ok(None);
             }
+            if self.is_timed {
+                previous.clone_from(&record);
+            }
         }
-        match count {
-            0 => Err(CsvError::Empty { path: self.path.to_owned(), found: "only a header" }),
-            _ => Ok(None),
+        if count == 0 {
+            let found = "only a header";
+            return Err(CsvError::Empty { path: self.path.to_owned(), found });
         }
+        let titles = titles.told(self, "with the titles again");
+        Ok(titles.or_else(|| repeated.told(self, "like the row before, cell by cell,")))
+    }
+
+    /// Whether a row has the titles again, as where a logger began anew.
+    fn is_titles(&self, record: &ByteRecord) -> bool {
+        let titles = &self.layout.titles;
+        let same = |(cell, title): (&[u8], &Title)| text(cell).trim() == title.text;
+        titles.len() > 1 && record.len() >= titles.len() && record.iter().zip(titles).all(same)
     }
 
     /// The first byte of a row.
     pub fn begin_of(&self, row: usize) -> u64 {
-        let (mut number, mut found) = (0, self.begin);
+        let (mut number, mut found) = (0, self.layout.rows_begin as u64);
         // What is wrong with the rows before it is told already.
         let _ = self.rows(&mut |begin, _| {
             found = begin;
@@ -233,8 +263,8 @@ impl<'a> CsvFile<'a> {
 
     fn ragged(&self, begin: u64, found: usize) -> CsvError {
         let (path, line, expected) =
-            (self.path.to_owned(), self.line(begin), self.header.titles.len());
-        let hint = match self.header.separator {
+            (self.path.to_owned(), self.line(begin), self.layout.titles.len());
+        let hint = match self.layout.separator {
             Separator::Comma if found == 2 * expected => {
                 "; numbers with decimal commas need another separator: export with semicolons"
             }
@@ -244,11 +274,35 @@ impl<'a> CsvFile<'a> {
     }
 }
 
+/// Rows that say nothing.
+#[derive(Default)]
+struct SkippedRows {
+    count: usize,
+    /// The first byte of the first one.
+    first: u64,
+}
+
+impl SkippedRows {
+    fn add(&mut self, begin: u64) {
+        self.first = if self.count == 0 { begin } else { self.first };
+        self.count += 1;
+    }
+
+    fn told(&self, file: &CsvFile, what: &str) -> Option<String> {
+        let (count, path) = (self.count, file.path.display());
+        let rows = if count == 1 { "row" } else { "rows" };
+        (count > 0).then(|| {
+            let line = file.line(self.first);
+            format!("{count} {rows} of {path} {what} left out, the first one in line {line}")
+        })
+    }
+}
+
 /// The lines among which the titles and the units are.
 fn head(text: &Text) -> io::Result<Vec<u8>> {
     let mut text = text.open()?.take(LARGEST_HEAD);
     let (mut head, mut lines) = (Vec::new(), 0);
-    while lines <= 2 * header::HEAD {
+    while lines <= 2 * line::HEAD {
         let before = head.len();
         (&mut text).take(1 << 16).read_to_end(&mut head)?;
         if head.len() == before {
@@ -259,15 +313,19 @@ fn head(text: &Text) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
-/// Remembers the last byte that was read.
+/// Remembers the last byte that was read, and makes blanks of tabulators where both separate.
 struct Watched<'l, R> {
     from: R,
     last: &'l Shared<u8>,
+    is_blank: bool,
 }
 
 impl<R: io::Read> io::Read for Watched<'_, R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let count = self.from.read(into)?;
+        if self.is_blank {
+            into[..count].iter_mut().filter(|it| **it == b'\t').for_each(|it| *it = b' ');
+        }
         if let Some(last) = into[..count].last() {
             self.last.set(*last);
         }
@@ -275,14 +333,12 @@ impl<R: io::Read> io::Read for Watched<'_, R> {
     }
 }
 
-fn by_title(header: &Header) -> [HashMap<String, Vec<usize>>; 2] {
-    let mut by_title = [HashMap::<_, Vec<_>>::new(), HashMap::new()];
-    for (place, title) in header.titles.iter().enumerate() {
-        for (places, text) in by_title.iter_mut().zip([&title.text, &title.plain]) {
-            places.entry(text.clone()).or_default().push(place);
-        }
-    }
-    by_title
+/// Takes the empty cells between several blanks out.
+fn without_empty(record: &mut ByteRecord) {
+    let position = record.position().cloned();
+    let mut cells = ByteRecord::from_iter(record.iter().filter(|cell| !cell.is_empty()));
+    cells.set_position(position);
+    *record = cells;
 }
 
 /// Whether a row that begins with this cell is a comment. `#N/A` is a gap.

@@ -7,7 +7,7 @@ use super::file::{CsvFile, text};
 pub(super) use super::growing::Form;
 use super::growing::{At, Growing, Wrong, index};
 use crate::table::kept::Kept;
-use crate::table::title::{spelled, unit_of_time};
+use crate::table::title::unit_of_time;
 use crate::table::wanted::{Decimal, Separator, Wanted};
 
 /// The cells of some columns, with their file.
@@ -47,7 +47,7 @@ impl<'a> Cells<'a> {
     }
 
     fn detected(&self) -> Result<Decimal, CsvError> {
-        let commas_separate = self.file.header.separator == Separator::Comma;
+        let commas_separate = self.file.layout.separator == Separator::Comma;
         let columns = || self.columns.iter().enumerate().filter(|(_, it)| it.form != Form::Text);
         let shows = |decimal| columns().any(|(_, column)| column.shows[index(decimal)]);
         if shows(Decimal::Comma) && !commas_separate {
@@ -66,7 +66,7 @@ impl<'a> Cells<'a> {
 
     /// The file, the line of a row, and the title of a column.
     fn place(&self, begin: u64, column: usize) -> (std::path::PathBuf, usize, String) {
-        let title = self.file.header.titles[self.places[column]].text.clone();
+        let title = self.file.layout.titles[self.places[column]].text.clone();
         (self.file.path.to_owned(), self.file.line(begin), title)
     }
 
@@ -109,7 +109,7 @@ impl<'a> Cells<'a> {
 
     /// The time stamps [s], in rising order.
     pub fn stamps(&mut self, column: usize, wanted: &Wanted) -> Result<Vec<f64>, CsvError> {
-        let mut stamps = match self.columns[column].has_clocks() {
+        let stamps = match self.columns[column].has_clocks() {
             true => self.take(column)?.0,
             false => {
                 let factor = self.time_factor(column, wanted.time_unit)?;
@@ -120,6 +120,27 @@ impl<'a> Cells<'a> {
                 stamps
             }
         };
+        self.rising(column, stamps, wanted)
+    }
+
+    /// The time stamps [s] of a column of whole seconds and one of nanoseconds.
+    pub fn split_stamps(
+        &mut self,
+        [seconds, nanoseconds]: [usize; 2],
+        wanted: &Wanted,
+    ) -> Result<Vec<f64>, CsvError> {
+        let (mut stamps, parts) = (self.complete(seconds)?, self.complete(nanoseconds)?);
+        stamps.iter_mut().zip(parts).for_each(|(stamp, part)| *stamp += part * 1e-9);
+        self.rising(seconds, stamps, wanted)
+    }
+
+    /// Time stamps that rise, or the first line where they do not.
+    fn rising(
+        &self,
+        column: usize,
+        mut stamps: Vec<f64>,
+        wanted: &Wanted,
+    ) -> Result<Vec<f64>, CsvError> {
         let rises = |row: usize, pair: &[f64]| match pair[1] == pair[0] {
             // The first row is the value from the left, the second one that from the right.
             true => wanted.jumps && (row == 0 || stamps[row - 1] < pair[0]),
@@ -143,12 +164,12 @@ impl<'a> Cells<'a> {
     /// The seconds in one unit of the time.
     fn time_factor(&self, column: usize, said: Option<Unit>) -> Result<f64, CsvError> {
         let Some(written) = self.file.unit(self.places[column])? else {
-            let title = &self.file.header.titles[self.places[column]].plain;
+            let title = &self.file.layout.titles[self.places[column]].plain;
             return Ok(said.or_else(|| unit_of_time(title)).map_or(1.0, |unit| unit.factor));
         };
         let is_time =
             |unit: &Unit| Unit::parse("s").is_ok_and(|second| unit.same_dimension(&second));
-        let known = Unit::parse(&spelled(&written)).ok().filter(is_time);
+        let known = Unit::parse(&written).ok().filter(is_time);
         let why = match (known, said) {
             (Some(known), Some(said)) if known != said => {
                 "and `time_unit` is another one: leave it out"
@@ -160,7 +181,7 @@ impl<'a> Cells<'a> {
             }
         };
         let (path, column) =
-            (self.file.path.to_owned(), self.file.header.titles[self.places[column]].text.clone());
+            (self.file.path.to_owned(), self.file.layout.titles[self.places[column]].text.clone());
         Err(CsvError::TimeUnit { path, column, unit: written, why })
     }
 }

@@ -18,11 +18,13 @@ const TIMES: [&str; 7] = ["t", "time", "timestamp", "ts", "elapsedtime", "logtim
 /// The survey of a CSV file.
 pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
     let source = text_at(path)?;
-    let file = CsvFile::open(path, &source, &[], &Dialect::default())?;
+    let mut file = CsvFile::open(path, &source, &[], &Dialect::default())?;
+    file.is_timed = true;
     let decimal = decimal(&file)?;
-    let titles = file.header.titles.iter().enumerate();
+    let titles = file.layout.titles.iter().enumerate();
     let channels = titles.map(|(place, title)| {
-        let (name, unit) = (title.plain.clone(), file.unit(place)?);
+        let name = if title.plain.is_empty() { "" } else { file.name(place) };
+        let (name, unit) = (name.to_owned(), file.unit(place)?);
         Ok(Channel { name, unit, tally: Tally::default() })
     });
     let mut channels: Vec<Channel> = channels.collect::<Result<_, TableError>>()?;
@@ -36,7 +38,8 @@ pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
             || TIMES.contains(&name.trim_end_matches("ms"))
             || TIMES.contains(&name.trim_end_matches('s'))
     };
-    let time = channels.iter().position(is_time).unwrap_or(0);
+    let usual = || channels.iter().position(is_time).unwrap_or(0);
+    let time = file.own_time().unwrap_or_else(usual);
     let unit = match &channels[time].unit {
         Some(unit) => units::Unit::parse(unit).ok(),
         None => unit_of_time(&channels[time].name),
@@ -61,12 +64,13 @@ pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
     })?;
     let time = format!("`{}`, unless another column is named", channels[time].name);
     channels.retain(|it| !it.name.is_empty());
-    let (format, warnings) = ("CSV".to_owned(), warning.into_iter().collect());
+    let format = file.layout.told();
+    let warnings = warning.into_iter().chain(file.left_out()).collect();
     Ok(Survey { format, time, channels, left_out: Vec::new(), warnings })
 }
 
 fn decimal(file: &CsvFile) -> Result<Decimal, TableError> {
-    if file.header.separator == Separator::Comma {
+    if file.layout.separator == Separator::Comma {
         return Ok(Decimal::Point);
     }
     let (mut rows, mut decimal) = (0, Decimal::Point);

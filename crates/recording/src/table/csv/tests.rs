@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 use super::parse;
 use super::text::Text;
-use crate::table::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, Wanted};
+use crate::table::wanted::{Decimal, Dialect, Gaps, Scaling, Separator, UnitRow, Wanted};
 use crate::table::{Table, TableError, gaps};
 
 fn read(bytes: impl AsRef<[u8]>, wanted: &Wanted) -> Result<Table, TableError> {
@@ -136,11 +136,17 @@ fn keys_decide_where_a_file_is_ambiguous() {
     assert!(question.contains("line 2 of log.csv: is \"1,500\" in column `v`"), "{question}");
     // One other number in the file answers the question.
     assert_eq!(v("t;v\n0,1;1,500\n2;2,750\n").1, [1.5, 2.75]);
-    let row = Dialect { unit_row: Some(true), ..Dialect::default() };
+    let row = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
     let units = "t,v\ns,furlong\n0,1\n";
     assert_eq!(read(units, &wanted(row)).expect("said").unit(0), Some("furlong"));
-    let doubt = error(units, &Wanted::plain("t", &["v"]));
-    assert!(doubt.contains("line 2 of log.csv") && doubt.contains("`unit_row = true`"), "{doubt}");
+    // What is no row of numbers below the titles is none without the key either.
+    assert_eq!(read(units, &Wanted::plain("t", &["v"])).expect("seen").unit(0), Some("furlong"));
+    let other =
+        Dialect { title_row: Some(2), unit_row: Some(UnitRow::Line(4)), ..Dialect::default() };
+    let notes = "a,b\nt,v\nfirst,second\ns,km/h\n0,1\n1,2\n";
+    let table = read(notes, &wanted(other)).expect("said");
+    assert_eq!((table.unit(0), table.column(0)), (Some("km/h"), &[1.0, 2.0][..]));
+    assert!(table.warnings()[0].contains("line 3 of log.csv"), "{:?}", table.warnings());
     let tab = Dialect { separator: Some(Separator::Tab), ..Dialect::default() };
     assert!(error("t,v\n0,1\n", &wanted(tab)).contains("no column `v`"));
     let quoted = Dialect { decimal: Some(Decimal::Comma), ..Dialect::default() };
@@ -158,10 +164,11 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
         ("t,v\n", &["found only a header"]),
         ("t,v\nm,m\n", &["found only a header"]),
         ("0,1\n1,2\n", &["line 1 of log.csv has numbers only", "such as `t,x1`"]),
-        ("# made by hand\n0,1\n1,2\n", &["no column `v`", "it has made by hand"]),
+        ("0 1\n1 2\n", &["line 1 of log.csv has numbers only"]),
+        ("# made by hand\n0,1\n1,2\n", &["line 2 of log.csv has numbers only"]),
         ("time,v_x [km/h]\n0,1\n", &["no column `v` in log.csv: it has time, v_x"]),
-        ("t,v,v\n0,1,2\n", &["`v` can be any of the columns 2 `v`, 3 `v` of log.csv"]),
-        ("t,v [m/s],v [km/h]\n0,1,2\n", &["2 `v [m/s]`, 3 `v [km/h]`", "name one of them with its unit"]),
+        ("t,v,v\n0,1,2\n", &["`v` can be any of the columns `v #1`, `v #2` of log.csv: name one of them so"]),
+        ("t,v [m/s],v [km/h]\n0,1,2\n", &["`v [m/s]`, `v [km/h]` of log.csv", "name one of them so"]),
         ("t,v\n0,1\n1\n2,3\n", &["line 3 of log.csv has 1 cells, expected 2"]),
         ("t,v\n0,0,1,5\n", &["has 4 cells, expected 2", "export with semicolons"]),
         ("t,v\n0,\"1\n1,2\n", &["opening quotation mark"]),
@@ -180,6 +187,8 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
         ("t,v\n12:00:00,1\n12:0x:01,2\n", &["line 3 of log.csv: expected a clock or a date", "found \"12:0x:01\""]),
         ("t,v [m/s]\ns,km/h\n0,1\n", &["`v [m/s]` of log.csv is in [m/s] by its title and in [km/h] by line 2"]),
         ("MDF     3.00", &["is an MDF measurement", "export it as CSV"]),
+        ("#ROSBAG V2.0\n", &["is a bag of ROS 1", "rosbags-convert"]),
+        ("%DataLog%\nChannel : RPM\n0,1\n", &["is a Haltech log", "export it as MoTeC CSV"]),
         ("t\0,\0v\0", &["text in UTF-16", "UTF-8"]),
     ];
     for (text, says) in cases {

@@ -15,20 +15,24 @@ pub struct Found {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     titles: Vec<Title>,
-    /// The channels of each whole name, each name without its unit, and both behind their group.
-    by_name: [HashMap<String, Vec<usize>>; 4],
+    /// The channels of each whole name, each name without its unit, both behind their group, and each name with its number among
+    /// those of this name: `Speed #2`.
+    by_name: [HashMap<String, Vec<usize>>; 5],
 }
 
 impl Found {
     pub fn new(path: &Path, log: &Log) -> Self {
         let channels = log.channels().to_vec();
         let titles: Vec<Title> = channels.iter().map(|it| Title::read(&it.name)).collect();
-        let mut by_name: [HashMap<String, Vec<usize>>; 4] = Default::default();
+        let mut by_name: [HashMap<String, Vec<usize>>; 5] = Default::default();
         for (place, (channel, title)) in channels.iter().zip(&titles).enumerate() {
             let behind = |name: &str| format!("{}.{name}", channel.group);
             let names = [title.text.clone(), title.plain.clone()];
             let grouped = [behind(&title.text), behind(&title.plain)];
-            for (of, name) in by_name.iter_mut().zip(names.into_iter().chain(grouped)) {
+            let same = titles[..place].iter().filter(|it| it.plain == title.plain).count();
+            let numbered = format!("{} #{}", title.plain, same + 1);
+            let names = names.into_iter().chain(grouped).chain([numbered]);
+            for (of, name) in by_name.iter_mut().zip(names) {
                 of.entry(name).or_default().push(place);
             }
         }
@@ -53,12 +57,16 @@ impl Found {
         }
     }
 
-    /// Its name, with the group where it has one.
+    /// Its name with the group, or with its number among those of this name.
     fn whole_name(&self, place: usize) -> String {
         let Channel { name, group, .. } = &self.channels[place];
-        match group.is_empty() {
-            true => format!("{name} (channel {})", place + 1),
-            false => format!("{group}.{name}"),
+        let grouped = format!("{group}.{name}");
+        match self.named(&grouped) {
+            [_] if !group.is_empty() => grouped,
+            _ => {
+                let numbered = self.by_name[4].iter().find(|(_, places)| places[..] == [place]);
+                numbered.map_or(grouped, |(name, _)| name.clone())
+            }
         }
     }
 
@@ -74,8 +82,8 @@ impl Found {
     /// The titles as of the columns of a table.
     pub fn titles(&self) -> Vec<ColumnTitle> {
         let title = |(place, name): (usize, String)| {
-            let text = self.titles[place].text.clone();
-            ColumnTitle { text, name, unit: self.unit(place) }
+            let Title { text, plain, .. } = self.titles[place].clone();
+            ColumnTitle { text, plain, name, unit: self.unit(place) }
         };
         self.names().into_iter().enumerate().map(title).collect()
     }
@@ -91,8 +99,9 @@ impl Found {
         if of_file == Some("") {
             return None;
         }
-        let known = |text: &str| title::unit(text).unwrap_or_else(|| title::spelled(text));
-        of_file.map(known).or_else(|| self.titles[place].unit.clone())
+        let Title { plain, unit, .. } = &self.titles[place];
+        let known = |text: &str| title::unit(text, plain).unwrap_or_else(|| text.to_owned());
+        of_file.map(known).or_else(|| unit.clone())
     }
 
     pub fn channel(&self, place: usize) -> &Channel {

@@ -9,7 +9,7 @@ use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch, StringArray};
 use arrow_array::{TimestampMicrosecondArray, UInt64Array};
 use ld::{Ld, ld, ld_channels};
 
-use crate::table::{Dialect, Gaps, Reading, Table, TableError, Wanted, look_up, titles};
+use crate::table::{Dialect, Gaps, Reading, Table, TableError, UnitRow, Wanted, look_up, titles};
 
 /// A file of these bytes whose name tells nothing.
 fn file(bytes: &[u8]) -> tempfile::NamedTempFile {
@@ -60,10 +60,9 @@ fn names_are_found_with_and_without_unit_and_doubts_are_told() {
     };
     let twice = ld(&[channel("Speed", "mph"), channel("Speed", "km/h"), channel("T [ms]", "")]);
     let error = read(&twice, &timeless(&["Speed"])).expect_err("two have this name").to_string();
-    assert!(
-        error.contains("`Speed` can be any of Speed (channel 1), Speed (channel 2)"),
-        "{error}"
-    );
+    assert!(error.contains("`Speed` can be any of Speed #1, Speed #2"), "{error}");
+    let second = read(&twice, &timeless(&["Speed #2"])).expect("one is the second");
+    assert_eq!(second.unit(0), Some("km/h"));
     for name in ["T", "T [ms]"] {
         let table = read(&twice, &timeless(&[name])).expect("one has it");
         assert_eq!(table.unit(0), Some("ms"));
@@ -131,7 +130,7 @@ fn a_column_of_numbers_is_the_time_where_it_is_named() {
         vec![("t", Arc::new(Int64Array::from(vec![0, 1, 1])) as ArrayRef), columns().remove(1)];
     let still = read(&parquet(still), &Wanted::plain("t", &["n"])).expect_err("it stands still");
     assert!(still.to_string().contains("expected a time after 1 s in row 3, found 1 s"), "{still}");
-    let key = Dialect { unit_row: Some(true), ..Dialect::default() };
+    let key = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
     let key = error(&Wanted { dialect: key, ..Wanted::plain("ms", &["n"]) });
     assert!(key.contains("is Parquet: `unit_row` is about CSV files"), "{key}");
 }

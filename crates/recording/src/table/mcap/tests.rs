@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
 
-use super::super::{Dialect, Gaps, Table, TableError, Wanted};
+use super::super::{Dialect, Gaps, Table, TableError, UnitRow, Wanted};
 
 /// A file that is removed again.
 struct Scrap(PathBuf);
@@ -69,7 +69,7 @@ fn words_about_csv_are_refused() {
         let topic = channel(file, "/x", "json");
         put(file, topic, [1; 2], br#"{"x":1}"#);
     });
-    let dialect = Dialect { unit_row: Some(true), ..Dialect::default() };
+    let dialect = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
     let wanted = Wanted { time: None, dialect, ..Wanted::plain("", &["/x.x"]) };
     let error = Table::read(&scrap.0, &wanted).expect_err("it is MCAP").to_string();
     assert!(error.contains("is MCAP: `unit_row` is about CSV files"), "{error}");

@@ -36,6 +36,15 @@ pub fn agreed(
     }
 }
 
+/// What there is to say of the unit that a file has for a column, if it is none.
+pub fn unknown(column: &str, recorded: Option<&str>, path: &str) -> Option<String> {
+    let unit = recorded.filter(|it| Unit::parse(it).is_err())?;
+    let cure = "say its `unit`, with a `gain` if there is none like it";
+    Some(format!(
+        "`{column}` of {path} is in [{unit}], which is no known unit and counts as none: {cure}"
+    ))
+}
+
 /// Joins logs to one: columns that each of them has, in the units of the first one.
 pub fn join(
     scenario: &Scenario,

@@ -1,0 +1,256 @@
+//! Tells where titles, units and rows stand in a CSV file.
+
+use super::line::{self, Line, count, lines};
+use super::profile::{HeaderLine, Profile, profile};
+use super::region::Region;
+use crate::table::title::{Title, unit, unit_word};
+use crate::table::wanted::{Dialect, Separator, UnitRow};
+
+/// Where titles, units and rows stand.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub separator: Separator,
+    pub profile: Option<&'static Profile>,
+    pub titles: Vec<Title>,
+    /// The units of the line of units.
+    pub units: Vec<Option<String>>,
+    /// The sensors of the columns.
+    pub sources: Vec<String>,
+    /// The first byte of the rows.
+    pub rows_begin: usize,
+    /// Whether there are numbers where the titles should be.
+    pub is_numbers: bool,
+    /// The numbers of the lines.
+    pub titles_line: usize,
+    pub units_line: Option<usize>,
+    pub sources_line: Option<usize>,
+    /// Lines between titles and rows that are none of these.
+    pub left_out: Vec<usize>,
+}
+
+/// The layout of a file that begins like this; nothing of an empty one.
+///
+/// The titles are in the line that the dialect says. Without one they are in the line that is followed by rows of numbers, or in
+/// another one that has more of the wanted titles.
+pub(super) fn find(head: &[u8], wanted: &[&str], dialect: &Dialect) -> Option<Layout> {
+    let lines = lines(head);
+    let all = [&Separator::ALL[..], &[Separator::Blank]].concat();
+    let separators = dialect.separator.map_or(all, |separator| vec![separator]);
+    let region = region(&lines, &separators);
+    let regular = region.as_ref().map(|it| (it.titles, it.separator));
+    let said = dialect.title_row.and_then(|row| lines.iter().position(|it| it.number == row));
+    let place = match (said, regular) {
+        (Some(said), regular) => {
+            (said, regular.map_or_else(|| widest(&lines[said..=said], &separators).1, |it| it.1))
+        }
+        (None, None) => wordiest(&lines, &separators, wanted, 0)
+            .or_else(|| (!lines.is_empty()).then(|| notes_or_titles(&lines, &separators)))?,
+        (None, Some(regular)) => {
+            let found = count(&lines[regular.0].titles(regular.1), wanted);
+            wordiest(&lines, &separators, wanted, found).unwrap_or(regular)
+        }
+    };
+    let mut layout = Layout::at(&lines, place, wanted);
+    layout.profile = profile(head);
+    let region = region.filter(|it| it.separator == place.1);
+    layout.take_below(&lines[place.0..], region.as_ref(), dialect.unit_row);
+    Some(layout)
+}
+
+/// The rows with the most columns of numbers. Blanks separate only where nothing else does: there are blanks in titles.
+fn region(lines: &[Line], separators: &[Separator]) -> Option<Region> {
+    let (blank, signs): (Vec<_>, Vec<_>) =
+        separators.iter().partition(|it| **it == Separator::Blank);
+    let best = |separators: Vec<Separator>| {
+        let regions = separators.into_iter().filter_map(|it| Region::find(lines, it));
+        regions.reduce(|best, it| if it.columns() > best.columns() { it } else { best })
+    };
+    best(signs).or_else(|| best(blank))
+}
+
+/// The first of the lines with the most wanted titles, if these are more than so many.
+fn wordiest(
+    lines: &[Line],
+    separators: &[Separator],
+    wanted: &[&str],
+    more_than: usize,
+) -> Option<(usize, Separator)> {
+    let mut best = None;
+    let mut most = more_than;
+    for (place, line) in lines.iter().enumerate() {
+        for separator in separators {
+            let found = count(&line.titles(*separator), wanted);
+            if found > most {
+                (best, most) = (Some((place, *separator)), found);
+            }
+        }
+    }
+    best
+}
+
+/// The first of the widest lines without comments, or with them where there are no others.
+fn notes_or_titles(lines: &[Line], separators: &[Separator]) -> (usize, Separator) {
+    let rows: Vec<usize> = (0..lines.len()).filter(|it| !lines[*it].is_comment()).collect();
+    let all: Vec<usize> = (0..lines.len()).collect();
+    let places = if rows.is_empty() { all } else { rows };
+    let signs: Vec<Separator> =
+        separators.iter().copied().filter(|it| *it != Separator::Blank).collect();
+    let signs = if signs.is_empty() { separators } else { &signs };
+    let wide = |place: usize| {
+        let (width, separator) = widest(&lines[place..=place], signs);
+        (width, (place, separator))
+    };
+    let widths = places.into_iter().map(wide);
+    let best = widths.reduce(|best, it| if it.0 > best.0 { it } else { best });
+    best.map_or((0, Separator::Comma), |(_, place)| place)
+}
+
+/// The most cells of a line, and the separator that makes them.
+fn widest(line: &[Line], separators: &[Separator]) -> (usize, Separator) {
+    let cells = |it: &Separator| (line.first().map_or(0, |line| line.cells(*it).len()), *it);
+    let each = separators.iter().map(cells);
+    let best = each.reduce(|best, it| if it.0 > best.0 { it } else { best });
+    best.unwrap_or((0, Separator::Comma))
+}
+
+/// Whether a line between titles and rows has units: at least half of its words are known ones.
+pub(super) fn is_units(cells: &[String]) -> bool {
+    let words: Vec<&str> = cells.iter().filter_map(|cell| unit_word(cell)).collect();
+    let known = words.iter().filter(|it| !line::is_number(it) && unit(it, "").is_some()).count();
+    known > 0 && 2 * known >= words.len()
+}
+
+/// Whether a line says something of the columns, and not which ones they are.
+pub(super) fn is_explanation(cells: &[String]) -> bool {
+    is_units(cells) || is_sources(cells) || is_types(cells)
+}
+
+/// Whether a line has units and nothing else.
+fn is_units_alone(cells: &[String]) -> bool {
+    let known = |it: &str| !line::is_number(it) && unit(it, "").is_some();
+    is_units(cells) && cells.iter().filter_map(|cell| unit_word(cell)).all(known)
+}
+
+/// The sensor in a cell such as `100: gps`, without its number.
+pub(super) fn sensor(source: &str) -> &str {
+    match source.split_once(": ") {
+        Some((number, sensor)) if number.bytes().all(|it| it.is_ascii_digit()) => sensor,
+        _ => source,
+    }
+}
+
+fn is_sources(cells: &[String]) -> bool {
+    cells.iter().any(|cell| sensor(cell) != cell)
+}
+
+fn is_types(cells: &[String]) -> bool {
+    let is_type = |cell: &str| {
+        let mut letters = cell.chars();
+        letters.next().is_some_and(|c| "fiusd".contains(c))
+            && letters.clone().count() > 0
+            && letters.all(|c| c.is_ascii_digit())
+    };
+    let mut words = cells.iter().map(|it| it.trim()).filter(|it| !it.is_empty()).peekable();
+    words.peek().is_some() && words.all(is_type)
+}
+
+impl Layout {
+    /// With the titles of a line, and rows below it.
+    fn at(lines: &[Line], (place, separator): (usize, Separator), wanted: &[&str]) -> Self {
+        let line = &lines[place];
+        let titles = line.titles(separator);
+        let mut cells = titles.iter().map(|it| it.text.trim());
+        // Numbers between blanks are one cell where nothing makes columns of them.
+        let is_number = |cell: &str| cell.split_whitespace().all(|it| it.parse::<f64>().is_ok());
+        // Titles may be numbers, if these are wanted.
+        let is_numbers = count(&titles, wanted) == 0 && cells.all(is_number);
+        Layout {
+            separator,
+            profile: None,
+            units: Vec::new(),
+            sources: Vec::new(),
+            rows_begin: line.end,
+            is_numbers,
+            titles_line: line.number,
+            units_line: None,
+            sources_line: None,
+            left_out: Vec::new(),
+            titles,
+        }
+    }
+
+    /// Takes the lines between the titles and the rows.
+    fn take_below(&mut self, from: &[Line], region: Option<&Region>, said: Option<UnitRow>) {
+        let Some((titles, below)) = from.split_first() else { return };
+        let cells = below.iter().map(|line| (line, line.cells(self.separator)));
+        // Below titles in a comment, units may be in one.
+        let counts = |(line, cells): &(&Line, Vec<String>)| {
+            !line.is_comment() || (titles.is_comment() && is_units(cells))
+        };
+        let lines: Vec<(&Line, Vec<String>)> = cells.filter(counts).collect();
+        let rows = match region {
+            Some(region) => lines.iter().position(|(_, cells)| region.is_row(cells)),
+            None => lines.iter().position(|(_, cells)| !is_units_alone(cells)).map(|it| it.min(1)),
+        };
+        let mut rows = rows.unwrap_or_else(|| lines.len().min(usize::from(region.is_none())));
+        let said_units = match said {
+            Some(UnitRow::Line(number)) => lines.iter().position(|it| it.0.number == number),
+            Some(UnitRow::Below(true)) => Some(0),
+            _ => None,
+        };
+        rows = rows.max(said_units.map_or(0, |it| (it + 1).min(lines.len())));
+        let known = self.profile.map_or(&[][..], |it| it.below);
+        let known = if known.len() == rows { known } else { &[] };
+        for (place, (line, cells)) in lines[..rows].iter().enumerate() {
+            let may_be_units = said.is_none() && self.units_line.is_none();
+            let kind = match known.get(place) {
+                _ if said_units == Some(place) => Some(HeaderLine::Units),
+                Some(HeaderLine::Units) if said.is_some() => None,
+                Some(kind) => Some(*kind),
+                None if may_be_units && is_units(cells) => Some(HeaderLine::Units),
+                None if self.sources_line.is_none() && is_sources(cells) => {
+                    Some(HeaderLine::Sources)
+                }
+                None => is_types(cells).then_some(HeaderLine::Types),
+            };
+            match kind {
+                Some(HeaderLine::Units) => self.take_units(line.number, cells),
+                Some(HeaderLine::Sources) => {
+                    self.sources = cells.iter().map(|it| it.trim().to_owned()).collect();
+                    self.sources_line = Some(line.number);
+                }
+                Some(HeaderLine::Types) => {}
+                None => self.left_out.push(line.number),
+            }
+        }
+        if let Some((line, _)) = lines.get(rows) {
+            self.rows_begin = line.begin;
+        } else if let Some((line, _)) = lines[..rows].last() {
+            self.rows_begin = line.end;
+        }
+    }
+
+    fn take_units(&mut self, number: usize, cells: &[String]) {
+        self.units_line = Some(number);
+        let titles = self.titles.iter().map(|it| it.plain.as_str()).chain(std::iter::repeat(""));
+        let of = |(cell, title): (&String, &str)| {
+            let word = unit_word(cell)?;
+            Some(unit(word, title).unwrap_or_else(|| word.to_owned()))
+        };
+        self.units = cells.iter().zip(titles).map(of).collect();
+    }
+
+    /// As which format it is read, and what stands in which line.
+    pub fn told(&self) -> String {
+        let name = self.profile.map_or("CSV", |it| it.name);
+        let lines = [("units", self.units_line), ("sources", self.sources_line)];
+        let mut text = format!("titles in line {}", self.titles_line);
+        for (what, line) in lines {
+            text += &line.map_or_else(String::new, |line| format!(", {what} in line {line}"));
+        }
+        match (self.profile, self.titles_line, self.units_line) {
+            (None, 1, None) => name.to_owned(),
+            _ => format!("{name}: {text}"),
+        }
+    }
+}
