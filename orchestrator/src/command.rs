@@ -52,7 +52,7 @@ pub enum Command {
     Doctor(Box<doctor::Arguments>),
     /// Open a run in the Rerun viewer, or two runs over each other.
     View(view::Arguments),
-    /// Write the signals of a recording as a table, Parquet or CSV, or as MDF 4.
+    /// Write the signals of a recording as a table, Parquet or CSV, as MDF 4, or for MoTeC i2.
     Convert(convert::Arguments),
     /// Look at a tire: key figures and a page with curves of a `.tir` file, or of two side by side; convert its axes.
     Tire(tire::Arguments),

@@ -48,6 +48,8 @@ pub struct RunOptions {
     pub parquet: bool,
     /// Whether to write MDF 4.
     pub mf4: bool,
+    /// Whether to write a file for MoTeC i2.
+    pub ld: bool,
     /// Whether the recordings of the run become its baselines, instead of a comparison with them.
     pub bless: bool,
     /// The variant of a system of SSP with several descriptions.

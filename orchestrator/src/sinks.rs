@@ -2,7 +2,7 @@
 
 use diagnostics::Error;
 use recording::{
-    BoxedSink, CsvSink, McapSink, MdfSink, ParquetSink, RunHeader, SinkKind, ThreadedSink,
+    BoxedSink, CsvSink, LdSink, McapSink, MdfSink, ParquetSink, RunHeader, SinkKind, ThreadedSink,
 };
 
 use crate::options::{Replay, RunOptions};
@@ -14,6 +14,7 @@ pub(crate) const SINKS: &[SinkKind<RunOptions>] = &[
     SinkKind { files: CsvSink::FILES, open: csv },
     SinkKind { files: ParquetSink::FILES, open: parquet },
     SinkKind { files: MdfSink::FILES, open: mdf },
+    SinkKind { files: LdSink::FILES, open: ld },
     SinkKind { files: &["run.rrd"], open: replay },
 ];
 
@@ -31,6 +32,10 @@ fn parquet(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, E
 
 fn mdf(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
     Ok(if options.mf4 { Some(threaded(MdfSink::new(run)?)) } else { None })
+}
+
+fn ld(run: &RunHeader, options: &RunOptions) -> Result<Option<BoxedSink>, Error> {
+    Ok(if options.ld { Some(threaded(LdSink::new(run)?)) } else { None })
 }
 
 #[cfg(feature = "rerun")]

@@ -1,22 +1,23 @@
 //! Reads files and streams of Arrow IPC (Feather version 2): messages of record batches.
 //!
-//! A file holds a stream between its first bytes and its footer, and is read as one: so a file that was cut off is read as far as it goes.
+//! The footer of a file says where its batches are; some writers, polars for one, leave no stream of messages in front of it. A file that was
+//! cut off has no footer: it is read as the stream that most writers leave, as far as it goes.
 
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::{BufReader, Read as _, Seek as _, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
 
 use arrow_array::ArrayRef;
 use arrow_buffer::Buffer;
 use arrow_ipc::convert::fb_to_schema;
-use arrow_ipc::reader::{read_dictionary, read_record_batch};
-use arrow_ipc::{MessageHeader, RecordBatch as Batch, root_as_message};
+use arrow_ipc::reader::{read_dictionary, read_footer_length, read_record_batch};
+use arrow_ipc::{MessageHeader, RecordBatch as Batch, root_as_footer, root_as_message};
 use arrow_schema::{Schema, SchemaRef};
 
 use crate::arrays::Fields;
+use crate::guard::guarded;
 use crate::{Channel, Clock, Error, Source, Take};
 
 /// What files begin with, those of version 1 of Feather, and streams.
@@ -38,8 +39,12 @@ const LARGEST: u64 = 1 << 31;
 pub struct Arrow {
     file: BufReader<File>,
     length: u64,
-    /// The first byte behind the schema.
+    /// The first byte behind the schema of a stream.
     begin: u64,
+    /// Where messages are by the footer of a file.
+    places: Option<Vec<u64>>,
+    /// Bytes of messages that were read.
+    read: u64,
     schema: SchemaRef,
     fields: Fields,
     cut: bool,
@@ -49,18 +54,6 @@ pub struct Arrow {
 struct Message {
     metadata: Vec<u8>,
     body: Buffer,
-}
-
-/// What a library says, also where it finds a damaged file by a panic of its own.
-pub fn guarded<T, E: std::fmt::Display>(
-    format: &str,
-    work: impl FnOnce() -> Result<T, E>,
-) -> Result<T, Error> {
-    match catch_unwind(AssertUnwindSafe(work)) {
-        Ok(Ok(done)) => Ok(done),
-        Ok(Err(error)) => Err(Error::new(format!("the {format} file cannot be read: {error}"))),
-        Err(_) => Err(Error::new(format!("the {format} file is damaged"))),
-    }
 }
 
 /// Sorts places of fields without repetition, and gives where each is then: readers hand over columns in the order of the file.
@@ -82,12 +75,30 @@ impl Arrow {
             let what = "expected version 2 of Feather, found version 1";
             return Err(Error::new(format!("{what}: write it again with a newer library")));
         }
-        let begin = if head == FILE { behind_padding(&mut file) } else { 0 };
+        if head == FILE
+            && let Some((schema, places)) = footer(&mut file, length)?
+        {
+            let fields = Fields::new(&schema, None);
+            let (schema, places) = (Arc::new(schema), Some(places));
+            return Ok(Arrow {
+                file,
+                length,
+                begin: 0,
+                places,
+                read: 0,
+                schema,
+                fields,
+                cut: false,
+            });
+        }
+        let begin = if head == FILE { behind_padding(&mut file)? } else { 0 };
         file.seek(SeekFrom::Start(begin))?;
         let mut arrow = Arrow {
             file,
             length,
             begin: 0,
+            places: None,
+            read: 0,
             schema: Arc::new(Schema::empty()),
             fields: Fields::new(&Schema::empty(), None),
             cut: false,
@@ -104,6 +115,19 @@ impl Arrow {
         arrow.schema = Arc::new(schema);
         arrow.begin = arrow.file.stream_position()?;
         Ok(arrow)
+    }
+
+    /// The message of a turn, from 0 on: by the footer, or the one behind the one before.
+    fn message(&mut self, turn: usize) -> Result<Option<Message>, Error> {
+        let Some(places) = &self.places else { return self.next() };
+        let Some(at) = places.get(turn).copied() else { return Ok(None) };
+        self.file.seek(SeekFrom::Start(at))?;
+        let none = || {
+            Error::new(format!(
+                "byte {at}: the footer of the Arrow file expects a message here, found none"
+            ))
+        };
+        self.next()?.map(Some).ok_or_else(none)
     }
 
     /// The next message; nothing at the end, or where the file was cut off.
@@ -132,7 +156,7 @@ impl Arrow {
         self.file.read_exact(&mut metadata)?;
         let damaged = |error: &dyn std::fmt::Display| {
             Error::new(format!(
-                "byte {at}: expected a message of Arrow, found a damaged one: {error}"
+                "byte {at}: expected a message of Arrow, found a damaged one; was the file copied in full? {error}"
             ))
         };
         let length = root_as_message(&metadata).map_err(|error| damaged(&error))?.bodyLength();
@@ -140,6 +164,11 @@ impl Arrow {
         if length > left(&mut self.file, self.length)? {
             self.cut = true;
             return Ok(None);
+        }
+        // A footer that refers to a message many times would make a small file endless.
+        self.read += u64::from(size) + length;
+        if self.read > self.length {
+            return Err(damaged(&"the footer refers to some messages twice"));
         }
         let mut body = vec![0; length as usize];
         self.file.read_exact(&mut body)?;
@@ -154,13 +183,37 @@ impl Arrow {
 }
 
 /// The first byte of the stream in a file: writers fill up with zeros to 8 or 64 bytes.
-fn behind_padding(file: &mut BufReader<File>) -> u64 {
+fn behind_padding(file: &mut BufReader<File>) -> Result<u64, Error> {
     let mut begin = FILE.len() as u64;
+    file.seek(SeekFrom::Start(begin))?;
     let mut bytes = [0; 8];
     while begin < 64 && file.read_exact(&mut bytes).is_ok() && bytes == [0; 8] {
         begin += 8;
     }
-    begin
+    Ok(begin)
+}
+
+/// The schema, and where the messages of dictionaries and batches are; nothing where a file has no sound footer.
+fn footer(file: &mut BufReader<File>, length: u64) -> Result<Option<(Schema, Vec<u64>)>, Error> {
+    let mut end = [0; 10];
+    if length < FILE.len() as u64 + end.len() as u64 {
+        return Ok(None);
+    }
+    file.seek(SeekFrom::End(-10))?;
+    file.read_exact(&mut end)?;
+    let Some(size) = read_footer_length(end).ok().filter(|it| *it as u64 <= length - 18) else {
+        return Ok(None);
+    };
+    let mut bytes = vec![0; size];
+    file.seek(SeekFrom::End(-10 - size as i64))?;
+    file.read_exact(&mut bytes)?;
+    guarded("Arrow", || {
+        let footer = root_as_footer(&bytes).map_err(|it| it.to_string())?;
+        let schema = footer.schema().ok_or("no schema in its footer")?;
+        let blocks = footer.dictionaries().into_iter().chain(footer.recordBatches()).flatten();
+        let places = blocks.map(|it| u64::try_from(it.offset()).map_err(|it| it.to_string()));
+        Ok::<_, String>(Some((fb_to_schema(schema), places.collect::<Result<_, _>>()?)))
+    })
 }
 
 /// Refuses a batch whose packed parts claim to be larger than any of them may be: memory for them would be taken at once.
@@ -192,12 +245,14 @@ impl Source for Arrow {
 
     fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
         self.file.seek(SeekFrom::Start(self.begin))?;
-        self.cut = false;
+        (self.cut, self.read) = (false, 0);
         let mut places: Vec<usize> = wanted.iter().map(|it| self.fields.places[*it]).collect();
         let columns = ordered(&mut places);
         let mut known: HashMap<i64, ArrayRef> = HashMap::new();
         let schema = self.schema.clone();
-        while let Some(Message { metadata, body }) = self.next()? {
+        let mut turn = 0;
+        while let Some(Message { metadata, body }) = self.message(turn)? {
+            turn += 1;
             let batch = guarded("Arrow", || {
                 let message = root_as_message(&metadata).map_err(|it| it.to_string())?;
                 let version = message.version();

@@ -3,7 +3,10 @@
 //!
 //! Header: `40 00 00 00`; at 8 the address of the first channel. Channel, little endian: addresses of the previous and the next one, of its
 //! numbers, their count (4 bytes each); 2 bytes; class and size of a number, rate [Hz], offset, factor, divisor, decimals (2 bytes each); name
-//! (32 bytes), short name (8), unit (12). Value = (number / divisor / 10^decimals + offset) * factor.
+//! (32 bytes), short name (8), unit (12). Value = (number / divisor / 10^decimals + offset) * factor, where a factor or divisor of 0 means 1:
+//! devices of the series M1 leave them so.
+
+mod writer;
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -11,6 +14,7 @@ use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
 use crate::{Channel, Clock, Error, Kind, STRETCH, Source, Take, Time, Values, clock, text, unit};
+pub use writer::{LdChannel, LdSession, LdWriter, ld_names};
 
 /// Whether a file begins like this.
 pub fn is(head: &[u8]) -> bool {
@@ -20,6 +24,8 @@ pub fn is(head: &[u8]) -> bool {
 /// Bytes of the header that are looked at, and those of a channel [B].
 const HEADER: usize = 16;
 const CHANNEL: usize = 84;
+/// Bytes from one channel to the next, as files have them [B].
+const CHANNEL_BLOCK: usize = 124;
 
 /// A MoTeC file.
 pub struct Ld {
@@ -29,6 +35,8 @@ pub struct Ld {
     blocks: Vec<Block>,
     left_out: Vec<String>,
     warnings: Vec<String>,
+    /// Channels with a factor or divisor of 0.
+    unscaled: Vec<String>,
 }
 
 /// Where the numbers of a channel are, and what they mean.
@@ -48,16 +56,18 @@ enum Number {
     I32,
     F16,
     F32,
+    F64,
 }
 
 impl Number {
-    /// The storage of a class and a size: 0, 3 and 5 are integers, 7 are floating point.
+    /// The storage of a class and a size: 0, 3, 5 and 6 are integers, 7 and 8 are floating point.
     fn of(class: u16, size: u16) -> Option<Self> {
         match (class, size) {
-            (0 | 3 | 5, 2) => Some(Self::I16),
-            (0 | 3 | 5, 4) => Some(Self::I32),
+            (0 | 3 | 5 | 6, 2) => Some(Self::I16),
+            (0 | 3 | 5 | 6, 4) => Some(Self::I32),
             (7, 2) => Some(Self::F16),
             (7, 4) => Some(Self::F32),
+            (7 | 8, 8) => Some(Self::F64),
             _ => None,
         }
     }
@@ -66,6 +76,7 @@ impl Number {
         match self {
             Self::I16 | Self::F16 => 2,
             Self::I32 | Self::F32 => 4,
+            Self::F64 => 8,
         }
     }
 
@@ -77,6 +88,7 @@ impl Number {
             Self::I32 => f64::from(i32::from_le_bytes(four())),
             Self::F16 => half::f16::from_le_bytes(two()).to_f64(),
             Self::F32 => f64::from(f32::from_le_bytes(four())),
+            Self::F64 => bytes.try_into().map_or(f64::NAN, f64::from_le_bytes),
         }
     }
 }
@@ -95,6 +107,7 @@ impl Ld {
             blocks: vec![],
             left_out: vec![],
             warnings: vec![],
+            unscaled: vec![],
         };
         let (mut next, mut seen) = (word(&header, 8), HashSet::new());
         while next != 0 {
@@ -134,10 +147,14 @@ impl Ld {
             let what = format!("numbers of class {class} and {size} bytes, which is unknown here");
             return self.left_out.push(format!("`{name}` is left out: it has {what}"));
         };
-        if rate == 0 || divisor == 0 {
-            let what = if rate == 0 { "rate" } else { "divisor" };
-            return self.left_out.push(format!("`{name}` is left out: its {what} is 0"));
+        if rate == 0 {
+            return self.left_out.push(format!("`{name}` is left out: its rate is 0"));
         }
+        if factor == 0 || divisor == 0 {
+            self.unscaled.push(name.clone());
+        }
+        let or_one = |it: i16| if it == 0 { 1 } else { it };
+        let [factor, divisor] = [factor, divisor].map(or_one);
         let stated = u64::from(word(bytes, 12));
         let rows = stated.min(length.saturating_sub(at) / number.size() as u64);
         if rows < stated {
@@ -197,6 +214,13 @@ impl Source for Ld {
     }
 
     fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        let unscaled = self.unscaled.first().map(|first| {
+            let more = match self.unscaled.len() - 1 {
+                0 => "has".to_owned(),
+                more => format!("and {more} more have"),
+            };
+            format!("`{first}` {more} a factor or divisor of 0, which is read as 1")
+        });
+        self.warnings.iter().cloned().chain(unscaled).collect()
     }
 }

@@ -1,6 +1,6 @@
-//! Reads logs of data loggers: a file goes in, channels over their clocks come out, a stretch of rows at a time.
+//! Reads logs of data loggers, and writes those of MoTeC ([`LdWriter`]): a file goes in, channels over their clocks come out, a stretch of rows at a time.
 //!
-//! The format is told by the contents, never by the name: MDF 4, MoTeC `.ld`, VBOX `.vbo`, Parquet, Arrow (Feather), MAT. A reader holds no
+//! The format is told by the contents, never by the name: MDF 2 to 4, MoTeC `.ld`, VBOX `.vbo`, Parquet, Arrow (Feather), MAT. A reader holds no
 //! more than a stretch of the wanted channels, whatever the size of the file; a MAT file, which may be packed as a whole, is held in memory and
 //! may have at most [`mat_file::LIMIT`] bytes. What a damaged file says of sizes is held against the bytes that are there.
 //!
@@ -18,6 +18,7 @@
 
 mod arrays;
 mod arrow;
+mod guard;
 mod ld;
 mod mat;
 mod mdf;
@@ -28,6 +29,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+pub use ld::{LdChannel, LdSession, LdWriter, ld_names};
 pub use mdf_file::Values;
 
 /// A channel of a log.
@@ -119,7 +121,10 @@ impl Log {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
         let (format, source): (_, Box<dyn Source>) = match () {
-            () if mdf_file::is_mdf(&head) => ("MDF 4", Box::new(mdf::Mdf::open(path)?)),
+            () if mdf_file::is_mdf(&head) => {
+                let file = mdf::Mdf::open(path)?;
+                (file.format(), Box::new(file))
+            }
             () if ld::is(&head) => ("MoTeC ld", Box::new(ld::Ld::open(path)?)),
             () if parquet::is(&head) => ("Parquet", Box::new(parquet::Parquet::open(path)?)),
             () if arrow::is(&head) => ("Arrow", Box::new(arrow::Arrow::open(path)?)),

@@ -1,4 +1,4 @@
-//! Makes channels of a measurement file of ASAM MDF 4: those of its groups, over their masters.
+//! Makes channels of a measurement file of ASAM MDF: those of its groups, over their masters.
 
 use std::path::Path;
 
@@ -36,6 +36,15 @@ impl Mdf {
         let channels = file.channels().iter().map(channel).collect();
         let clocks = file.clocks().iter().map(clock).collect();
         Ok(Self { file, channels, clocks })
+    }
+
+    /// The name of its format.
+    pub fn format(&self) -> &'static str {
+        match self.file.version() {
+            2 => "MDF 2",
+            3 => "MDF 3",
+            _ => "MDF 4",
+        }
     }
 }
 

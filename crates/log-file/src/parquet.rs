@@ -34,9 +34,8 @@ impl Parquet {
     }
 }
 
-/// What the library says, also where it finds a damaged file by a panic of its own.
 fn guarded<T, E: std::fmt::Display>(work: impl FnOnce() -> Result<T, E>) -> Result<T, Error> {
-    crate::arrow::guarded("Parquet", work)
+    crate::guard::guarded("Parquet", work)
 }
 
 impl Source for Parquet {

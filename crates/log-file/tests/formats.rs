@@ -11,7 +11,7 @@ use arrow_ipc::CompressionType;
 use ld::{Ld, ld, ld_channels};
 use log_file::{Channel, Kind, Log, Time, Values};
 use mat::{Made, column};
-use writers::{VBO, arrow, parquet};
+use writers::{VBO, arrow, by_footer, parquet};
 
 /// The log of these bytes, under a name that tells nothing.
 fn open(bytes: &[u8]) -> Result<Option<Log>, log_file::Error> {
@@ -61,6 +61,40 @@ fn motec_numbers_have_their_scale_rate_and_unit() {
     // (100 / (4 * 10^-1) - 40) * 2
     assert_eq!(numbers(&mut log, "Temp"), [420.0]);
     assert!(log.warnings().is_empty(), "{:?}", log.warnings());
+}
+
+#[test]
+fn motec_doubles_are_read_and_a_factor_of_0_is_1() {
+    let doubles: Vec<u8> = [43.8f64, -79.1].iter().flat_map(|it| it.to_le_bytes()).collect();
+    let floats: Vec<u8> = [72f32, 82.8].iter().flat_map(|it| it.to_le_bytes()).collect();
+    let integers = [1024i32, -3].iter().flat_map(|it| it.to_le_bytes()).collect();
+    let channel = |name, class, size, scale, bytes| Ld {
+        name,
+        unit: "",
+        kind: [class, size, 10],
+        scale,
+        rows: 2,
+        bytes,
+    };
+    let channels = [
+        channel("GPS Latitude", 8, 8, [0, 0, 0, 0], doubles.clone()),
+        channel("Ground Speed", 7, 4, [0, 0, 0, 0], floats),
+        channel("GPS Longitude", 7, 8, [0, 1, 1, 0], doubles),
+        channel("CAN ID", 6, 4, [0, 1, 0, 1], integers),
+    ];
+    let mut one = log(&ld(&channels[..1]));
+    let told = |log: &Log| log.warnings().join("; ");
+    assert_eq!(told(&one), "`GPS Latitude` has a factor or divisor of 0, which is read as 1");
+    assert_eq!(numbers(&mut one, "GPS Latitude"), [43.8, -79.1]);
+    let mut log = log(&ld(&channels));
+    assert_eq!(
+        told(&log),
+        "`GPS Latitude` and 2 more have a factor or divisor of 0, which is read as 1"
+    );
+    assert_eq!(numbers(&mut log, "Ground Speed"), [72.0, f64::from(82.8f32)]);
+    assert_eq!(numbers(&mut log, "GPS Longitude"), [43.8, -79.1]);
+    assert_eq!(numbers(&mut log, "CAN ID"), [102.4, -3.0 / 10.0]);
+    assert!(log.left_out().is_empty(), "{:?}", log.left_out());
 }
 
 #[test]
@@ -208,6 +242,7 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
         ("Parquet", parquet()),
         ("Arrow", arrow(false, None)),
         ("Arrow", arrow(false, lz4)),
+        ("Arrow", by_footer(&arrow(false, zstd))),
         ("Arrow", arrow(true, zstd)),
         ("Arrow", arrow(true, None)),
     ];
@@ -246,6 +281,13 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
     }
     let old = open(b"FEA1 and more").err().expect("it is old").to_string();
     assert!(old.contains("expected version 2 of Feather"), "{old}");
+}
+
+#[test]
+fn a_file_of_arrow_whose_footer_counts_is_refused_without_it() {
+    let bytes = by_footer(&arrow(false, None));
+    let error = open(&bytes[..bytes.len() - 5]).err().expect("its footer is cut").to_string();
+    assert!(error.contains("was the file copied in full?"), "{error}");
 }
 
 #[test]

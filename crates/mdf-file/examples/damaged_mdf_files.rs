@@ -6,6 +6,8 @@ mod damaged;
 mod files;
 #[path = "../tests/support/made.rs"]
 mod made;
+#[path = "../tests/support/old.rs"]
+mod old;
 
 fn main() -> std::process::ExitCode {
     damage::program(&damaged::TARGET)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::bytes::{Block, Bytes};
 use crate::conversion::Conversion;
-use crate::conversions::{Conversions, Read};
+use crate::conversions::Conversions;
 use crate::error::Error;
 use crate::field::Field;
 use crate::layout::{Axis, Channel, Kind, Place, Store, Structure, Valid, Variable};
@@ -143,7 +143,8 @@ impl Channels {
         let invalid_bytes = structure.groups[group.index].invalid;
         for (ending, byte, bit) in elements {
             let store = store(bytes, described, *byte, limit)?;
-            let (kind, conversion) = converted(&store, &read)?;
+            let kind = kind_of(&store, &read.conversion)?;
+            let conversion = Arc::clone(&read.conversion);
             let valid = valid(&described.block, *bit, invalid_bytes).map_err(said)??;
             let axis = match described.block.u8(1).map_err(said)? {
                 2 => Axis::Angle,
@@ -247,19 +248,11 @@ fn store(
         let byte = byte.checked_add(offset).ok_or("a value that leaves its record")?;
         Ok::<_, String>([byte, bit, bits])
     };
-    let inside = |field: Field| match field.byte + field.bytes() <= limit {
-        true => Ok(field),
-        false => Err(format!(
-            "its bytes {} to {} leave its record of {limit} bytes",
-            field.byte,
-            field.byte + field.bytes()
-        )),
-    };
-    let fixed = || inside(Field::new(described.data, moved(described.place)?)?);
+    let fixed = || inside(Field::new(described.data, moved(described.place)?)?, limit);
     match described.kind {
         0 | 2 => Ok(Store::Fixed(fixed()?)),
         1 => {
-            let offset = inside(Field::new(0, moved(described.place)?)?)?;
+            let offset = inside(Field::new(0, moved(described.place)?)?, limit)?;
             let value = Field::new(described.data, [0, 0, 0])
                 .ok()
                 .filter(Field::is_text)
@@ -277,7 +270,7 @@ fn store(
                 size.u32(8).map_err(said)?,
             ];
             let value = fixed()?;
-            let size = inside(Field::new(size.u8(2).map_err(said)?, place)?)?;
+            let size = inside(Field::new(size.u8(2).map_err(said)?, place)?, limit)?;
             match value.is_text() && size.is_whole() {
                 true => Ok(Store::Bounded(value, size)),
                 false => Err("values up to a length that are no texts".to_owned()),
@@ -288,15 +281,26 @@ fn store(
     }
 }
 
+/// A field that lies in a record of so many bytes.
+pub(crate) fn inside(field: Field, limit: usize) -> Result<Field, String> {
+    match field.byte + field.bytes() <= limit {
+        true => Ok(field),
+        false => Err(format!(
+            "its bytes {} to {} leave its record of {limit} bytes",
+            field.byte,
+            field.byte + field.bytes()
+        )),
+    }
+}
+
 /// What the values are after their conversion.
-fn converted(store: &Store, read: &Read) -> Result<(Kind, Arc<Conversion>), String> {
-    let conversion = Arc::clone(&read.conversion);
+pub(crate) fn kind_of(store: &Store, conversion: &Conversion) -> Result<Kind, String> {
     let (texts, wide) = match store {
         Store::Fixed(field) => (field.is_text(), field.is_wide()),
         Store::Bounded(..) | Store::Variable(_) => (true, false),
         Store::Row => (false, false),
     };
-    let kind = match &*conversion {
+    Ok(match conversion {
         Conversion::Identity if texts => Kind::Text,
         Conversion::Identity if wide => Kind::Integer,
         Conversion::Identity => Kind::Number,
@@ -306,8 +310,7 @@ fn converted(store: &Store, read: &Read) -> Result<(Kind, Arc<Conversion>), Stri
         Conversion::Translated(..) => Kind::Text,
         other if other.gives_texts() => Kind::Text,
         _ => Kind::Number,
-    };
-    Ok((kind, conversion))
+    })
 }
 
 /// Which values of an element are valid.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use crate::error::Error;
 use crate::formula::Formula;
 
 /// How raw values become physical ones.
@@ -62,6 +63,22 @@ impl Target {
 }
 
 impl Conversion {
+    /// A table of values of the block at a place, with straight lines between its points or not.
+    pub fn points(points: Vec<[f64; 2]>, lines: bool, at: u64) -> Result<Self, Error> {
+        if !points.is_sorted_by(|a, b| a[0] <= b[0]) {
+            let text = "expected a table of conversion with rising raw values, found falling ones";
+            return Err(Error::new(at, text));
+        }
+        Ok(if lines { Self::Interpolated(points) } else { Self::Nearest(points) })
+    }
+
+    /// A table of raw values with what they mean; of two equal ones the first counts.
+    pub fn keys(mut keys: Vec<(f64, Target)>, other: Target) -> Self {
+        keys.retain(|it| !it.0.is_nan());
+        keys.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
+        Self::Keys(keys, other)
+    }
+
     /// Whether numbers become texts. Where some become numbers by a scale of their own, the texts tell why there is no number, such
     /// as "sensor failed": then they do not.
     pub fn gives_texts(&self) -> bool {

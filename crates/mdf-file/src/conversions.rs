@@ -155,11 +155,7 @@ impl Conversions {
         if keys {
             let keys = targets.into_iter().enumerate();
             let keys = keys.map(|(place, target)| Ok((numbers.at(place)?, target)));
-            let mut keys: Vec<_> = keys.collect::<Result<_, Error>>()?;
-            keys.retain(|it| !it.0.is_nan());
-            // The first of two equal ones stays in front.
-            keys.sort_by(|a, b| a.0.partial_cmp(&b.0).unwrap_or(std::cmp::Ordering::Equal));
-            return Ok(Conversion::Keys(keys, other));
+            return Ok(Conversion::keys(keys.collect::<Result<_, Error>>()?, other));
         }
         let spans = targets.into_iter().enumerate().map(|(place, target)| {
             Ok(([numbers.at(2 * place)?, numbers.at(2 * place + 1)?], target))
@@ -205,11 +201,7 @@ impl<'b> Numbers<'b> {
 fn points(block: &Block, numbers: &Numbers, lines: bool) -> Result<Conversion, Error> {
     let pair = |place: usize| Ok([numbers.at(2 * place)?, numbers.at(2 * place + 1)?]);
     let points = (0..numbers.count / 2).map(pair).collect::<Result<Vec<_>, Error>>()?;
-    if !points.is_sorted_by(|a, b| a[0] <= b[0]) {
-        let text = "expected a table of conversion with rising raw values, found falling ones";
-        return Err(Error::new(block.at, text));
-    }
-    Ok(if lines { Conversion::Interpolated(points) } else { Conversion::Nearest(points) })
+    Conversion::points(points, lines, block.at)
 }
 
 fn ranges(numbers: &Numbers) -> Result<Conversion, Error> {

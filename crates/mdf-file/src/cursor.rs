@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::bytes::Bytes;
 use crate::error::Error;
 use crate::layout::{Group, Variable};
-use crate::stream::{Listing, Parts, Stream, listed};
+use crate::stream::{Listed, Listing, Parts, Stream, listed};
 
 /// Goes through the records of a group.
 pub(crate) struct Cursor {
@@ -25,7 +25,10 @@ pub(crate) struct Cursor {
 impl Cursor {
     pub fn open(bytes: &mut Bytes, group: &Group, open_end: bool) -> Result<Self, Error> {
         let apart = Some((group.values as u64, group.invalid as u64));
-        let found = listed(bytes, group.data, &Listing { open_end, apart })?;
+        let found = match group.raw {
+            Some(length) => Listed { values: Parts::plain(group.data, length)?, invalid: None },
+            None => listed(bytes, group.data, &Listing { open_end, apart })?,
+        };
         let stream = |parts: Parts| Stream::new(Arc::new(parts));
         let (values, invalid) = (stream(found.values), found.invalid.map(stream));
         let cursor = Self { group: group.clone(), values, invalid, row: 0, at: 0, open_end };

@@ -39,7 +39,7 @@ impl File {
     /// Opens a file and reads what it says of itself, not its values.
     ///
     /// # Errors
-    /// When it cannot be read, is no MDF 4 or is damaged where it describes its channels.
+    /// When it cannot be read, is no MDF 2 to 4 or is damaged where it describes its channels.
     pub fn open(path: &Path) -> Result<Self, Error> {
         Self::new(std::fs::File::open(path)?)
     }
@@ -73,6 +73,12 @@ impl File {
     #[must_use]
     pub fn clocks(&self) -> &[Clock] {
         &self.structure.clocks
+    }
+
+    /// The major version of the format: 2, 3 or 4.
+    #[must_use]
+    pub fn version(&self) -> u16 {
+        self.structure.version / 100
     }
 
     /// When the measurement began, where the file tells it.

@@ -118,6 +118,8 @@ pub(crate) enum Valid {
 pub(crate) struct Group {
     /// The link to its data.
     pub data: u64,
+    /// In MDF 2 and 3 the length of the data, which has no head of a block.
+    pub raw: Option<u64>,
     /// Bytes of the number in front of each record.
     pub number_bytes: usize,
     /// That number.
@@ -149,6 +151,8 @@ impl Group {
 /// All about a file but its data.
 #[derive(Debug, Default)]
 pub(crate) struct Structure {
+    /// Hundred times the version of the format.
+    pub version: u16,
     pub channels: Vec<Channel>,
     /// Where their values are, one for each.
     pub places: Vec<Place>,

@@ -1,10 +1,10 @@
-//! Reads measurement files of ASAM MDF 4 (`.mf4`), and writes them.
+//! Reads measurement files of ASAM MDF 2, 3 and 4 (`.dat`, `.mdf`, `.mf4`), and writes those of MDF 4.
 //!
 //! A [`File`] has channels over clocks: what is sampled together has one clock, with a time, an angle or a distance as master. Values come
 //! converted to what they mean ([`Kind`]), a stretch of rows at a time ([`File::visit`]) or all at once ([`File::read`]). Plain and packed
 //! data (deflate, transposed or not), lists of blocks, columns of their own (4.2), mixed groups, invalidation bits, texts of any
-//! length, structures, arrays and all conversions are read. What is left out, such as pictures, is in [`File::notes`] with the reason. MDF 3 is
-//! refused with what to do.
+//! length, structures, arrays and all conversions are read, and the same
+//! of MDF 2 and 3 as far as these have it. What is left out, such as pictures, is in [`File::notes`] with the reason.
 //!
 //! Memory is bound by a block of the file and by what is wanted, whatever the size of the file; texts in mixed groups take 16 bytes each
 //! as well. Damaged files end in an [`Error`]: all lengths are held against the bytes that are there.
@@ -40,6 +40,7 @@ mod file;
 mod formula;
 mod head;
 mod layout;
+mod mdf3;
 mod stream;
 mod structure;
 mod text;

@@ -70,6 +70,13 @@ impl Parts {
         Self { all: Vec::new(), length: 0 }
     }
 
+    /// So many bytes of the file from a place on.
+    pub fn plain(at: u64, length: u64) -> Result<Self, Error> {
+        let mut parts = Self::new();
+        parts.add(at, length, Source::Plain(at))?;
+        Ok(parts)
+    }
+
     fn add(&mut self, at: u64, length: u64, source: Source) -> Result<(), Error> {
         let begin = self.length;
         self.length = begin

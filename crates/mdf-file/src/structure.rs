@@ -7,19 +7,40 @@ use crate::bytes::{Block, Bytes, shown};
 use crate::channels::{Channels, GroupText};
 use crate::error::Error;
 use crate::layout::{Axis, Clock, Group, Start, Structure};
+use crate::mdf3;
 use crate::stream::{Listing, listed};
 use crate::text::{latin, text};
 
 /// The longest record [B].
 const RECORD: usize = 64 << 20;
 /// The most rows of a group whose records have no bytes: channels that are the number of their row.
-const EMPTY_ROWS: u64 = 1 << 24;
+pub(crate) const EMPTY_ROWS: u64 = 1 << 24;
 
 /// The identification of a file, its first 64 bytes.
-struct Identification {
+pub(crate) struct Identification {
     finalised: bool,
     /// What is missing in a file that was not finalised.
     missing: u16,
+    /// Hundred times the version: 330 is 3.30.
+    version: u16,
+    /// In MDF 2 and 3, whether values without an order of bytes of their own have their highest byte first.
+    pub big_values: bool,
+}
+
+impl Identification {
+    /// What a file has whose description is not read yet.
+    pub fn structure(&self) -> Structure {
+        let mut structure = Structure { version: self.version, ..Structure::default() };
+        if !self.finalised {
+            // Bit 0: counts of rows; bits 2 and 4: the length of the last block, the end of the lists.
+            structure.uncounted = self.missing & 1 != 0;
+            structure.open_end = self.missing & 0b1_0100 != 0;
+            let note =
+                "the file was not finalised: what was written before its measurement ended is read";
+            structure.notes.push(note.to_owned());
+        }
+        structure
+    }
 }
 
 fn identification(bytes: &mut Bytes) -> Result<Identification, Error> {
@@ -32,21 +53,20 @@ fn identification(bytes: &mut Bytes) -> Result<Identification, Error> {
         other => {
             let found: Vec<_> =
                 other.chunks(4).map(|it| shown([it[0], it[1], it[2], it[3]])).collect();
-            let text = format!("expected a file of MDF 4, `MDF     `, found `{}`", found.concat());
+            let text = format!("expected a file of MDF, `MDF     `, found `{}`", found.concat());
             return Err(Error::new(0, text));
         }
     };
-    let version = u16::from_le_bytes([all[28], all[29]]);
-    if !(400..500).contains(&version) {
+    let number = [all[28], all[29]];
+    let versions = [u16::from_le_bytes(number), u16::from_be_bytes(number)];
+    let Some(version) = versions.into_iter().find(|it| (200..500).contains(it)) else {
         let named = latin(&all[8..16]);
-        let text = format!(
-            "expected MDF 4, found version {}: convert it, for example with `asammdf` in Python: \
-             MDF(\"old.mdf\").convert(\"4.10\").save(\"new.mf4\")",
-            named.trim_matches([' ', '\0'])
-        );
+        let text =
+            format!("expected MDF 2, 3 or 4, found version {}", named.trim_matches([' ', '\0']));
         return Err(Error::new(8, text));
-    }
-    Ok(Identification { finalised, missing: u16::from_le_bytes([all[60], all[61]]) })
+    };
+    let missing = u16::from_le_bytes([all[60], all[61]]);
+    Ok(Identification { finalised, missing, version, big_values: all[24..26] != [0, 0] })
 }
 
 /// Whether these are the first bytes of a file of MDF, of any version.
@@ -58,16 +78,11 @@ pub fn is_mdf(bytes: &[u8]) -> bool {
 /// What a file says of itself.
 pub(crate) fn read(bytes: &mut Bytes) -> Result<Structure, Error> {
     let identification = identification(bytes)?;
-    let header = bytes.block(64, &[b"##HD"])?;
-    let mut structure = Structure::default();
-    if !identification.finalised {
-        // Bit 0: counts of rows; bits 2 and 4: the length of the last block, the end of the lists.
-        structure.uncounted = identification.missing & 1 != 0;
-        structure.open_end = identification.missing & 0b1_0100 != 0;
-        let note =
-            "the file was not finalised: what was written before its measurement ended is read";
-        structure.notes.push(note.to_owned());
+    if identification.version < 400 {
+        return mdf3::read(bytes, &identification);
     }
+    let header = bytes.block(64, &[b"##HD"])?;
+    let mut structure = identification.structure();
     structure.comment = text(bytes, header.link(5))?;
     let nanoseconds = header.u64(0)?;
     if nanoseconds != 0 {
@@ -160,6 +175,7 @@ impl Reader {
             }
             let group = Group {
                 data: data.link(2),
+                raw: None,
                 number_bytes: number_bytes.into(),
                 number: described.number,
                 mixed: Arc::clone(&mixed),

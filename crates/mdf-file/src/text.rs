@@ -48,7 +48,8 @@ pub(crate) fn latin(bytes: &[u8]) -> String {
     bytes.iter().map(|it| char::from(*it)).collect()
 }
 
-fn cut(text: &str) -> &str {
+/// The text up to the longest length that is kept.
+pub(crate) fn cut(text: &str) -> &str {
     &text[..text.floor_char_boundary(KEPT)]
 }
 

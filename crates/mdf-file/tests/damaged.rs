@@ -6,6 +6,8 @@ mod damaged;
 mod files;
 #[path = "support/made.rs"]
 mod made;
+#[path = "support/old.rs"]
+mod old;
 
 #[test]
 fn damaged_measurement_files_are_read_or_refused() {

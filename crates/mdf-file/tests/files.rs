@@ -1,9 +1,11 @@
-//! Reads hand-made files with known values, and files that are no MDF 4.
+//! Reads hand-made files with known values, and files that are no MDF.
 
 #[path = "support/files.rs"]
 mod files;
 #[path = "support/made.rs"]
 mod made;
+#[path = "support/old.rs"]
+mod old;
 
 use mdf_file::{Axis, Columns, Error, File, Kind, Values};
 
@@ -181,14 +183,75 @@ fn a_reader_that_has_enough_ends_early() {
 }
 
 #[test]
-fn what_is_no_sound_mdf_4_is_refused_with_what_to_do() {
+fn files_of_mdf_3_have_their_values_in_either_order_of_bytes() {
+    for big in [false, true] {
+        let mut file = open(&old::old(big)).expect("a file");
+        assert_eq!((file.version(), file.comment()), (3, Some("a file\nof MDF 3")));
+        // 2020-02-29 12:30:15, as `date` knows it.
+        let start = file.start().expect("a start");
+        assert_eq!((start.nanoseconds, start.is_local), (1_582_979_415_000_000_000, true));
+        let fast = read(&mut file, "be u16");
+        assert_eq!(fast.times, [0.0, 0.1, 0.2, 0.3, 0.4, 0.5]);
+        assert_eq!(fast.values[0].number(5), Some(5000.0));
+        let channel = &file.channels()[fast.channels[0]];
+        assert_eq!((&*channel.group, channel.comment.as_deref()), ("fast", Some("what it is")));
+        let long = "u5 with a name of more than 32 letters";
+        // The orders of bits of these two are those of their bytes.
+        assert_eq!(numbers(&mut file, long), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        assert_eq!(numbers(&mut file, "i11")[..2], [-1.0, -2.0]);
+        assert_eq!(numbers(&mut file, "be i32")[2], -140_000.0);
+        assert_eq!(numbers(&mut file, "float")[2], f64::from(2f32 / 3.0));
+        assert_eq!(numbers(&mut file, "be double")[..2], [-1.0, -0.9]);
+        assert_eq!(texts(&mut file, "word"), ["w0°", "w2°", "w4°"]);
+        assert_eq!(read(&mut file, "linear").times, [0.0, 0.5, 1.0, 1.5, 2.0, 2.5]);
+        let notes = file.notes().join("; ");
+        for what in ["`bytes` is left out", "`array` is left out", "`beyond` is left out"] {
+            assert!(notes.contains(what), "{what}: {notes}");
+        }
+    }
+}
+
+#[test]
+fn every_conversion_of_mdf_3_has_its_values() {
+    let mut file = open(&old::old(false)).expect("a file");
+    let at = |file: &mut File, name: &str| numbers(file, name);
+    assert_eq!(at(&mut file, "linear")[..3], [-1.5, -1.25, -1.0]);
+    assert_eq!(at(&mut file, "lines"), [10.0, 15.0, 20.0, 10.0, 0.0, 0.0]);
+    assert_eq!(at(&mut file, "steps"), [10.0, 10.0, 20.0, 20.0, 0.0, 0.0]);
+    assert_eq!(at(&mut file, "rational")[4], (0.5 * 16.0 + 8.0 + 3.0) / (4.0 + 7.0));
+    assert_eq!(at(&mut file, "formula")[2], 5.0 - 1.0);
+    let near = |found: f64, expected: f64| {
+        assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found}, expected {expected}");
+    };
+    // (P2 - P4 (X - P5 - P6)) / (P3 (X - P5 - P6) - P1)
+    near(at(&mut file, "polynomial")[3], (2.0 - 3.0 * 2.25) / (0.5 * 2.25 + 7.0));
+    // exp(((X - P7) P6 - P3) / P1) / P2, and ln((P3 / (X - P7) - P6) / P4) / P5
+    near(at(&mut file, "exponential")[2], (3.5f64 / 4.0).exp() / 2.0);
+    near(at(&mut file, "logarithmic")[1], (25.5f64 / 2.0).ln() / 0.5);
+    assert_eq!(texts(&mut file, "keys")[..4], ["", "one", "", "drei°"]);
+    assert_eq!(texts(&mut file, "spans"), ["other", "low", "low", "other", "high", "other"]);
+    let scaled = at(&mut file, "scaled");
+    assert!(scaled[..5] == [1.0, 1.5, 2.0, 2.5, 3.0] && scaled[5].is_nan(), "{scaled:?}");
+    let unit = file.channels().iter().find(|it| it.name == "none").expect("it").unit.clone();
+    assert_eq!((unit.as_deref(), at(&mut file, "none")[5]), (Some("°C"), 5.0));
+}
+
+#[test]
+fn what_is_no_sound_mdf_is_refused_with_what_to_do() {
     let error = |bytes: &[u8]| open(bytes).err().expect("an error").to_string();
-    let mut old = files::bits();
-    old[8..16].copy_from_slice(b"3.30    ");
-    old[28..30].copy_from_slice(&330u16.to_le_bytes());
-    assert!(error(&old).contains("found version 3.30: convert it"), "{}", error(&old));
-    assert!(error(b"time,v\n1,2\n").contains("expected a file of MDF 4"));
-    assert!(error(b"").contains("MDF 4"));
+    let mut new = files::bits();
+    new[8..16].copy_from_slice(b"5.00    ");
+    new[28..30].copy_from_slice(&500u16.to_le_bytes());
+    assert!(error(&new).contains("expected MDF 2, 3 or 4, found version 5.00"), "{}", error(&new));
+    assert!(error(b"time,v\n1,2\n").contains("expected a file of MDF"));
+    assert!(error(b"").contains("expected a file of MDF"));
+    let old = old::old(false);
+    let mut cut = open(&old[..old.len() - 20]);
+    let told = match &mut cut {
+        Ok(file) => file.read(&[0]).expect_err("it has less").to_string(),
+        Err(error) => error.to_string(),
+    };
+    assert!(told.contains("was it copied in full?"), "{told}");
     // Zstandard, of MDF 4.3.
     let mut packed = files::lists();
     for at in 0..packed.len() - 4 {

@@ -25,6 +25,7 @@ pub use reader::Recording;
 pub use row::{Full, Recorded, Row, fits_number};
 pub use selection::Selection;
 pub use sink::csv::CsvSink;
+pub use sink::ld::LdSink;
 pub use sink::mcap::McapSink;
 pub use sink::mdf::MdfSink;
 pub use sink::parquet::ParquetSink;

@@ -9,6 +9,7 @@ use crate::row::{Recorded, Row};
 use crate::view::View;
 
 pub mod csv;
+pub mod ld;
 pub mod mcap;
 pub mod mdf;
 pub mod parquet;

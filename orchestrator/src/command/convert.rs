@@ -1,10 +1,10 @@
-//! `trackside convert`: writes the signals of a recording as a table, Parquet or CSV, or as MDF 4.
+//! `trackside convert`: writes the signals of a recording as a table, Parquet or CSV, as MDF 4, or for MoTeC i2.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use recording::{CsvSink, MdfSink, ParquetSink, Recording, Sink};
+use recording::{CsvSink, LdSink, MdfSink, Notice, ParquetSink, Recording, Sink};
 
 use super::{print, tell};
 
@@ -13,7 +13,7 @@ use super::{print, tell};
 pub struct Arguments {
     /// The folder of the run, or its run.mcap.
     run: PathBuf,
-    /// The new file; its ending, `.parquet`, `.csv` or `.mf4`, says which form it gets [default: run.parquet beside the recording].
+    /// The new file; its ending, `.parquet`, `.csv`, `.mf4` or `.ld`, says which form it gets [default: run.parquet beside the recording].
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -29,6 +29,11 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut sink = sink(&recording, &out)?;
     recording.play(&mut *sink)?;
     sink.finish("", true)?;
+    for notice in sink.notices() {
+        if let Notice::Warning(text) = notice {
+            tell(&format!("note: {text}"));
+        }
+    }
     if recording.cut {
         let path = recording.path().display();
         tell(&format!("note: {path} was cut off; the table ends where it does"));
@@ -45,8 +50,9 @@ fn sink(recording: &Recording, out: &Path) -> Result<Box<dyn Sink>, Error> {
         Some("parquet") => Ok(Box::new(ParquetSink::create(header, out)?)),
         Some("csv") => Ok(Box::new(CsvSink::create(header, out)?)),
         Some("mf4") => Ok(Box::new(MdfSink::create(header, out)?)),
+        Some("ld") => Ok(Box::new(LdSink::create(header, out)?)),
         _ => Err(Error::input(format!(
-            "--out: expected a file that ends in .parquet, .csv or .mf4, found {}",
+            "--out: expected a file that ends in .parquet, .csv, .mf4 or .ld, found {}",
             out.display()
         ))),
     }

@@ -34,6 +34,9 @@ pub struct Arguments {
     /// Write run.mf4 too, a measurement file of ASAM MDF 4 for tools such as CANape, asammdf and MATLAB.
     #[arg(long)]
     mf4: bool,
+    /// Write run.ld too, a log for MoTeC i2.
+    #[arg(long)]
+    ld: bool,
     /// Write the baselines of the scenarios from these runs, if they pass, instead of a comparison.
     #[arg(long)]
     bless: bool,
@@ -264,6 +267,7 @@ impl Arguments {
             csv: self.csv,
             parquet: self.parquet,
             mf4: self.mf4,
+            ld: self.ld,
             bless: self.bless,
             variant: self.variant.clone(),
             overrides: Overrides {

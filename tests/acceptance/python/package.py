@@ -154,7 +154,7 @@ def earlier_runs():
     csv = subprocess.run([program, "convert", "bare", "--out", "bare.csv"], check=True, capture_output=True, text=True)
     assert csv.stdout.strip() == "bare.csv" and len(pandas.read_csv("bare.csv")) == len(whole.frame())
     wrong = subprocess.run([program, "convert", "bare", "--out", "bare.xlsx"], capture_output=True, text=True)
-    assert wrong.returncode == 2 and "expected a file that ends in .parquet, .csv or .mf4" in wrong.stderr, wrong.stderr
+    assert wrong.returncode == 2 and "expected a file that ends in .parquet, .csv, .mf4 or .ld" in wrong.stderr, wrong.stderr
 
 
 def identification():

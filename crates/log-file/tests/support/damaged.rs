@@ -23,6 +23,7 @@ fn sound() -> Vec<Vec<u8>> {
         writers::VBO.as_bytes().to_vec(),
         writers::parquet(),
         writers::arrow(false, None),
+        writers::by_footer(&writers::arrow(false, None)),
         writers::arrow(true, lz4),
         mat::file(&[("t", mat::column(&[0.0, 1.0])), ("v", mat::column(&[2.0, 3.0]))], true),
     ]

@@ -106,3 +106,14 @@ pub fn arrow(stream: bool, packed: Option<arrow_ipc::CompressionType>) -> Vec<u8
     }
     file
 }
+
+/// The same file as polars writes it: the first message, the schema, has no length in front. So only the footer tells where the others are.
+pub fn by_footer(file: &[u8]) -> Vec<u8> {
+    let mut file = file.to_vec();
+    let begin = file.windows(4).position(|it| it == [0xff; 4]).expect("a message");
+    let length = file[begin + 4..begin + 8].try_into().map(u32::from_le_bytes).expect("a length");
+    let end = begin + 8 + length as usize;
+    file.copy_within(begin + 8..end, begin);
+    file[end - 8..end].fill(0);
+    file
+}

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 use super::made::{Channel, Group, Made};
+use super::old::old;
 
 /// A channel of a name, type of data, first byte, first bit and bits.
 pub fn plain(name: &str, data_type: u8, byte: u32, bit: u8, bits: u32) -> Channel<'_> {
@@ -22,6 +23,8 @@ pub fn all() -> Vec<(&'static str, Vec<u8>)> {
         ("strings", strings()),
         ("columns", columns()),
         ("open", unfinalised()),
+        ("old", old(false)),
+        ("old_big", old(true)),
     ]
 }
 

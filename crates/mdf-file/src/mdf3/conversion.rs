@@ -1,0 +1,139 @@
+//! Reads the conversions of MDF 2 and 3 from their blocks CC.
+
+use std::sync::Arc;
+
+use super::Reader;
+use super::block::Block;
+use crate::conversion::{Conversion, Target};
+use crate::error::Error;
+use crate::formula::Formula;
+
+/// A conversion with its unit.
+#[derive(Clone)]
+pub(super) struct Read {
+    pub conversion: Arc<Conversion>,
+    pub unit: Option<String>,
+}
+
+/// Bytes in front of the parameters of a block CC.
+const HEAD: usize = 46;
+
+impl Reader<'_> {
+    /// The conversion that a link leads to, read once.
+    pub fn conversion(&mut self, at: u32) -> Result<Read, String> {
+        if at == 0 {
+            return Ok(Read { conversion: Arc::new(Conversion::Identity), unit: None });
+        }
+        if let Some(known) = self.conversions.get(&at) {
+            return known.clone();
+        }
+        let read = self.block(at).map_err(|error| error.to_string());
+        self.conversions.insert(at, read.clone());
+        read
+    }
+
+    fn block(&mut self, at: u32) -> Result<Read, Error> {
+        let block = self.blocks.read(at.into(), b"CC", HEAD)?;
+        let unit = Some(block.text(22, 20)).filter(|it| !it.is_empty());
+        let (kind, count) = (block.u16(42), usize::from(block.u16(44)));
+        let needed = HEAD
+            + match kind {
+                0 => 16,
+                1 | 2 => 16 * count,
+                6 | 9 => 48,
+                7 | 8 => 56,
+                11 => 40 * count,
+                12 => 20 * count,
+                _ => 0,
+            };
+        let block = match needed > block.length() {
+            true => self.blocks.bytes_of(block.at, needed)?,
+            false => block,
+        };
+        let numbers = |count: usize| (0..count).map(|it| block.f64(HEAD + 8 * it));
+        let conversion = match kind {
+            0 => match [block.f64(HEAD), block.f64(HEAD + 8)] {
+                [0.0, 1.0] => Conversion::Identity,
+                [offset, factor] => Conversion::Linear { offset, factor },
+            },
+            1 | 2 => points(&block, count, kind == 1)?,
+            6..=8 => formula(&block, &closed_form(kind, &numbers(7).collect::<Vec<_>>())?)?,
+            9 => {
+                let mut all = [0.0; 6];
+                all.iter_mut().zip(numbers(6)).for_each(|(to, it)| *to = it);
+                Conversion::Rational(all)
+            }
+            10 => formula(&block, &block.text(HEAD, block.length()))?,
+            11 => texts(&block, count),
+            12 => self.spans(&block, count)?,
+            // Dates and times of CANopen are bytes without a conversion.
+            132 | 133 | 0xffff => Conversion::Identity,
+            other => {
+                let text =
+                    format!("expected a conversion of type 0 to 2 or 6 to 12, found {other}");
+                return Err(Error::new(block.at, text));
+            }
+        };
+        Ok(Read { conversion: Arc::new(conversion), unit })
+    }
+
+    /// Ranges with their texts; the first entry is the text of all other values.
+    fn spans(&mut self, block: &Block, count: usize) -> Result<Conversion, Error> {
+        let mut spans = Vec::new();
+        let mut other = Target::Text(String::new());
+        for entry in 0..count {
+            let at = HEAD + 20 * entry;
+            let text = self.blocks.text(block.u32(at + 16))?.unwrap_or_default();
+            match entry {
+                0 => other = default(text),
+                // Both ends belong to a range, also of numbers that are not whole.
+                _ => spans.push(([block.f64(at), block.f64(at + 8).next_up()], Target::Text(text))),
+            }
+        }
+        Ok(Conversion::Spans(spans, other))
+    }
+}
+
+/// What all other values mean: a text, or a formula in quotes, such as `"2*{X}+1"`.
+fn default(text: String) -> Target {
+    let scale = text.split('"').nth(1).filter(|it| it.contains("{X}"));
+    let scale = scale.and_then(|it| Formula::read(&it.replace("{X}", "X")).ok());
+    scale.map_or(Target::Text(text), |it| Target::Scale(Conversion::Formula(it).into()))
+}
+
+fn formula(block: &Block, text: &str) -> Result<Conversion, Error> {
+    let wrong =
+        |error| Error::new(block.at, format!("the formula `{text}` of a conversion: {error}"));
+    Formula::read(text).map(Conversion::Formula).map_err(wrong)
+}
+
+/// The function of a polynomial (6), exponential (7) or logarithmic (8) conversion with the parameters P1 to P7.
+fn closed_form(kind: u16, numbers: &[f64]) -> Result<String, Error> {
+    let parameters: Vec<_> = numbers.iter().map(|it| format!("({it:?})")).collect();
+    let [p1, p2, p3, p4, p5, p6, p7] = &parameters[..] else { return Ok(String::new()) };
+    let function = if kind == 7 { "exp" } else { "ln" };
+    match () {
+        () if kind == 6 => Ok(format!("({p2}-{p4}*(X-{p5}-{p6}))/({p3}*(X-{p5}-{p6})-{p1})")),
+        () if numbers[3] == 0.0 => Ok(format!("{function}(((X-{p7})*{p6}-{p3})/{p1})/{p2}")),
+        () if numbers[0] == 0.0 => Ok(format!("{function}(({p3}/(X-{p7})-{p6})/{p4})/{p5}")),
+        () => Err(Error::general(format!(
+            "expected P1 or P4 of an exponential or logarithmic conversion to be 0, found {} and {}",
+            numbers[0], numbers[3]
+        ))),
+    }
+}
+
+/// A table of values, with straight lines between them or not.
+fn points(block: &Block, count: usize, lines: bool) -> Result<Conversion, Error> {
+    let pair = |it: usize| [block.f64(HEAD + 16 * it), block.f64(HEAD + 16 * it + 8)];
+    Conversion::points((0..count).map(pair).collect(), lines, block.at)
+}
+
+/// A table of texts; all other values have none.
+fn texts(block: &Block, count: usize) -> Conversion {
+    let entry = |it: usize| {
+        let at = HEAD + 40 * it;
+        (block.f64(at), Target::Text(block.text(at + 8, 32)))
+    };
+    Conversion::keys((0..count).map(entry).collect(), Target::Text(String::new()))
+}

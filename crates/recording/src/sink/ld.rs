@@ -1,0 +1,153 @@
+//! Writes a run as a MoTeC `.ld` file for i2: a channel for each number, at the rate of the run's steps. Texts are left out.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+use expression::{ColumnIndex, NumberIndex};
+use log_file::{LdChannel, LdSession, LdWriter, ld_names};
+
+use super::{Notice, RunHeader, Sink, partial};
+use crate::columns::ValueKind;
+use crate::row::{Recorded, Row};
+
+/// A MoTeC file. It gets its name when it is complete.
+pub struct LdSink {
+    path: PathBuf,
+    partial: PathBuf,
+    /// None behind the end.
+    writer: Option<LdWriter>,
+    columns: Vec<NumberIndex<Recorded>>,
+    notices: Vec<Notice>,
+    step: f64,
+    /// The time of the first row [s].
+    first: Option<f64>,
+    rows: u32,
+}
+
+impl LdSink {
+    /// The files that it may leave.
+    pub const FILES: &[&str] = &["run.ld", "run.ld.partial"];
+
+    /// Begins the file `run.ld` of the run's folder.
+    ///
+    /// # Errors
+    /// When the file cannot be created, or the run's step is not one over a whole rate.
+    pub fn new(header: &RunHeader) -> Result<Self, Error> {
+        Self::create(header, &header.folder.join("run.ld"))
+    }
+
+    /// Begins a file of any name. Until it is complete it has the ending `.partial` as well.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn create(header: &RunHeader, path: &Path) -> Result<Self, Error> {
+        let rate = rate(header.step)?;
+        let all = &header.columns;
+        // Of two columns of one name the output counts, which comes first.
+        let numbers =
+            all.numbers().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Number(*at)));
+        let (columns, described): (Vec<_>, Vec<_>) = numbers.unzip();
+        let names: Vec<_> = described.iter().map(|it| it.name()).collect();
+        let short = ld_names(&names);
+        let channel =
+            |((column, index), name): ((&&crate::columns::Column, &NumberIndex<_>), &String)| {
+                let is_integer = matches!(column.kind, ValueKind::Integer | ValueKind::Boolean)
+                    && all.integer(*index).is_none();
+                let unit = column.unit.clone().unwrap_or_default();
+                LdChannel { name: name.clone(), unit, is_integer }
+            };
+        let channels: Vec<_> = described.iter().zip(&columns).zip(&short).map(channel).collect();
+        let partial = partial(path);
+        let room = ((header.stop / header.step).round() + 2.0) as u32;
+        let writer = LdWriter::create(&partial, &session(header), &channels, rate, room)
+            .map_err(|error| Error::output(&partial, error))?;
+        let mut sink = LdSink {
+            path: path.to_owned(),
+            partial,
+            writer: Some(writer),
+            columns,
+            notices: Vec::new(),
+            step: header.step,
+            first: None,
+            rows: 0,
+        };
+        sink.tell_names(&names, &short);
+        let texts: Vec<_> = all.texts().map(|(_, it)| format!("`{}`", it.name())).collect();
+        if !texts.is_empty() {
+            sink.tell(&format!("texts are left out, it has numbers only: {}", texts.join(", ")));
+        }
+        Ok(sink)
+    }
+
+    fn tell(&mut self, what: &str) {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        self.notices.push(Notice::Warning(format!("{name}: {what}")));
+    }
+
+    fn tell_names(&mut self, names: &[String], short: &[String]) {
+        let changed: Vec<_> = names
+            .iter()
+            .zip(short)
+            .filter(|(name, short)| name != short)
+            .map(|(name, short)| format!("`{short}` is `{name}`"))
+            .collect();
+        if !changed.is_empty() {
+            let (most, count) = (LdWriter::NAME, changed.len());
+            let names = if count == 1 { "name is" } else { "names are" };
+            let changed = changed.join(", ");
+            self.tell(&format!("{count} {names} shortened to at most {most} letters: {changed}"));
+        }
+    }
+}
+
+/// The rate of a step [Hz].
+fn rate(step: f64) -> Result<u16, Error> {
+    let rate = (1.0 / step).round();
+    if !(1.0..=f64::from(u16::MAX)).contains(&rate) || (rate * step - 1.0).abs() > 1e-9 {
+        let text =
+            format!("a MoTeC file has a whole rate of 1 to 65535 Hz, found a step of {step} s");
+        return Err(Error::input(text).help("take a step such as 0.001, 0.002, 0.005 or 0.01"));
+    }
+    Ok(rate as u16)
+}
+
+/// What was run.
+fn session(header: &RunHeader) -> LdSession {
+    LdSession {
+        event: header.scenario.clone(),
+        session: format!("seed {}", header.seed),
+        comment: header.title.clone(),
+        ..LdSession::default()
+    }
+}
+
+impl Sink for LdSink {
+    fn row(&mut self, _tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        let expected = self.first.unwrap_or(time) + f64::from(self.rows) * self.step;
+        if (time - expected).abs() > 0.01 * self.step {
+            let text = format!("expected a row at {expected} s, found the next one at {time} s");
+            return Err(Error::output(&self.partial, text));
+        }
+        let values = self.columns.iter().map(|it| row[*it]);
+        writer.row(values).map_err(|error| Error::output(&self.partial, error))?;
+        self.rows += 1;
+        if self.first.is_none() {
+            self.first = Some(time);
+            if time != 0.0 {
+                self.tell(&format!("its time 0 is {time} s of the run"));
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _summary: &str, completed: bool) -> Result<(), Error> {
+        let Some(writer) = self.writer.take() else { return Ok(()) };
+        writer.finish().map_err(|error| Error::output(&self.partial, error))?;
+        super::name(&self.partial, &self.path, completed)
+    }
+
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+}
