@@ -64,6 +64,7 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
+mod message;
 mod place;
 mod terminals;
 mod value;
@@ -81,11 +82,13 @@ pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
     Block, FmuState, Instance, LastNote, Library, STRANGER, Visit, calls_going_on,
     changed_surroundings, complete, completed, during_plugin, guard_exit, ignore_requests_to_end,
-    leave, leave_signals_alone, note_requests_to_end, requested_end, watch, write_notes_to,
+    late_messages, leave, leave_signals_alone, note_requests_to_end, requested_end, watch,
+    write_notes_to,
 };
-pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
+pub use call::{Advance, CallError, IntervalChange, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
+pub use message::{Kinds, MOST_KINDS, Message, MessageKind, MessageLevel, SUMMARY, others};
 pub use place::Place;
 pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
 pub use value::{Value, bytes, hexadecimal};

@@ -141,6 +141,7 @@ impl System {
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
         warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
+        let judged = SignalUnits::of_expressions(&unplaced);
         let order = mistakes.take(order::order(scenario, &connects, &unplaced, &connections));
         let (mut nodes, columns) = place::place(unplaced, connections);
         call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
@@ -150,8 +151,8 @@ impl System {
         let mut analyses = manoeuvres::analyses(scenario, &nodes, &columns);
         analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
         mistakes.take(validations::check_names(scenario, &nodes));
-        let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
-        let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);
+        let checks = checks::resolve(scenario, (&columns, &judged), clock, &mut mistakes);
+        let collected = collected::resolve(scenario, (&columns, &judged), &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let shown = (recorded.columns(&columns), status_tracks(&checks, &nodes, &columns));
