@@ -64,6 +64,9 @@ mod call_faults;
 // Inspect, test, --set, several scenarios.
 #[path = "acceptance/cli.rs"]
 mod cli;
+// What FMUs log.
+#[path = "acceptance/messages.rs"]
+mod messages;
 // Our FMUs and one that breaks rules, judged by the rules of FMI 2.0.
 #[path = "acceptance/conform.rs"]
 mod conform;
@@ -232,6 +235,9 @@ mod subsystem_mistakes;
 // Values of every type of FMI: connections, start values, recordings, checks.
 #[path = "acceptance/types.rs"]
 mod types;
+// Tunable parameters that change during a run.
+#[path = "acceptance/tunable.rs"]
+mod tunable;
 // Units of connections, checks, diagrams and analyses, declared and missing.
 #[path = "acceptance/units.rs"]
 mod units;
@@ -259,6 +265,7 @@ fn first_half(tests: &mut Vec<suite::Test>) {
     #[cfg(feature = "rerun")]
     comparing::register(tests);
     conform::register(tests);
+    messages::register(tests);
     conform3::register(tests);
     coupling::register(tests);
     coupling_words::register(tests);
@@ -320,6 +327,7 @@ fn second_half(tests: &mut Vec<suite::Test>) {
     subsystems::register(tests);
     subsystem_mistakes::register(tests);
     types::register(tests);
+    tunable::register(tests);
     units::register(tests);
     validating::register(tests);
 }

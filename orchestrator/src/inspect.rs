@@ -5,7 +5,7 @@ pub mod scenario;
 use std::fmt::Write as _;
 
 use fmu_import::description::{Type, Variable, Version, list};
-use fmu_import::{Fmu, MemberKind, Stream, Terminal};
+use fmu_import::{Causality, Fmu, MemberKind, Stream, Terminal, Variability};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
@@ -161,6 +161,7 @@ fn entry(version: Version, variable: &Variable, all: &[Variable]) -> serde_json:
         "variability": word(format!("{:?}", variable.variability)),
         "initial": variable.initial.map(|initial| word(format!("{initial:?}"))),
         "unit": variable.unit,
+        "relative": variable.relative.is_some(),
         "start": variable.start,
         "items": items,
         "min": variable.min,
@@ -193,13 +194,17 @@ fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -
         }
         None => String::new(),
     };
+    let tunable =
+        variable.variability == Variability::Tunable && variable.causality == Causality::Parameter;
+    let marks = [(tunable, "tunable  "), (variable.relative.is_some(), "a difference  ")];
+    let marks: String = marks.iter().filter(|(is, _)| *is).map(|(_, mark)| *mark).collect();
     let about = variable.description.clone().unwrap_or_default();
     let items = match variable.items.as_slice() {
         [] => String::new(),
         items => format!("one of {}  ", list(items)),
     };
     let line = format!(
-        "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {items}{about}  {follows}",
+        "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {marks}{items}{about}  {follows}",
         variable.name
     );
     line.trim_end().to_owned()

@@ -9,6 +9,7 @@ mod checkpoint_file;
 mod course;
 pub mod fresh;
 pub mod inspect;
+pub mod messages;
 mod options;
 mod pace;
 pub mod package;

@@ -7,6 +7,7 @@ use std::time::Duration;
 use scenario::resolve::Overrides;
 
 use crate::package::BuildProgress;
+use crate::report::RunReport;
 
 /// Where the replay goes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -79,7 +80,7 @@ pub struct RunOptions {
 }
 
 /// An event of a run, for a progress bar.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum ProgressEvent<'a> {
     /// Cargo compiles FMUs or plugins.
     Building(BuildProgress<'a>),
@@ -91,4 +92,6 @@ pub enum ProgressEvent<'a> {
     Analysis(&'a str, f64, &'a str),
     /// A validation begins.
     Validation(&'a str),
+    /// A run, or a validation of one, failed: its report, which is complete.
+    Failed(&'a RunReport),
 }

@@ -14,6 +14,7 @@ use scenario::plan::{AnalysisPlan, System};
 
 use crate::analysis::{self, Collected};
 use crate::course::{Course, Remembered};
+use crate::messages::Messages;
 use crate::options::{ProgressEvent, RunOptions};
 use crate::report::{Ending, RunReport};
 use crate::sinks::SINKS;
@@ -24,6 +25,8 @@ pub(crate) struct Recorder {
     pub baselines: Baselines,
     faults: Faults,
     pub values: CollectedValues,
+    /// What the nodes say.
+    pub messages: Messages,
     collected: Collected,
     recordings: Recordings,
     /// Notices for the user.
@@ -80,6 +83,7 @@ impl Recorder {
             faults: Faults::new(system),
             checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
             baselines,
+            messages: Messages::default(),
             notices: Vec::new(),
             time: 0.0,
             remembers: Default::default(),
@@ -176,12 +180,24 @@ impl Recorder {
     pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
         self.checks.conclude(&report.checks);
         self.forward()?;
-        for (source, message) in failures(report) {
-            let (time, source) = (self.time, source.to_owned());
-            self.event(&Event { time, level: Level::Error, source, message })?;
+        let time = self.time;
+        let failures = failures(report).into_iter().map(|(source, message)| Event {
+            time,
+            level: Level::Error,
+            source: source.to_owned(),
+            message,
+            again: 0,
+        });
+        for event in self.messages.counts(time).into_iter().chain(failures) {
+            self.record(&event)?;
         }
         self.finish(&report.markdown(), report.error.is_none())?;
         self.forward()
+    }
+
+    fn record(&mut self, event: &Event) -> Result<(), Error> {
+        each_sink!(self, sink => sink.event(event)?);
+        Ok(())
     }
 }
 
@@ -209,8 +225,7 @@ impl Sink<Full> for Recorder {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        each_sink!(self, sink => sink.event(event)?);
-        Ok(())
+        if self.messages.take(event) { self.record(event) } else { Ok(()) }
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {

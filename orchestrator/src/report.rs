@@ -21,6 +21,7 @@ use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::fresh;
+use crate::messages::{self, NodeMessage};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 
@@ -104,6 +105,8 @@ pub struct RunReport {
     pub folder: PathBuf,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
+    /// What the nodes say, by kind.
+    pub messages: Vec<NodeMessage>,
 }
 
 /// The checkpoint that a run went on from.
@@ -148,6 +151,8 @@ pub struct Validated {
     pub error: Option<String>,
     /// Its checks.
     pub checks: Vec<Verdict>,
+    /// What its nodes say, by kind.
+    pub messages: Vec<NodeMessage>,
     /// Its whole report.
     #[serde(skip)]
     report: serde_json::Value,
@@ -170,6 +175,7 @@ impl Validated {
             verdict: outcome.as_ref().map_or_else(Ending::of, |report| report.verdict),
             error: outcome.as_ref().err().map(ToString::to_string),
             checks: report.map(|report| report.checks.clone()).unwrap_or_default(),
+            messages: report.map(|report| report.messages.clone()).unwrap_or_default(),
             report: serde_json::json!(report),
         }
     }
@@ -249,15 +255,19 @@ impl RunReport {
             files: Vec::new(),
             folder: system.header.folder.clone(),
             warnings: system.warnings.clone(),
+            messages: Vec::new(),
         }
     }
 
-    /// What checks may be about besides signals: results of analyses and reports of validations.
+    /// What checks may be about besides signals: results of analyses, reports of validations, and numbers of messages.
     #[must_use]
     pub fn results(&self) -> BTreeMap<String, serde_json::Value> {
         let validations = self.validations.iter();
         let validations = validations.map(|it| (it.name.clone(), it.report.clone()));
-        self.analyses.clone().into_iter().chain(validations).collect()
+        let messages =
+            messages::results(&self.messages, self.nodes.iter().map(|it| it.name.as_str()));
+        // A name of the scenario goes first.
+        [messages].into_iter().chain(self.analyses.clone()).chain(validations).collect()
     }
 
     /// Adds how the run went; the checks with those of its baselines.

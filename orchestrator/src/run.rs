@@ -206,8 +206,10 @@ impl Job<'_> {
             return Err(error);
         }
         let failure = outcome.err();
-        let mut verdicts = recorder.checks.verdicts(&report.results());
-        report.collected = recorder.values.by_name(&report.analyses);
+        report.messages = recorder.messages.list();
+        let results = report.results();
+        let mut verdicts = recorder.checks.verdicts(&results);
+        report.collected = recorder.values.by_name(&results);
         report.baselines = recorder.baselines.outcomes();
         verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
         baseline::draw(&recorder.baselines, &mut report)?;
@@ -222,7 +224,10 @@ impl Job<'_> {
         report.took(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {
-            Some(error) => Err(error),
+            Some(error) => {
+                events(ProgressEvent::Failed(&report));
+                Err(error)
+            }
             None => Ok(Run { report, _recorder: recorder }),
         }
     }

@@ -14,6 +14,7 @@ use scenario::plan::REPORT;
 use scenario::{Scenario, resolve, words};
 use serde::Deserialize;
 
+use crate::messages::{self, NodeMessage};
 use crate::package;
 use crate::report::Ending;
 pub use junit::{check_junit, write_junit};
@@ -42,6 +43,10 @@ pub struct TestResult {
     pub outcome: ScenarioOutcome,
     /// What became of its checks, and of those of its validations, as far as it came.
     pub checks: Vec<Checked>,
+    /// A line for each warning of its run.
+    pub warnings: Vec<String>,
+    /// A line for each kind of warnings and errors of its nodes.
+    pub messages: Vec<String>,
     /// How long it took.
     pub time: Duration,
 }
@@ -164,15 +169,23 @@ pub fn run(
 #[must_use]
 pub fn test(program: Program, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let (outcome, checks) = match (fmu_import::requested_end(), skipped(path)) {
+    let (outcome, report) = match (fmu_import::requested_end(), skipped(path)) {
         (Some(signal), _) => {
             let what = format!("not started: {}", signal_name(signal));
-            (ScenarioOutcome::Interrupted(what), Vec::new())
+            (ScenarioOutcome::Interrupted(what), None)
         }
-        (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), Vec::new()),
+        (None, Some(reason)) => (ScenarioOutcome::Skipped(reason), None),
         (None, None) => outcome(program, path, &out.join(path.file_stem().unwrap_or_default())),
     };
-    TestResult { path: path.to_owned(), outcome, checks, time: begin.elapsed() }
+    let report = report.unwrap_or_default();
+    TestResult {
+        path: path.to_owned(),
+        outcome,
+        checks: report.checks(),
+        messages: report.messages(),
+        warnings: report.warnings,
+        time: begin.elapsed(),
+    }
 }
 
 /// Why a scenario is not run.
@@ -181,19 +194,18 @@ fn skipped(path: &Path) -> Option<String> {
     Some(format!("the data file {} is not there", absent.display()))
 }
 
-fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Vec<Checked>) {
+fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Option<Reported>) {
     let own = || resolve::limit(&Scenario::read(path).ok()?).ok().flatten();
     let limit = program.limit.or_else(own).unwrap_or(LIMIT);
     let Ended { status, cut, said, identity } = match process::run(program, path, folder, limit) {
         Ok(ended) => ended,
         Err(error) => {
             let what = format!("cannot run {}: {error}", program.path.display());
-            return (ScenarioOutcome::Broken(what), Vec::new());
+            return (ScenarioOutcome::Broken(what), None);
         }
     };
     let report = Reported::of(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
-    let checks = report.map(Reported::checks).unwrap_or_default();
     let outcome = match (cut, status.code(), verdict) {
         (Some(Cut::Overdue), ..) => ScenarioOutcome::Broken(format!(
             "it did not end by itself after {} s, its time limit, and was killed\n{said}",
@@ -205,7 +217,10 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Ve
         )),
         // It may have come to its end in spite of a signal.
         (_, Some(0), Some(Ending::Pass)) => ScenarioOutcome::Passed,
-        (_, Some(1), Some(Ending::Fail)) => ScenarioOutcome::Failed(failures(&checks)),
+        (_, Some(1), Some(Ending::Fail)) => {
+            let checks = report.as_ref().map(Reported::checks).unwrap_or_default();
+            ScenarioOutcome::Failed(failures(&checks))
+        }
         (Some(Cut::Interrupted(signal)), ..) => {
             ScenarioOutcome::Interrupted(format!("ended early: {}", signal_name(signal)))
         }
@@ -221,7 +236,7 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Ve
             ScenarioOutcome::Broken(format!("the process ended by a {status}\n{said}"))
         }
     };
-    (outcome, checks)
+    (outcome, report)
 }
 
 /// What the report of a run says. Another run may have left one in the folder.
@@ -231,12 +246,31 @@ struct Reported {
     verdict: Ending,
     checks: Vec<Verdict>,
     validations: Vec<ReportedValidation>,
+    #[serde(default)]
+    warnings: Vec<String>,
+    #[serde(default)]
+    messages: Vec<NodeMessage>,
+}
+
+impl Default for Reported {
+    fn default() -> Self {
+        Reported {
+            identity: None,
+            verdict: Ending::Error,
+            checks: Vec::new(),
+            validations: Vec::new(),
+            warnings: Vec::new(),
+            messages: Vec::new(),
+        }
+    }
 }
 
 #[derive(Deserialize)]
 struct ReportedValidation {
     name: String,
     checks: Vec<Verdict>,
+    #[serde(default)]
+    messages: Vec<NodeMessage>,
 }
 
 impl Reported {
@@ -246,14 +280,23 @@ impl Reported {
         (report.identity.as_deref() == Some(identity)).then_some(report)
     }
 
-    fn checks(self) -> Vec<Checked> {
-        let own = self.checks.into_iter().map(|verdict| Checked { validation: None, verdict });
+    fn checks(&self) -> Vec<Checked> {
+        let own = self.checks.iter().map(|it| Checked { validation: None, verdict: it.clone() });
         let others =
-            self.validations.into_iter().flat_map(|ReportedValidation { name, checks }| {
-                let checked = move |verdict| Checked { validation: Some(name.clone()), verdict };
-                checks.into_iter().map(checked)
+            self.validations.iter().flat_map(|ReportedValidation { name, checks, .. }| {
+                let checked =
+                    |it: &Verdict| Checked { validation: Some(name.clone()), verdict: it.clone() };
+                checks.iter().map(checked)
             });
         own.chain(others).collect()
+    }
+
+    fn messages(&self) -> Vec<String> {
+        let others =
+            self.validations.iter().flat_map(|ReportedValidation { name, messages, .. }| {
+                messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
+            });
+        messages::lines(&self.messages).into_iter().chain(others).collect()
     }
 }
 

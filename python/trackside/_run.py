@@ -113,6 +113,11 @@ class Run:
         return list(self.report["warnings"])
 
     @property
+    def messages(self) -> list[dict[str, Any]]:
+        """What the nodes say, by kind: node, level (summary, warning, error), text, count, and the time of the first one [s]."""
+        return list(self.report.get("messages", []))
+
+    @property
     def page(self) -> Path:
         """The page for people: a file that needs nothing but a browser."""
         return self.folder / "report.html"

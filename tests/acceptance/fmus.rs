@@ -120,6 +120,12 @@ pub fn forgetful(arguments: &[&str]) -> Vec<u8> {
     build("forgetful", arguments)
 }
 
+/// The FMU of `fmu/talkative.c`, compiled once: it logs whatever it is told to.
+pub fn talkative() -> &'static [u8] {
+    static BUILT: OnceLock<Vec<u8>> = OnceLock::new();
+    BUILT.get_or_init(|| build("talkative", &[]))
+}
+
 /// The FMU of `fmu/trespass.c`, compiled once: it does what a process may not.
 pub fn trespass() -> &'static [u8] {
     static BUILT: OnceLock<Vec<u8>> = OnceLock::new();

@@ -190,19 +190,19 @@ fn outputs_of_a_failed_fmu_are_held_where_that_is_wanted() {
     let text = isolated("misbehave.fmu", start, "on_failure = \"hold\"").text();
     let other = "\n[[fmu]]\nname = \"other\"\npath = \"trespass.fmu\"\nstart = { u = 0.0 }\n";
     let (lab, ended) = run(&(text + other), &[]);
-    ended.expect(0).says(&["`tank`: fmi2DoStep", "its outputs keep their values"]);
+    ended.expect(0).says(&["`tank` logs an error", "fmi2DoStep", "its outputs keep their values"]);
     let y: Vec<_> = column(&lab, "tank.y").iter().map(|y| (y * 10.0).round()).collect();
     assert_eq!(y, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0, 5.0, 5.0]);
     assert_eq!(column(&lab, "other.steps").last(), Some(&10.0));
     let report = lab.report("out");
-    assert!(report["warnings"].to_string().contains("its outputs keep their values"));
+    assert!(report["messages"].to_string().contains("its outputs keep their values"));
 }
 
 fn a_failed_fmu_starts_again_where_that_is_wanted() {
     let (lab, ended) = run(&trespassing("once", "on_failure = \"restart\""), &[]);
     ended
         .expect(0)
-        .says(&["`tank`: fmi2DoStep", "in the step from 0.5 s on; it starts again there"]);
+        .says(&["`tank` logs an error", "in the step from 0.5 s on; it starts again there"]);
     // The new instance counts anew, from the step on that its predecessor did not end.
     let steps = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 1.0, 2.0, 3.0, 4.0, 5.0];
     assert_eq!(column(&lab, "tank.steps"), steps);

@@ -44,8 +44,13 @@ fn run(text: &str) -> (Lab, Ended) {
     (lab, ended)
 }
 
+/// The warnings of the report, and what its nodes said.
 fn warnings(lab: &Lab) -> Vec<String> {
-    serde_json::from_value(lab.report("out")["warnings"].clone()).expect("a list of texts")
+    let report = lab.report("out");
+    let warnings = report["warnings"].as_array().expect("a list").iter();
+    let messages = report["messages"].as_array().expect("a list").iter();
+    let texts = warnings.chain(messages.map(|it| &it["text"]));
+    texts.map(|it| it.as_str().expect("a text").to_owned()).collect()
 }
 
 fn numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets() {
@@ -60,8 +65,8 @@ fn numbers_of_other_nodes_do_not_depend_on_what_an_fmu_sets() {
         ("uses a locale", "set the locale"),
     ] {
         let (lab, ended) = run(&scenario(fault, 1.0));
-        let said = format!("node `tank`: fmi2DoStep or a call beside it {what}");
-        ended.expect(0).says(&[&said]);
+        let said = format!("fmi2DoStep or a call beside it {what}");
+        ended.expect(0).says(&["`tank` warns at", &said]);
         assert!(lab.read("out/run.csv") == table, "{fault}");
         let told = warnings(&lab);
         let told: Vec<_> = told.iter().filter(|warning| !calm.contains(warning)).collect();
@@ -85,7 +90,7 @@ fn what_an_instance_sets_for_the_process_is_put_back() {
     let text = Scenario::new().time(0.1, 1.0).fmu("wanderer", "misbehave.fmu", "u = 0.0");
     let (lab, ended) = run(&text.check("clock", "time >= 0").text());
     // It is in the folder `/` otherwise, and would write there.
-    ended.expect(0).says(&["node `wanderer`: fmi2Instantiate set the current folder"]);
+    ended.expect(0).says(&["`wanderer` warns at 0 s: fmi2Instantiate set the current folder"]);
     let told = warnings(&lab);
     for what in [
         "set the current folder",

@@ -37,7 +37,7 @@ fn column<'t>(table: &'t Table, name: &str) -> &'t Column {
     table.column(name).unwrap_or_else(|| panic!("expected {name} among {names:?}"))
 }
 
-fn numbers(table: &Table, name: &str) -> Vec<f64> {
+pub fn numbers(table: &Table, name: &str) -> Vec<f64> {
     let column = column(table, name);
     let integers = || column.integers().map(|all| all.iter().map(|it| *it as f64).collect());
     column.numbers().map(<[f64]>::to_vec).or_else(integers).expect("numbers")

@@ -13,6 +13,9 @@ tests! {
     checks_convert_what_has_one_dimension_and_refuse_the_rest,
     diagrams_of_formulas_have_units,
     an_analysis_gets_no_signal_without_a_unit: Compiler,
+    the_offset_of_a_difference_does_not_count: Compiler,
+    a_difference_meets_no_point_on_a_scale_with_a_shifted_zero: Compiler,
+    limits_of_declared_types_are_whole_numbers_of_64_bits: Compiler,
 }
 
 /// The relay, whose Real variables have no units, driven at 100 km/h.
@@ -252,4 +255,149 @@ fn an_analysis_gets_no_signal_without_a_unit() {
         "`speed` is wanted in [m/s], and `v` has no unit",
         "unit = \"m/s\" in the column `speed`",
     ]);
+}
+
+/// The relay with these attributes of its real numbers, among declared types.
+fn relay_with(real: &str) -> Vec<u8> {
+    let lab = Lab::new();
+    changed(&lab.write("relay.fmu", relay()), |name, bytes| {
+        let bytes = match name {
+            "modelDescription.xml" => {
+                let types = "<SimpleType name=\"Difference\"><Real unit=\"degC\" relativeQuantity=\"true\"/></SimpleType>\
+                             <SimpleType name=\"Share\"><Real min=\"0\" max=\"0.7\" nominal=\"1e300\"/></SimpleType>\
+                             <SimpleType name=\"Unused\"><Integer max=\"4294967295\"/></SimpleType></TypeDefinitions>";
+                String::from_utf8(bytes)
+                    .expect("XML")
+                    .replace("</TypeDefinitions>", types)
+                    .replace("<Real start", &format!("<Real {real} start"))
+                    .replace("<Real/>", &format!("<Real {real}/>"))
+                    .into_bytes()
+            }
+            _ => bytes,
+        };
+        Some((name.to_owned(), bytes))
+    })
+}
+
+/// A relay with these attributes that gets a value of a start, a signal or another relay.
+fn relayed(first: &str, second: &str, more: &str) -> (Lab, String) {
+    let lab = Lab::new();
+    lab.write("first.fmu", relay_with(first));
+    lab.write("second.fmu", relay_with(second));
+    let start = "n = 0, on = false, text = '', mode = 1, gear = 1";
+    let text = Scenario::new()
+        .time(0.1, 0.3)
+        .fmu("a", "first.fmu", &format!("{start}, x = 5.0"))
+        .fmu("b", "second.fmu", start)
+        .connect("a.x_out", "b.x")
+        .section(more);
+    (lab, text.text())
+}
+
+fn the_offset_of_a_difference_does_not_count() {
+    let [own, typed] = ["unit=\"degC\" relativeQuantity=\"true\"", "declaredType=\"Difference\""];
+    let kelvin = "unit=\"K\" relativeQuantity=\"true\"";
+    let fahrenheit = "unit=\"degF\" relativeQuantity=\"true\"";
+    let absolute = ["unit=\"degC\"", "unit=\"K\""];
+    for (first, second, expected) in [
+        (own, kelvin, 5.0),
+        (typed, kelvin, 5.0),
+        (kelvin, own, 5.0),
+        (own, typed, 5.0),
+        (own, fahrenheit, 9.0),
+        (fahrenheit, kelvin, 25.0 / 9.0),
+        // The variable goes before its type.
+        ("declaredType=\"Difference\" relativeQuantity=\"false\"", absolute[1], 278.15),
+        (absolute[0], absolute[1], 278.15),
+    ] {
+        let (lab, text) = relayed(first, second, "");
+        run(&lab, &text).expect(0);
+        let found = last(&lab, "b.x_out");
+        assert!((found - expected).abs() < 1e-9, "{first} to {second}: {found}");
+    }
+    // Whoever reads a recording knows nothing of differences: the unit says it.
+    let (lab, text) = relayed(own, fahrenheit, "");
+    run(&lab, &text).expect(0);
+    let titles = lab.read("out/run.csv").lines().next().expect("titles").to_owned();
+    assert!(titles.contains("a.x_out [K]") && titles.contains("b.x_out [degR]"), "{titles}");
+    // Start values and signals are what the variable is.
+    for (from, expected) in [("x = '5 degC'", 5.0), ("x = '9 degF'", 5.0), ("x = '5 K'", 5.0)] {
+        let (lab, text) = relayed(own, kelvin, "");
+        run(&lab, &text.replace("x = 5.0", from)).expect(0);
+        assert!((last(&lab, "b.x_out") - expected).abs() < 1e-9, "{from}");
+    }
+    let signal = "[[signal]]\nname = \"s.dT\"\nunit = \"degC\"\nconstant = 7.0\n[[connect]]\nfrom = \"s.dT\"\nto = \"a.x\"";
+    let (lab, text) = relayed(own, kelvin, signal);
+    run(&lab, &text.replace(", x = 5.0", "")).expect(0);
+    assert!((last(&lab, "b.x_out") - 7.0).abs() < 1e-9);
+    // A packed scenario keeps the attribute.
+    let (lab, text) = relayed(own, kelvin, "");
+    lab.write("case.toml", text);
+    let pack = [
+        "pack",
+        "case.toml",
+        "--fmu",
+        "outer",
+        "--out",
+        ".",
+        "--inputs",
+        "a.x",
+        "--outputs",
+        "a.x_out",
+        "b.x_out",
+    ];
+    lab.trackside(&pack).expect(0);
+    let inspected = lab.trackside(&["inspect", "outer.fmu", "--json"]).expect(0).stdout;
+    let inspected: serde_json::Value = serde_json::from_str(&inspected).expect("JSON");
+    let of = |name: &str| {
+        let mut all = inspected["variables"].as_array().expect("a list").iter();
+        let found = all.find(|it| it["name"] == name).expect("a variable");
+        (found["unit"].clone(), found["relative"].clone())
+    };
+    for (name, unit) in [("a.x", "degC"), ("a.x_out", "degC"), ("b.x_out", "K")] {
+        assert_eq!(of(name), (unit.into(), true.into()), "{name}");
+    }
+}
+
+fn a_difference_meets_no_point_on_a_scale_with_a_shifted_zero() {
+    let (relative, absolute) = ("unit=\"degC\" relativeQuantity=\"true\"", "unit=\"degC\"");
+    let (lab, text) = relayed(relative, absolute, "");
+    let says = [
+        "cannot connect `a.x_out` to `b.x`",
+        "`a.x_out` [K] is a difference (relativeQuantity)",
+        "`b.x` [degC] is a point on a scale with a shifted zero",
+        "transform = { factor = 1.0, offset = 0.0 }",
+    ];
+    run(&lab, &text).expect(2).says(&says);
+    // The cure that it names.
+    let cured =
+        text.replace("to = \"b.x\"", "to = \"b.x\"\ntransform = { factor = 1.0, offset = 0.0 }");
+    run(&lab, &cured).expect(0);
+    assert!((last(&lab, "b.x_out") - 5.0).abs() < 1e-9);
+    let (lab, text) = relayed("unit=\"K\"", relative, "");
+    run(&lab, &text).expect(2).says(&["`b.x` [K] is a difference (relativeQuantity)"]);
+    // Without a shifted zero there is nothing to confuse.
+    let (lab, text) = relayed("unit=\"K\" relativeQuantity=\"true\"", "unit=\"K\"", "");
+    run(&lab, &text).expect(0);
+    let check = |that: &str| {
+        let check = format!("[[check]]\nname = \"c\"\nthat = \"{that}\"");
+        let (lab, text) = relayed(relative, "unit=\"K\" relativeQuantity=\"true\"", &check);
+        run(&lab, &text)
+    };
+    check("a.x_out < 6 K and b.x_out == a.x_out").expect(0);
+    check("a.x_out < 6 degC").expect(2).says(&["one is a difference", "such as `5 K`"]);
+}
+
+fn limits_of_declared_types_are_whole_numbers_of_64_bits() {
+    let (lab, text) = relayed("declaredType=\"Share\"", "declaredType=\"Share\"", "");
+    lab.write("values.toml", "x = 0.7\n");
+    let given = text.replace(", x = 5.0 }", " }\nparameters = \"values.toml\"");
+    run(&lab, &given).expect(0);
+    assert!((last(&lab, "b.x_out") - 0.7).abs() < 1e-12);
+    lab.write("values.toml", "x = 0.7000001\n");
+    run(&lab, &given).expect(2).says(&["`x` is at most 0.7, found 0.7000001"]);
+    let inspected = lab.trackside(&["inspect", "first.fmu", "--json"]).expect(0).stdout;
+    let inspected: serde_json::Value = serde_json::from_str(&inspected).expect("JSON");
+    let x = &inspected["variables"][0];
+    assert_eq!((&x["max"], &x["nominal"]), (&0.7.into(), &1e300.into()));
 }

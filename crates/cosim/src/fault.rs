@@ -68,6 +68,7 @@ impl Sink<Full> for Faults {
                 level: Level::Warning,
                 source: "fault".to_owned(),
                 message: format!("the fault of {} {what}", it.name),
+                again: 0,
             }));
         }
         self.seen = true;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use diagnostics::{Error, rounded};
-use fmu_import::{CallError, MessageLevel};
+use fmu_import::{CallError, Message, MessageLevel, SUMMARY};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 use scenario::plan::System;
 
@@ -98,7 +98,6 @@ pub fn run_along(
     progress.efforts = exchange.efforts().to_vec();
     progress.account = coupling.account();
     progress.notices = exchange.notices().to_vec();
-    progress.notices.extend(exchange.nodes.iter_mut().flat_map(|node| node.notices()));
     result
 }
 
@@ -112,7 +111,7 @@ fn drive(
     let clock = exchange.clock();
     let begun = along.begin(exchange, coupling);
     let start = clock.at(begun.as_ref().copied().unwrap_or_default());
-    report_messages(exchange, sink, start)?;
+    report_messages(exchange, sink, start, true)?;
     let first = begun?;
     let mut told = Vec::new();
     report_rounded(exchange, sink, &mut told, start)?;
@@ -122,11 +121,11 @@ fn drive(
         exchange.begin(k);
         if let Err(interruption) = coupling.step(exchange) {
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, along, clock.at(k));
+            return end(exchange, along, sink, clock.at(k));
         }
         let time = clock.at(k + 1);
         if exchange.take_spoke() {
-            report_messages(exchange, sink, time)?;
+            report_messages(exchange, sink, time, false)?;
         }
         report_rounded(exchange, sink, &mut told, time)?;
         sink.row(k + 1, time, exchange.row())?;
@@ -134,17 +133,17 @@ fn drive(
         along.reach(k + 1, exchange, coupling)?;
         if let Err(error) = tick(k + 1) {
             // Whoever calls the run off asks for nothing more.
-            let _ = end(exchange, &(), time);
+            let _ = end(exchange, &(), sink, time);
             return Err(error);
         }
         if let Some((node, error)) = exchange.last() {
             let (node, error) = (*node, error.clone());
             let interruption = Interruption::Call { node, error };
             progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, along, time);
+            return end(exchange, along, sink, time);
         }
     }
-    end(exchange, along, clock.at(clock.steps.max(first)))
+    end(exchange, along, sink, clock.at(clock.steps.max(first)))
 }
 
 /// Says who ended the run in the step from communication point `k` on, if that was planned.
@@ -159,7 +158,10 @@ fn interrupted(
 ) -> Result<String, Error> {
     let clock = exchange.clock();
     match interruption {
-        Interruption::Value(error) | Interruption::Unsolved(error) => Err(error),
+        Interruption::Value(error) | Interruption::Unsolved(error) => {
+            report_messages(exchange, sink, clock.at(k + 1), false)?;
+            Err(error)
+        }
         Interruption::Call { node, error: CallError { terminated: Some(reached), what, .. } } => {
             let source = exchange.plans[node].name.clone();
             let message = format!("ended the simulation at {} s: {what}", rounded(reached));
@@ -173,31 +175,34 @@ fn interrupted(
                 sink.row(k + 1, reached, row)?;
             }
             let time = reached.clamp(clock.at(k), clock.at(k + 1));
-            sink.event(&Event { time, level: Level::Warning, source, message })?;
+            sink.event(&Event { time, level: Level::Info, source, message, again: 0 })?;
             Ok(ended)
         }
         Interruption::Call { node, error } => {
             let time = clock.at(k + u64::from(error.at_end_of_step()));
-            report_messages(exchange, sink, time)?;
+            report_messages(exchange, sink, time, false)?;
             Err(failure(&exchange.plans[node], error, time))
         }
     }
 }
 
+/// Hands over what the nodes logged; `begins` says that this was during their initialisation.
 fn report_messages(
     exchange: &mut Exchange,
     sink: &mut dyn Sink<Full>,
     time: f64,
+    begins: bool,
 ) -> Result<(), Error> {
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         for message in node.messages() {
             let level = match message.level() {
+                MessageLevel::Info if begins && message.category == SUMMARY => Level::Summary,
                 MessageLevel::Info => Level::Info,
                 MessageLevel::Warning => Level::Warning,
                 MessageLevel::Error => Level::Error,
             };
-            let source = plan.name.clone();
-            sink.event(&Event { time, level, source, message: message.text })?;
+            let Message { text: message, again, .. } = message;
+            sink.event(&Event { time, level, source: plan.name.clone(), message, again })?;
         }
     }
     Ok(())
@@ -221,19 +226,32 @@ fn report_rounded(
             "`{variable}` is {value}, which no number holds exactly: run.csv and run.mcap have it as it is, diagrams, comparisons, \
              baselines and analyses a rounded one"
         );
-        sink.event(&Event { time, level: Level::Warning, source: node.clone(), message })?;
+        sink.event(&Event {
+            time,
+            level: Level::Warning,
+            source: node.clone(),
+            message,
+            again: 0,
+        })?;
     }
     Ok(())
 }
 
-fn end(exchange: &mut Exchange, along: &dyn Along, time: f64) -> Result<(), Error> {
-    if along.goes_on() {
-        return Ok(());
-    }
-    for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
-        node.end().map_err(|error| failure(plan, error, time))?;
-    }
-    Ok(())
+fn end(
+    exchange: &mut Exchange,
+    along: &dyn Along,
+    sink: &mut dyn Sink<Full>,
+    time: f64,
+) -> Result<(), Error> {
+    let mut nodes = exchange.plans.iter().zip(exchange.nodes.iter_mut());
+    let ended = match along.goes_on() {
+        true => Ok(()),
+        false => {
+            nodes.try_for_each(|(plan, node)| node.end().map_err(|it| failure(plan, it, time)))
+        }
+    };
+    report_messages(exchange, sink, time, false)?;
+    ended
 }
 
 #[cfg(test)]

@@ -174,17 +174,12 @@ pub trait Node: Send {
         Err(state_error("the node cannot read its state from bytes"))
     }
 
-    /// Takes what to tell at the end of the run: failures that it went on after.
-    fn notices(&mut self) -> Vec<String> {
-        Vec::new()
-    }
-
-    /// Whether there are messages to take.
+    /// Whether there are messages to take now: of a kind that is new, or each one that it logs if it logs all it has to say.
     fn has_messages(&self) -> bool {
         false
     }
 
-    /// Takes the messages that the node logged since the last time.
+    /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`Message::again`].
     fn messages(&mut self) -> Vec<Message> {
         Vec::new()
     }

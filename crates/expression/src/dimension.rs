@@ -50,6 +50,8 @@ pub(crate) struct Known {
     pub unit: Unit,
     /// As it was declared; none for what products make.
     pub name: Option<String>,
+    /// Whether it is that of a difference, which is no point on a scale with a shifted zero.
+    pub difference: bool,
 }
 
 /// Index of the angle among the exponents of a unit.
@@ -61,7 +63,7 @@ pub(crate) const KILOGRAM: Unit = Unit::from_base([1, 0, 0, 0, 0, 0, 0, 0], 1.0,
 
 impl Known {
     pub(crate) fn named(unit: Unit, name: &str) -> Self {
-        Known { unit, name: Some(name.to_owned()) }
+        Known { unit, name: Some(name.to_owned()), difference: false }
     }
 
     pub(crate) fn text(&self) -> String {
@@ -89,9 +91,14 @@ impl Known {
         declared && rate(self) && rate(other) && !self.unit.same_dimension(&other.unit)
     }
 
+    /// Whether one is a difference and the other a point on a scale with a shifted zero.
+    pub(crate) fn confuses_zeros(&self, other: &Self) -> bool {
+        self.difference && other.is_shifted() || self.is_shifted() && other.difference
+    }
+
     /// Factor and offset to another unit; an angle counts as a plain number.
     pub(crate) fn conversion(&self, to: &Self) -> Option<(f64, f64)> {
-        match self.confuses_turns(to) {
+        match self.confuses_turns(to) || self.confuses_zeros(to) {
             true => None,
             false => Unit::conversion(&self.unit.without_angle(), &to.unit.without_angle()),
         }
@@ -117,7 +124,10 @@ impl Dimension {
         match unit {
             SignalUnit::Plain => Dimension::Number,
             SignalUnit::Missing => Dimension::Missing(name.to_owned()),
-            SignalUnit::Known(unit, name) => Dimension::Known(Known { unit, name: Some(name) }),
+            SignalUnit::Known(unit, name) => Dimension::Known(Known::named(unit, &name)),
+            SignalUnit::Difference(unit, name) => {
+                Dimension::Known(Known { difference: true, ..Known::named(unit, &name) })
+            }
         }
     }
 
@@ -163,7 +173,7 @@ pub(crate) fn degrees(radians: Unit) -> Known {
         -2 => Some("deg/s2".to_owned()),
         _ => None,
     };
-    Known { unit, name }
+    Known { unit, name, difference: false }
 }
 
 /// The unit of a difference: K for degC.
@@ -172,7 +182,7 @@ pub(crate) fn without_zero(dimension: Dimension) -> Dimension {
         Dimension::Known(known) if known.is_shifted() => {
             let unit = Unit::from_base(known.unit.exponents, known.unit.factor, 0.0);
             let name = (unit.factor == 1.0).then(|| unit.dimension());
-            Dimension::Known(Known { unit, name })
+            Dimension::Known(Known { unit, name, difference: true })
         }
         other => other,
     }

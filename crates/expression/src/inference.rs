@@ -106,6 +106,9 @@ impl<'a> Rules<'a> {
         let grams = |known: &Known| known.name.as_deref() == Some("g");
         let help = if to.confuses_turns(from) {
             "a frequency times `1 rev` is an angular rate".to_owned()
+        } else if to.confuses_zeros(from) {
+            "one is a difference, the other a point on a scale with a shifted zero: a difference is a number of K, such as `5 K`"
+                .to_owned()
         } else if (grams(to) || grams(from)) && !to.unit.same_dimension(&KILOGRAM) {
             "`g` is the gram: standard gravity is `g0`".to_owned()
         } else {
@@ -191,13 +194,15 @@ impl<'a> Rules<'a> {
     /// The dimension of what was computed, if it has a unit.
     fn made(self, unit: Option<Unit>, span: Range<usize>) -> Typed<Dimension> {
         let quoted = &self.text[span.clone()];
-        unit.map(|unit| Dimension::Known(Known { unit, name: None })).ok_or_else(|| {
-            ParseError::new(
-                span,
-                format!("`{quoted}` has no unit with whole exponents and a usual factor"),
-            )
-            .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
-        })
+        unit.map(|unit| Dimension::Known(Known { unit, name: None, difference: false })).ok_or_else(
+            || {
+                ParseError::new(
+                    span,
+                    format!("`{quoted}` has no unit with whole exponents and a usual factor"),
+                )
+                .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
+            },
+        )
     }
 
     fn power(self, base: &Part, exponent: &Part) -> Typed<Dimension> {
@@ -322,7 +327,7 @@ impl<'a> Rules<'a> {
                 }
                 let conversion = known.conversion(&Known { name: None, ..in_degrees });
                 let name = if radians == RADIAN { Some("rad".to_owned()) } else { None };
-                let dimension = Dimension::Known(Known { unit: radians, name });
+                let dimension = Dimension::Known(Known { unit: radians, name, difference: false });
                 Ok((part.converted(conversion.unwrap_or((1.0, 0.0))), dimension))
             }
             _ => {

@@ -93,6 +93,8 @@ pub enum SignalUnit {
     Missing,
     /// The unit with its name.
     Known(Unit, String),
+    /// The same of a difference: no point on a scale with a shifted zero, such as degC, compares with it.
+    Difference(Unit, String),
 }
 
 impl<S, O: Into<Operand<S>>> From<O> for Signal<S> {

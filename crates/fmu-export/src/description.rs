@@ -275,6 +275,9 @@ fn write_quantity(out: &mut dyn Write, variable: &Described) -> fmt::Result {
         if let Some(display) = display_unit(row) {
             write!(out, r#" displayUnit="{}""#, Escaped(display))?;
         }
+        if row.relative {
+            out.write_str(r#" relativeQuantity="true""#)?;
+        }
     }
     for (name, value) in [("min", row.min), ("max", row.max), ("nominal", row.nominal)] {
         if let Some(value) = value {

@@ -167,7 +167,7 @@ pub use failure::{FmiError, FmiResult, reject};
 pub use info::Info;
 pub use instance::{Instance, Snapshot};
 pub use lifecycle::{Course, State};
-pub use log::{LOG_CATEGORIES, log, warn};
+pub use log::{LOG_CATEGORIES, SUMMARY, log, warn};
 pub use model::{Model, ModelError};
 pub use terminal::{Member, MemberKind, Terminal};
 pub use text::Text;

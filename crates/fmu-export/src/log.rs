@@ -15,6 +15,10 @@ pub const LOG_CATEGORIES: [(&str, &str); 5] = [
     ("logStatusFatal", "Failures that no call recovers from"),
 ];
 
+/// The category of what a model is, in one line for each of its parts that an engineer wants to see before a run: [`log()`](log) it in
+/// `initialise`. Importers get it whether or not they turned debug logging on.
+pub const SUMMARY: &str = "summary";
+
 /// A message of a call.
 pub(crate) struct Message {
     pub status: Status,
@@ -32,13 +36,14 @@ thread_local! {
 
 /// Sends a message to the importer's log, in a category of `Info::log_categories`.
 ///
-/// The importer gets the messages of a call, in their order, when the call ends. Messages from other
-/// threads, and from outside of a call, are lost.
+/// The importer gets the messages of a call, in their order, when the call ends, if it turned the category on; [`SUMMARY`] is on by
+/// itself. Messages from other threads, and from outside of a call, are lost.
 pub fn log(category: &'static str, text: impl Into<String>) {
     push(Message { status: Status::Ok, category, text: text.into() });
 }
 
-/// Warns the importer: the call goes on, and returns `fmi2Warning` unless something worse happens.
+/// Warns the importer: the call goes on, and returns `fmi2Warning` unless something worse happens. Warnings are on by themselves, as
+/// errors are.
 pub fn warn(text: impl Into<String>) {
     let category = LOG_CATEGORIES[Status::Warning as usize].0;
     push(Message { status: Status::Warning, category, text: text.into() });

@@ -118,6 +118,8 @@ pub struct Row {
     pub depends: Depends,
     /// For inputs: whether the start value means that nothing is connected.
     pub optional: bool,
+    /// Whether it is a difference: the offset of its unit does not count.
+    pub relative: bool,
 }
 
 /// One row of the table of variables.
@@ -151,6 +153,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
         nominal: None,
         depends: Depends::All,
         optional: false,
+        relative: false,
     }
 }
 

@@ -11,6 +11,7 @@ mod events;
 mod functions;
 mod instance;
 mod instantiation;
+mod late;
 mod lent;
 mod library;
 mod mailbox;
@@ -35,6 +36,7 @@ pub use ending::{
     requested_end, write_notes_to,
 };
 pub use instance::Instance;
+pub use late::late_messages;
 pub use library::Library;
 pub(crate) use library::is_loaded;
 pub use mailbox::STRANGER;

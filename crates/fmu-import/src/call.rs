@@ -1,4 +1,4 @@
-//! Results of calls to an FMU: failures, ends of steps, and log messages.
+//! Results of calls to an FMU: failures and ends of steps.
 
 use std::borrow::Cow;
 
@@ -110,40 +110,5 @@ impl StepStatus {
                 Err(CallError { terminated: Some(reached), ..error(what) })
             }
         }
-    }
-}
-
-/// How grave a message is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
-pub enum MessageLevel {
-    /// All is well.
-    Info,
-    /// Something is odd, and the call succeeded.
-    Warning,
-    /// The call failed.
-    Error,
-}
-
-/// A message that an FMU logged.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Message {
-    level: MessageLevel,
-    /// The category that it came with.
-    pub category: String,
-    /// What it says.
-    pub text: String,
-}
-
-impl Message {
-    /// A message.
-    #[must_use]
-    pub fn new(level: MessageLevel, category: &str, text: &str) -> Self {
-        Message { level, category: category.to_owned(), text: text.to_owned() }
-    }
-
-    /// How grave it is.
-    #[must_use]
-    pub fn level(&self) -> MessageLevel {
-        self.level
     }
 }

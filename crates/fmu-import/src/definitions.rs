@@ -2,7 +2,7 @@
 //!
 //! fmi-rs 0.3.4 misspells the element of the units, and takes the first declared type only.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::str::FromStr;
 
 use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
@@ -12,16 +12,59 @@ use roxmltree::{Document, Node};
 use crate::corrections;
 use crate::findings::at;
 
-/// Puts the units and the declared types of the text into what was read of it, and tells which variables it calls optional.
-pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<HashSet<String>, String> {
+/// What fmi-rs does not read of a declared type: limits and nominal value as numbers of 64 bits, and whether it is a difference.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct TypeLimits {
+    /// Minimum, maximum and nominal value.
+    pub range: [Option<f64>; 3],
+    pub relative: bool,
+}
+
+/// What it does not read of a variable.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Marks {
+    pub optional: bool,
+    /// Whether it is a difference, if the variable itself says so.
+    pub relative: Option<bool>,
+}
+
+/// What fmi-rs does not read: of declared types and of variables, by name.
+#[derive(Debug, Default)]
+pub(super) struct Rest {
+    pub types: HashMap<String, TypeLimits>,
+    pub variables: HashMap<String, Marks>,
+}
+
+/// Puts the units and the declared types of the text into what was read of it.
+pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<Rest, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     found.unitDefintions =
         children(root, "UnitDefinitions", "Unit").map(unit).collect::<Result<_, _>>()?;
     let types = children(root, "TypeDefinitions", "SimpleType").map(simple_type);
     found.typeDefinitions = types.filter_map(Result::transpose).collect::<Result<_, _>>()?;
-    let optional = children(root, "ModelVariables", "ScalarVariable").filter(|it| is_optional(*it));
-    Ok(optional.filter_map(|it| it.attribute("name").map(str::to_owned)).collect())
+    let mut rest = Rest::default();
+    for node in children(root, "TypeDefinitions", "SimpleType") {
+        let Some(kind) = node.children().find(Node::is_element) else { continue };
+        let range = [attribute(kind, "min")?, attribute(kind, "max")?, attribute(kind, "nominal")?];
+        let relative = relative(kind).unwrap_or_default();
+        // Of two of one name the first one counts.
+        rest.types.entry(required(node, "name")?).or_insert(TypeLimits { range, relative });
+    }
+    for node in children(root, "ModelVariables", "ScalarVariable") {
+        let relative = node.children().find_map(relative);
+        let marks = Marks { optional: is_optional(node), relative };
+        if let Some(name) = node.attribute("name").filter(|_| marks.optional || relative.is_some())
+        {
+            rest.variables.insert(name.to_owned(), marks);
+        }
+    }
+    Ok(rest)
+}
+
+/// Whether an element says that its values are differences.
+fn relative(node: Node) -> Option<bool> {
+    node.attribute("relativeQuantity").map(|word| matches!(word.trim(), "true" | "1"))
 }
 
 /// Whether a variable has the annotation that `fmu-export` gives to optional inputs.
@@ -81,9 +124,9 @@ fn simple_type(node: Node) -> Result<Option<SimpleType>, String> {
             unit: attribute(kind, "unit")?,
             displayUnit: attribute(kind, "displayUnit")?,
             relativeQuantity: false,
-            min: attribute(kind, "min")?,
-            max: attribute(kind, "max")?,
-            nominal: attribute(kind, "nominal")?,
+            min: None,
+            max: None,
+            nominal: None,
             unbounded: false,
             range,
         }),
@@ -91,8 +134,8 @@ fn simple_type(node: Node) -> Result<Option<SimpleType>, String> {
             name,
             description,
             quantity: attribute(kind, "quantity")?,
-            min: attribute(kind, "min")?,
-            max: attribute(kind, "max")?,
+            min: None,
+            max: None,
             range,
         }),
         "Enumeration" => {

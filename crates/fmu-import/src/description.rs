@@ -231,8 +231,10 @@ pub struct Variable {
     pub nominal: Option<f64>,
     /// Name of its unit.
     pub unit: Option<String>,
-    /// Its unit, when the file or its name says what that is.
+    /// Its unit, when the file or its name says what that is; that of a difference has no offset.
     pub dimension: Option<Unit>,
+    /// Of a difference (`relativeQuantity`), the offset that its unit has and that does not count, in SI units; none of another quantity.
+    pub relative: Option<f64>,
     /// Start value, as written; of an element, its own.
     pub start: Option<String>,
     /// One line about it.
@@ -253,6 +255,26 @@ impl Variable {
     pub fn array(&self) -> &str {
         let of_array = self.element.1 > 1;
         self.name.rsplit_once('[').filter(|_| of_array).map_or(&self.name, |(array, _)| array)
+    }
+
+    /// Gives it a unit, whose offset does not count if it is a difference.
+    pub fn measure_in(&mut self, unit: Unit) {
+        self.relative = self.relative.map(|_| unit.offset);
+        self.dimension = Some(self.scale(unit));
+    }
+
+    /// A unit as it measures this variable: without an offset if that is a difference.
+    #[must_use]
+    pub fn scale(&self, unit: Unit) -> Unit {
+        if self.relative.is_some() { unit.of_differences() } else { unit }
+    }
+
+    /// The name of its unit for those who do not know that it is a difference: K in place of degC.
+    #[must_use]
+    pub fn plain_unit(&self) -> Option<String> {
+        let shifted = self.relative.is_some_and(|offset| offset != 0.0);
+        let plain = self.dimension.filter(|_| shifted).and_then(|unit| unit.plain_name());
+        plain.map(str::to_owned).or_else(|| self.unit.clone())
     }
 
     /// Its start value; none when the description has none, or one that is none of its form.

@@ -9,7 +9,7 @@ use roxmltree::Document;
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
-use crate::definitions;
+use crate::definitions::{self, Rest, TypeLimits};
 use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
 use crate::findings::at;
 use crate::validation::{self, Listed, located};
@@ -24,7 +24,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         let document = Document::parse(xml).map_err(|error| error.to_string());
         document.map_or_else(|error| error, |it| located(&it, &error.to_string(), refused))
     })?;
-    let optional = definitions::complete(&mut found, xml)?;
+    let rest = definitions::complete(&mut found, xml)?;
     let problems = problems(&found, xml);
     let cs = found.coSimulation.as_ref().ok_or("expected <CoSimulation>, found none")?;
     if cs.modelIdentifier.contains(['/', '\\']) || cs.modelIdentifier.is_empty() {
@@ -36,7 +36,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     };
     let named = found.modelVariables.iter().map(|it| (it.name.as_str(), it.range.start));
     definitions::unique(named, xml)?;
-    let known = Known::new(&found, xml)?;
+    let known = Known::new(&found, &rest, xml)?;
     Ok(Description {
         version: Version::Two,
         name: found.modelName.clone(),
@@ -59,12 +59,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
         default_stop: default(|it| it.stopTime.as_ref()),
         default_tolerance: default(|it| it.tolerance.as_ref()),
         log_categories: found.logCategories.iter().map(|category| category.name.clone()).collect(),
-        variables: (0..found.modelVariables.len())
-            .map(|it| Variable {
-                optional: optional.contains(&found.modelVariables[it].name),
-                ..variable(&found, &known, it)
-            })
-            .collect(),
+        variables: (0..found.modelVariables.len()).map(|it| variable(&found, &known, it)).collect(),
         corrections: Vec::new(),
         problems,
         names: Names::default(),
@@ -90,13 +85,14 @@ fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
 struct Known<'a> {
     units: HashMap<&'a str, Unit>,
     types: HashMap<&'a str, &'a SimpleType>,
+    rest: &'a Rest,
     /// Outputs by the indices of their variables, which count from 1.
     outputs: HashMap<u32, &'a Unknown>,
 }
 
 impl<'a> Known<'a> {
     /// Of two of one name the first one counts.
-    fn new(found: &'a ModelDescription, xml: &str) -> Result<Self, String> {
+    fn new(found: &'a ModelDescription, rest: &'a Rest, xml: &str) -> Result<Self, String> {
         let mut units = HashMap::new();
         for unit in found.unitDefintions.iter().rev() {
             let Some(base) = &unit.baseUnit else { continue };
@@ -108,7 +104,7 @@ impl<'a> Known<'a> {
         }
         let types = found.typeDefinitions.iter().rev().map(|it| (it.name(), it)).collect();
         let outputs = found.outputs.iter().rev().map(|it| (it.index, it)).collect();
-        Ok(Known { units, types, outputs })
+        Ok(Known { units, types, rest, outputs })
     }
 
     /// The declared type that a variable names.
@@ -128,7 +124,16 @@ fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
     let declared = known.declared(&scalar.variableType);
     let unit = unit_name(declared, &scalar.variableType)
         .filter(|name| known.units.contains_key(name.as_str()) || definitions::is_unit(name));
-    let [min, max, nominal] = range(declared, &scalar.variableType);
+    let limits = declared.and_then(|it| known.rest.types.get(it.name())).copied();
+    let limits = limits.unwrap_or_default();
+    let [min, max, nominal] = range(limits, &scalar.variableType);
+    let marks = known.rest.variables.get(&scalar.name).copied().unwrap_or_default();
+    let is_real = matches!(scalar.variableType, VariableType::Real { .. });
+    let relative = is_real && marks.relative.unwrap_or(limits.relative);
+    // The file's own definition of a unit, or else what its name says.
+    let measure = unit
+        .as_deref()
+        .and_then(|name| known.units.get(name).copied().or_else(|| Unit::parse(name).ok()));
     let unknown = u32::try_from(index + 1).ok().and_then(|index| known.outputs.get(&index));
     let dependencies = unknown.and_then(|unknown| unknown.dependencies.as_ref()).map(|indices| {
         indices.iter().filter_map(|&index| (index as usize).checked_sub(1)).collect::<Arc<[_]>>()
@@ -153,15 +158,13 @@ fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
         min,
         max,
         nominal,
-        // The file's own definition of a unit, or else what its name says.
-        dimension: unit
-            .as_deref()
-            .and_then(|name| known.units.get(name).copied().or_else(|| Unit::parse(name).ok())),
+        dimension: measure.map(|it| if relative { it.of_differences() } else { it }),
+        relative: relative.then(|| measure.map_or(0.0, |it| it.offset)),
         unit,
         start: scalar.variableType.start().clone(),
         description: scalar.description.clone(),
         dependencies,
-        optional: false,
+        optional: marks.optional,
         ticks: None,
         clocks: Vec::new(),
     }
@@ -190,23 +193,14 @@ fn unit_name(declared: Option<&SimpleType>, kind: &VariableType) -> Option<Strin
 }
 
 /// Minimum, maximum and nominal value of the variable or its declared type.
-fn range(declared: Option<&SimpleType>, kind: &VariableType) -> [Option<f64>; 3] {
+fn range(declared: TypeLimits, kind: &VariableType) -> [Option<f64>; 3] {
     let own = |text: &Option<String>| text.as_ref().and_then(|text| text.parse().ok());
     let own = match kind {
         VariableType::Real { min, max, nominal, .. } => [own(min), own(max), own(nominal)],
         VariableType::Integer { min, max, .. } => [own(min), own(max), None],
         _ => return [None; 3],
     };
-    let declared = match declared {
-        Some(SimpleType::Real { min, max, nominal, .. }) => {
-            [*min, *max, *nominal].map(|x| x.map(f64::from))
-        }
-        Some(SimpleType::Integer { min, max, .. }) => {
-            [min.map(f64::from), max.map(f64::from), None]
-        }
-        _ => [None; 3],
-    };
-    std::array::from_fn(|i| own[i].or(declared[i]))
+    std::array::from_fn(|i| own[i].or(declared.range[i]))
 }
 
 impl From<fmi2::Causality> for Causality {

@@ -256,10 +256,12 @@ fn elements(
     let is_unit =
         |name: &&str| matches!(units.get(*name), Some(Some(_))) || definitions::is_unit(name);
     let unit = of("unit").filter(is_unit).map(str::to_owned);
-    let dimension = unit.as_deref().and_then(|name| match units.get(name) {
+    let measure = unit.as_deref().and_then(|name| match units.get(name) {
         Some(Some(unit)) => Some(*unit),
         _ => Unit::parse(name).ok(),
     });
+    let relative = of("relativeQuantity").is_some_and(|it| matches!(it.trim(), "true" | "1"));
+    let relative = relative && kind == Type::Real;
     let causality = causality(node)?;
     let variability = variability(node, kind, causality)?;
     let starts = starts(node, storage);
@@ -279,7 +281,8 @@ fn elements(
         max: number("max"),
         nominal: number("nominal"),
         unit,
-        dimension,
+        dimension: measure.map(|it| if relative { it.of_differences() } else { it }),
+        relative: relative.then(|| measure.map_or(0.0, |it| it.offset)),
         start: None,
         description: attribute(node, "description")?,
         dependencies: follows,

@@ -68,6 +68,7 @@ mod findings;
 mod fmi2;
 mod fmi3;
 mod linkage;
+mod message;
 mod place;
 mod platform;
 mod resident;
@@ -90,11 +91,13 @@ pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
     Block, FmuState, Instance, LastNote, Library, STRANGER, Visit, calls_going_on,
     changed_surroundings, complete, completed, during_plugin, guard_exit, ignore_requests_to_end,
-    leave, leave_signals_alone, note_requests_to_end, requested_end, watch, write_notes_to,
+    late_messages, leave, leave_signals_alone, note_requests_to_end, requested_end, watch,
+    write_notes_to,
 };
-pub use call::{Advance, CallError, IntervalChange, Message, MessageLevel, StepStatus, Updated};
+pub use call::{Advance, CallError, IntervalChange, StepStatus, Updated};
 pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
 pub use error::OpenError;
+pub use message::{Kinds, MOST_KINDS, Message, MessageKind, MessageLevel, SUMMARY, others};
 pub use place::Place;
 pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
 pub use value::{Value, bytes, hexadecimal};

@@ -119,6 +119,41 @@ fn declared_types_and_units_are_read_all_of_them() {
 }
 
 #[test]
+fn differences_have_no_offset_and_limits_have_64_bits() {
+    let types = "<TypeDefinitions><SimpleType name='First'><Real max='1e300'/></SimpleType>\
+                 <SimpleType name='Share'><Real min='0' max='0.7' nominal='1e-300'/></SimpleType>\
+                 <SimpleType name='Difference'><Real unit='degC' relativeQuantity='1'/></SimpleType>\
+                 </TypeDefinitions>\n  <ModelVariables>";
+    let read = |real: &str| {
+        let real = format!("<Real {real} start=\"0\"/>");
+        let xml = XML
+            .replace("<ModelVariables>", types)
+            .replace("<Real unit=\"m/s\" start=\"1\"/>", &real);
+        fmi2::parse(&xml).expect("a description").variables.swap_remove(0)
+    };
+    let share = read("declaredType='Share'");
+    assert_eq!((share.min, share.max, share.nominal), (Some(0.0), Some(0.7), Some(1e-300)));
+    assert_eq!(read("declaredType='First'").max, Some(1e300));
+    assert_eq!(read("declaredType='Share' max='0.6'").max, Some(0.6));
+    for (real, relative, offset, plain) in [
+        ("declaredType='Difference'", Some(273.15), 0.0, "K"),
+        ("unit='degC' relativeQuantity='true'", Some(273.15), 0.0, "K"),
+        ("declaredType='Difference' relativeQuantity='false'", None, 273.15, "degC"),
+        ("unit='K' relativeQuantity='true'", Some(0.0), 0.0, "K"),
+        ("unit='degC'", None, 273.15, "degC"),
+    ] {
+        let found = read(real);
+        assert_eq!((found.relative, found.plain_unit().as_deref()), (relative, Some(plain)), "{real}");
+        assert_eq!(found.dimension.map(|it| it.offset), Some(offset), "{real}");
+    }
+    for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {
+        let xml = XML_3.replace("unit=\"kph\" min", &format!("unit=\"degC\" {own} min"));
+        let found = fmi3::parse(&xml, &fmi3::Sizes::new()).expect("a description");
+        assert_eq!(found.variables[found.find("v").expect("a variable")].relative, relative);
+    }
+}
+
+#[test]
 fn an_annotation_calls_an_input_optional() {
     let annotations = "<Annotations><Tool name=\"Trackside\"><Optional/></Tool></Annotations>";
     let xml = XML.replacen(

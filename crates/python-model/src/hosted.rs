@@ -9,6 +9,7 @@ use fmu_export::abi::Status;
 use fmu_export::resources::folder;
 use fmu_export::{
     Categories, Cell, CoSimulation, Course, FmiError, FmiResult, Kind, State, Value, log, reject,
+    warn,
 };
 use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process};
 
@@ -58,6 +59,15 @@ pub struct Hosted {
     process: Option<Process>,
     /// The contents of a question, kept for the next one.
     message: Vec<u8>,
+}
+
+/// Whether Python's module `warnings` wrote a line: `cruise.py:26: UserWarning: it is steep`.
+fn is_warning(line: &str) -> bool {
+    let mut parts = line.splitn(3, ": ");
+    let place = parts.next().and_then(|place| place.rsplit_once(':'));
+    let category = parts.next().filter(|_| parts.next().is_some());
+    place.is_some_and(|(_, number)| number.parse::<u32>().is_ok())
+        && category.is_some_and(|it| it.ends_with("Warning") && !it.contains(char::is_whitespace))
 }
 
 impl Hosted {
@@ -145,7 +155,9 @@ impl Hosted {
         self.process()?;
         let Some(mut process) = self.process.take() else { return reject("there is no process") };
         let answer = process.ask(question as u8, contents, patience).map(|_| ());
-        process.take_lines().into_iter().for_each(|line| log(PRINTED, line));
+        for line in process.take_lines() {
+            if is_warning(&line) { warn(line) } else { log(PRINTED, line) }
+        }
         let done = match answer {
             Ok(()) => take(self, process.contents()),
             Err(Failure::Terminated(message)) => Err(FmiError { status: Status::Discard, message }),
@@ -341,5 +353,19 @@ impl CoSimulation for Hosted {
 
     fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<Saved> {
         self.state_of(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_of_python_are_told_from_other_lines() {
+        assert!(is_warning("/a b/cruise.py:26: UserWarning: it is: steep"));
+        assert!(is_warning("<string>:1: DeprecationWarning: old"));
+        for line in ["Warning: steep", "cruise.py:26: steep", "a: UserWarning: b", "x:1: two Warning: b", ""] {
+            assert!(!is_warning(line), "{line}");
+        }
     }
 }

@@ -47,6 +47,8 @@ pub struct RunHeader {
 pub enum Level {
     /// Something that was asked for.
     Info,
+    /// What a node is, in its own words, said when it is initialised.
+    Summary,
     /// Something to look at.
     Warning,
     /// Something that ended the run or failed a check.
@@ -64,6 +66,8 @@ pub struct Event {
     pub source: String,
     /// What happened.
     pub message: String,
+    /// 0 of an event of its own; else, how often such an event came again that is not told one by one.
+    pub again: u64,
 }
 
 /// A check or an input whose status is recorded over time.

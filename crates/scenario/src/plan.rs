@@ -43,6 +43,9 @@ pub use sweep::{Axis, AxisValues, CollectPlan, Collected, Goal, SearchPlan, Swee
 /// The report of a run, in its folder.
 pub const REPORT: &str = "report.json";
 
+/// What numbers of messages are called in checks: `messages.plant.warnings`.
+pub const MESSAGES: &str = "messages";
+
 /// Whether a name in the folder of a run belongs to its report, as `report.*` does, to its recordings, as `run.*` does, or to its
 /// checkpoints, as `checkpoint_*` does.
 #[must_use]
@@ -114,6 +117,8 @@ pub struct Group {
     pub elements: usize,
     /// Whether they are inputs that change at events only, and the FMU has event mode.
     pub discrete: bool,
+    /// Whether they are tunable parameters: the FMU is told of changes only, since it may work long on each.
+    pub tunable: bool,
     /// The value references of the clocks at whose ticks alone they have values.
     pub clocks: Vec<u32>,
     /// Places of the values that travel among all elements, in the order in which they travel.

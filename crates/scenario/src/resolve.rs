@@ -157,6 +157,7 @@ impl System {
         warnings.extend(descriptions::notes(&unplaced, clock));
         warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
+        let judged = SignalUnits::of_expressions(&unplaced);
         let notes = (&mut mistakes, &mut warnings);
         let order = order::order(scenario, &connects, &unplaced, &mut connections, notes);
         let (mut nodes, columns) = place::place(unplaced, connections);
@@ -169,8 +170,8 @@ impl System {
             analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
         }
         mistakes.take(validations::check_names(scenario, &nodes));
-        let checks = checks::resolve(scenario, (&columns, &units), clock, &mut mistakes);
-        let collected = collected::resolve(scenario, (&columns, &units), &mut mistakes);
+        let checks = checks::resolve(scenario, (&columns, &judged), clock, &mut mistakes);
+        let collected = collected::resolve(scenario, (&columns, &judged), &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
         let recorded = recorded::selection(scenario, &columns, &mut mistakes);
         let shown = (recorded.columns(&columns), status_tracks(&checks, &nodes, &columns));

@@ -53,7 +53,7 @@ pub fn guided(
     }
     let known = known_inputs(system);
     for pattern in &choice.inputs {
-        let found: Vec<_> = known.iter().filter(|it| matches(pattern, &it.name)).collect();
+        let found: Vec<_> = known.iter().filter(|it| it.is_chosen(pattern)).collect();
         if found.is_empty() {
             mistakes.push(unknown(
                 "--inputs",
@@ -102,6 +102,14 @@ struct Known {
     name: String,
     /// Nothing for an output of a signal or table.
     inner: Option<Inner>,
+    /// Whether it is a tunable parameter, which has to be chosen by its whole name.
+    tunable: bool,
+}
+
+impl Known {
+    fn is_chosen(&self, pattern: &str) -> bool {
+        if self.tunable { pattern == self.name } else { matches(pattern, &self.name) }
+    }
 }
 
 /// An input of an FMU of the scenario.
@@ -114,15 +122,20 @@ fn known_inputs(system: &System) -> Vec<Known> {
     let mut known = Vec::new();
     for plan in system.nodes.iter().filter(|plan| !plan.is_connector()) {
         let Body::Fmu { fmu, starts, .. } = &plan.body else {
-            let outputs = plan
-                .outputs
-                .indices()
-                .map(|index| Known { name: system.columns[index].name(), inner: None });
+            let outputs = plan.outputs.indices().map(|index| Known {
+                name: system.columns[index].name(),
+                inner: None,
+                tunable: false,
+            });
             known.extend(outputs);
             continue;
         };
-        let inputs = fmu.description.with(fmu_import::Causality::Input);
-        for variable in inputs.map(|index| &fmu.description.variables[index]) {
+        let takes = |it: &&description::Variable| match it.causality {
+            fmu_import::Causality::Input => true,
+            fmu_import::Causality::Parameter => it.variability == fmu_import::Variability::Tunable,
+            _ => false,
+        };
+        for variable in fmu.description.variables.iter().filter(takes) {
             if matches!(variable.storage, Storage::String | Storage::Binary | Storage::Clock) {
                 continue;
             }
@@ -131,7 +144,8 @@ fn known_inputs(system: &System) -> Vec<Known> {
             let start = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
             let start = start.as_ref().and_then(number).unwrap_or_default();
             let inner = Inner { unit: variable.unit.clone(), start };
-            known.push(Known { name, inner: Some(inner) });
+            let tunable = variable.causality == fmu_import::Causality::Parameter;
+            known.push(Known { name, inner: Some(inner), tunable });
         }
     }
     known
@@ -179,7 +193,7 @@ pub fn interface(
         }
     }
     for plan in &system.nodes {
-        list.parameters(plan);
+        list.parameters(system, plan);
     }
     let clock = system.clock;
     let name: &'static str = choice.name.clone().leak();
@@ -233,7 +247,8 @@ impl List {
         let unit = inner.and_then(|it| it.unit.clone()).or(column.and_then(|it| it.unit.clone()));
         let about = inner.and_then(|it| it.description.clone());
         let row = row(name, unit, about, &cell);
-        let row = Row { causality: Causality::Input, initial: None, ..row };
+        let relative = inner.is_some_and(|it| it.relative.is_some());
+        let row = Row { causality: Causality::Input, initial: None, relative, ..row };
         let exposed =
             Exposed { name: name.clone(), role: Role::Input(signal.clone()), start: cell };
         self.push(exposed, row);
@@ -241,7 +256,11 @@ impl List {
 
     fn output(&mut self, system: &System, column: &Column) {
         let name = column.name();
-        let storage = find(system, &name).map(|variable| variable.storage);
+        let inner = find(system, &name);
+        let storage = inner.map(|variable| variable.storage);
+        // A difference keeps the unit of its description, whose offset does not count.
+        let difference = inner.filter(|it| it.relative.is_some());
+        let unit = difference.map_or_else(|| column.unit.clone(), |it| it.unit.clone());
         let cell = match (column.kind, storage) {
             (ValueKind::String, _) => Cell::String(String::new()),
             (ValueKind::Boolean, _) => Cell::Boolean(false),
@@ -253,16 +272,22 @@ impl List {
         if self.variables.iter().any(|it| it.name == name) {
             return;
         }
-        let row = row(&name, column.unit.clone(), column.description.clone(), &cell);
-        let row = Row { depends: Depends::On(&[]), ..row };
+        let row = row(&name, unit, column.description.clone(), &cell);
+        let row = Row { depends: Depends::On(&[]), relative: difference.is_some(), ..row };
         self.push(Exposed { name, role: Role::Output, start: cell }, row);
     }
 
-    fn parameters(&mut self, plan: &NodePlan) {
+    fn parameters(&mut self, system: &System, plan: &NodePlan) {
         let Body::Fmu { fmu, starts, .. } = &plan.body else { return };
+        // A tunable one that is connected takes its values from there.
+        let inputs = system.columns.iter().filter(|it| it.direction == Direction::Input);
+        let fed: BTreeSet<_> = inputs.map(Column::name).collect();
         let parameters = fmu.description.with(fmu_import::Causality::Parameter);
         for variable in parameters.map(|index| &fmu.description.variables[index]) {
             let name = format!("{}.{}", plan.name, variable.name);
+            if fed.contains(&name) {
+                continue;
+            }
             let given = starts.iter().find(|start| start.name == variable.name);
             let value = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
             let cell = match value {
@@ -284,6 +309,7 @@ impl List {
                 initial: Some(Initial::Exact),
                 min: variable.min,
                 max: variable.max,
+                relative: variable.relative.is_some(),
                 ..row
             };
             self.push(Exposed { name, role: Role::Parameter, start: cell }, row);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use fmu_export::abi::Status;
 use fmu_export::resources::folder;
 use fmu_export::{
-    Categories, Cell, CoSimulation, Course, FmiError, FmiResult, State, Value, reject,
+    Categories, Cell, CoSimulation, Course, FmiError, FmiResult, SUMMARY, State, Value, reject,
 };
 
 use crate::INTERFACE;
@@ -110,7 +110,7 @@ impl CoSimulation for Nested {
     type State = Saved;
 
     fn log_categories() -> Categories {
-        &[(NODES, "Messages of the FMUs inside")]
+        &[(NODES, "Messages of the FMUs inside"), (SUMMARY, "What the FMUs inside are")]
     }
 
     fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {

@@ -6,8 +6,8 @@ use cosim::coupling::{self, Coupling};
 use cosim::exchange::{Exchange, Interruption, Memory, failure};
 use cosim::node::{self, Node};
 use diagnostics::Error;
-use fmu_export::{Cell, Course, FmiResult, log, reject};
-use fmu_import::CallError;
+use fmu_export::{Cell, Course, FmiResult, log, reject, warn};
+use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::plan::{Body, System};
 use scenario::resolve::{Override, Overrides};
@@ -96,7 +96,7 @@ impl Running {
         self.hold(values);
         self.exchange(|exchange, coupling| {
             coupling.initialise(exchange)?;
-            exchange.notices().iter().for_each(|notice| fmu_export::warn(notice.clone()));
+            exchange.notices().iter().for_each(|notice| warn(notice.clone()));
             Ok(())
         })
     }
@@ -165,7 +165,10 @@ impl Running {
     pub fn end(&mut self) -> Result<(), Error> {
         let time = self.system.clock.at(self.tick);
         let mut all = self.system.nodes.iter().zip(&mut self.nodes);
-        all.try_for_each(|(plan, node)| node.end().map_err(|error| failure(plan, error, time)))
+        let ended =
+            all.try_for_each(|(plan, node)| node.end().map_err(|error| failure(plan, error, time)));
+        self.hand_over(true);
+        ended
     }
 
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
@@ -184,12 +187,29 @@ impl Running {
         let mut exchange = Exchange::resume(&mut self.system, &mut self.nodes, memory);
         let done = work(&mut exchange, self.coupling.as_mut());
         self.memory = Some(exchange.into_memory());
+        self.hand_over(false);
+        done
+    }
+
+    /// Hands over what the nodes logged; messages of a kind that came before wait for others, or for the end.
+    fn hand_over(&mut self, ends: bool) {
         for (plan, node) in self.system.nodes.iter().zip(&mut self.nodes) {
+            if !(ends || node.has_messages()) {
+                continue;
+            }
             for message in node.messages() {
-                log(NODES, format!("{}: {}", plan.name, message.text));
+                let times = match message.again {
+                    0 => String::new(),
+                    again => format!(", {again} times more"),
+                };
+                let text = format!("{}{times}: {}", plan.name, message.text);
+                match message.level() {
+                    MessageLevel::Info if message.category == SUMMARY => log(SUMMARY, text),
+                    MessageLevel::Info => log(NODES, text),
+                    MessageLevel::Warning | MessageLevel::Error => warn(text),
+                }
             }
         }
-        done
     }
 }
 

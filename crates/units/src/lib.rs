@@ -95,6 +95,22 @@ impl Unit {
         })
     }
 
+    /// The unit of differences of values: the same without an offset.
+    #[must_use]
+    pub fn of_differences(self) -> Self {
+        Self { offset: 0.0, ..self }
+    }
+
+    /// A name of a unit of this size without an offset, if there is one: K of the differences of degC.
+    #[must_use]
+    pub fn plain_name(&self) -> Option<&'static str> {
+        let same = |a: f64, b: f64| (a - b).abs() <= 1e-12 * a.abs().max(b.abs());
+        let of_size = |(_, exponents, factor): &&(&str, [i8; 8], f64)| {
+            *exponents == self.exponents && same(*factor, self.factor)
+        };
+        NAMES.iter().find(of_size).filter(|_| self.offset == 0.0).map(|(name, ..)| *name)
+    }
+
     /// Whether values of one unit can be expressed in the other.
     #[must_use]
     pub fn same_dimension(&self, other: &Self) -> bool {

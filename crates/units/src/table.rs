@@ -49,6 +49,7 @@ pub(crate) const NAMES: &[(&str, [i8; 8], f64)] = &[
     ("A", CURRENT, 1.0),
     ("mA", CURRENT, 1e-3),
     ("K", TEMPERATURE, 1.0),
+    ("degR", TEMPERATURE, 5.0 / 9.0),
     ("mol", [0, 0, 0, 0, 0, 1, 0, 0], 1.0),
     ("cd", [0, 0, 0, 0, 0, 0, 1, 0], 1.0),
     ("rad", ANGLE, 1.0),

@@ -234,3 +234,14 @@ fn the_unit_after_a_number_ends_where_signals_begin() {
         assert_eq!(&text[..leading(text)], unit, "{text}");
     }
 }
+
+#[test]
+fn differences_have_a_unit_of_their_own() {
+    for (name, plain) in
+        [("degC", Some("K")), ("degF", Some("degR")), ("bar", Some("bar")), ("kg.m2", None)]
+    {
+        let unit = Unit::parse(name).expect("a unit").of_differences();
+        assert_eq!((unit.plain_name(), unit.offset), (plain, 0.0), "{name}");
+    }
+    assert_eq!(Unit::parse("degC").expect("a unit").plain_name(), None);
+}

@@ -7,7 +7,7 @@ use diagnostics::Error;
 use orchestrator::sweep::{self, Plan};
 use orchestrator::{Remains, Replay, RunOptions};
 
-use super::run::program_of_guests;
+use super::run::{free, program_of_guests, warn};
 use super::{print, progress, sweep as sweeps, tell};
 
 /// Arguments of `trackside replay`.
@@ -70,8 +70,9 @@ fn again(plan: &Plan, variant: u64, options: RunOptions) -> Result<u8, Error> {
     let mut remains = Remains::default();
     let scenario: &Path = &plan.scenario_file();
     let run = progress::run(scenario, &options, &mut remains, |_, _| {})?;
-    run.report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    warn(&run.report);
     print(&run.report.lines());
+    free(remains);
     match sweep::differences(plan, variant, &run.report)? {
         None => tell("the sweep has no result of this variant yet"),
         Some(found) if found.is_empty() => {

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
+use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
 use scenario::words::{self, Algorithm};
@@ -195,7 +196,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         // All is told: what an FMU does when it is freed cannot change it any more.
         fmu_import::complete(end.then_some(worst));
         match arguments.branch.is_empty() || end {
-            true => drop(remains),
+            true => free(remains),
             false => kept = Some(remains),
         }
         if end {
@@ -232,6 +233,12 @@ fn save_scenario(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result
     })?;
     tell(&format!("wrote the scenario {}", file.display()));
     Ok(())
+}
+
+/// Frees the FMUs of a run, and tells what they say meanwhile.
+pub(super) fn free(remains: Remains) {
+    drop(remains);
+    fmu_import::late_messages().iter().for_each(|it| tell(&format!("warning: {it}")));
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
@@ -350,15 +357,18 @@ pub(super) fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     Ok(Mistakes::all(starts)?.into_iter().flatten().collect())
 }
 
+/// Tells the warnings of a run.
+pub(super) fn warn(report: &RunReport) {
+    report.warning_lines().iter().for_each(|warning| tell(&format!("warning: {warning}")));
+}
+
 fn run_one(path: &Path, options: &RunOptions, remains: &mut Remains) -> u8 {
     let outcome = progress::run(path, options, remains, |event, bar| show(event, bar, options));
     let run = match outcome {
         Ok(run) => run,
         Err(error) => return report_error(error),
     };
-    for warning in &run.report.warnings {
-        tell(&format!("warning: {warning}"));
-    }
+    warn(&run.report);
     print(&run.report.lines());
     if matches!(options.replay, Replay::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
@@ -390,5 +400,6 @@ fn show(event: &ProgressEvent, bar: &ProgressBar, options: &RunOptions) {
             bar.set_message(shown(&format!("{name}: {what}")).into_owned());
         }
         ProgressEvent::Validation(name) => bar.set_message(shown(name).into_owned()),
+        ProgressEvent::Failed(report) => bar.suspend(|| warn(report)),
     }
 }

@@ -3,6 +3,7 @@
 
 use std::fmt::Write as _;
 
+use fmu_import::Causality;
 use scenario::Scenario;
 use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
 use scenario::words::{Analysis, At};
@@ -213,11 +214,20 @@ fn links(system: &System) -> Vec<(String, String)> {
                 courses.iter().find(|(name, _)| name == to).and_then(|(_, course)| *course);
             let course =
                 course.map_or(String::new(), |it| format!(", {it:?} in between").to_lowercase());
-            let about = format!("value at the {} of the step{course}", end(at));
+            let tuned = if is_parameter(node, to) { ", to a tunable parameter" } else { "" };
+            let about = format!("value at the {} of the step{course}{tuned}", end(at));
             (label, about)
         })
     });
     all.collect()
+}
+
+/// Whether a name is that of a parameter of the node.
+fn is_parameter(node: &NodePlan, name: &str) -> bool {
+    let Body::Fmu { fmu, .. } = &node.body else { return false };
+    let own = name.strip_prefix(node.name.as_str()).and_then(|it| it.strip_prefix('.'));
+    let place = own.and_then(|name| fmu.description.find(name));
+    place.is_some_and(|it| fmu.description.variables[it].causality == Causality::Parameter)
 }
 
 fn about_loop(system: &System, it: &Loop) -> String {

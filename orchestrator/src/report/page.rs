@@ -2,6 +2,7 @@
 
 mod checks;
 mod coupling;
+mod messages;
 
 use std::fmt::Write as _;
 
@@ -19,6 +20,7 @@ impl RunReport {
         let mut html = String::new();
         self.write_verdict(&mut html);
         checks::write(&mut html, &self.checks);
+        messages::write(&mut html, &self.messages);
         self.write_baselines(&mut html);
         self.write_validations(&mut html);
         self.write_analyses(&mut html);
@@ -75,7 +77,8 @@ impl RunReport {
     }
 
     fn write_validations(&self, html: &mut String) {
-        for Validated { name, scenario, verdict, error, checks, .. } in &self.validations {
+        for Validated { name, scenario, verdict, error, checks, messages, .. } in &self.validations
+        {
             let _ = writeln!(
                 html,
                 "<h2>Validation <a href=\"{}/report.html\">{}</a></h2>\n<p class=\"faint\">{}</p>\n\
@@ -88,6 +91,7 @@ impl RunReport {
                 escape(error.as_deref().unwrap_or_default())
             );
             checks::write_table(html, checks);
+            messages::write(html, messages);
         }
     }
 

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use cosim::check::Verdict;
 use diagnostics::in_markdown;
 
+use crate::messages::{self, Severity};
+
 use super::told::{Told, WIDEST};
 use super::{Ending, RunReport, Validated};
 
@@ -63,13 +65,26 @@ impl RunReport {
         }
     }
 
+    /// A line for each warning, and for each kind of warnings and errors of the nodes, also of those of validations.
+    #[must_use]
+    pub fn warning_lines(&self) -> Vec<String> {
+        let of_validations =
+            self.validations.iter().flat_map(|Validated { name, messages, .. }| {
+                messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
+            });
+        let own = messages::lines(&self.messages);
+        self.warnings.iter().cloned().chain(own).chain(of_validations).collect()
+    }
+
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
         let told = self.analyses.iter().map(|(name, result)| Told::of(result).lines(name));
         let told: String = told.collect();
         let checks = lines(&self.checks, "  ");
-        let mut text = format!("{}: {}\n{told}{checks}", self.scenario, self.title);
+        let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);
+        let summaries: String = summaries.map(|it| format!("  {}\n", it.line())).collect();
+        let mut text = format!("{}: {}\n{summaries}{told}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let Validated { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.

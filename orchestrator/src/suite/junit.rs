@@ -51,6 +51,11 @@ fn suite(result: &TestResult) -> TestSuite {
     let name = shown(&name);
     let mut suite = TestSuite::new(name.as_ref());
     suite.set_time(result.time);
+    let warnings = result.warnings.iter().chain(&result.messages);
+    let warnings: String = warnings.map(|it| format!("warning: {it}\n")).collect();
+    if !warnings.is_empty() {
+        suite.set_system_out(shown(&warnings).as_ref());
+    }
     let whole = whole(result).map(|status| {
         let mut case = case(RUN, status, (&result.path, 1));
         case.set_time(result.time);

@@ -13,6 +13,7 @@ use scenario::resolve::{Opened, Overrides};
 use scenario::{Built, Scenario};
 use serde::{Deserialize, Serialize};
 
+use crate::messages;
 use crate::recorder::Recorder;
 use crate::report::RunReport;
 use crate::stop::Stop;
@@ -165,7 +166,11 @@ impl Bench {
             clear(&self.folder)?;
             recorder.analyse(plan, report, &|| stop.check().is_ok(), &mut |_| {})?;
         }
-        let results = report.map(|report| report.analyses).unwrap_or_default();
+        let mut results = report.map(|report| report.analyses).unwrap_or_default();
+        let nodes = system.nodes.iter().filter(|it| !it.is_connector());
+        let names = nodes.map(|it| it.name.as_str());
+        let (name, counts) = messages::results(&recorder.messages.list(), names);
+        results.entry(name).or_insert(counts);
         let verdicts = recorder.checks.verdicts(&results);
         outcome.checks = verdicts.iter().map(|it| (it.passed, it.margin)).collect();
         outcome.collected = recorder.values.values(&results);

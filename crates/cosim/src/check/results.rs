@@ -39,6 +39,10 @@ fn find<'a>(
 ) -> Result<(String, &'a Value), String> {
     let ResultName { of, path, .. } = name;
     let mut value = results.get(of).ok_or_else(|| format!("`{of}` has no result"))?;
+    // Of messages, names are whole: those of nodes may have dots and brackets.
+    if let Some(found) = value.get(path) {
+        return Ok((format!("{of}.{path}"), found));
+    }
     let mut place = of.clone();
     for part in parts(path) {
         value = inner(value, part).map_err(|what| format!("`{place}` has no `{part}`{what}"))?;

@@ -49,9 +49,6 @@ pub(super) struct Making<'a> {
 /// What may be behind a failure that the FMU does not have elsewhere.
 const SANDBOXED: &str = "; it is isolated, in a sandbox: with `isolate = true`, `may_read` adds files that it may read, and `sandbox = false` lets it out";
 
-/// So many failures of a node are told one by one.
-const TOLD: usize = 10;
-
 /// An FMU in a process of its own, as a node.
 pub(super) struct IsolatedNode {
     setup: Setup,
@@ -78,9 +75,6 @@ pub(super) struct IsolatedNode {
     can: (bool, bool, bool),
     talk: Talk,
     messages: Vec<Message>,
-    /// How often it failed, and what to tell of that at the end of the run.
-    failures: usize,
-    notices: Vec<String>,
     lacks: Vec<String>,
 }
 
@@ -133,8 +127,6 @@ impl IsolatedNode {
             can: (false, false, false),
             talk: Talk::default(),
             messages: Vec::new(),
-            failures: 0,
-            notices: Vec::new(),
             lacks: Vec::new(),
             setup,
         };
@@ -252,10 +244,6 @@ impl IsolatedNode {
 
     fn tell(&mut self, what: String) {
         self.messages.push(Message::new(MessageLevel::Error, "", &what));
-        self.failures += 1;
-        if self.failures <= TOLD {
-            self.notices.push(format!("`{}`: {what}", self.setup.name));
-        }
     }
 
     fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {

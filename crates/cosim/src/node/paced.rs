@@ -251,10 +251,6 @@ impl Node for Paced {
         self.inner.has_messages()
     }
 
-    fn notices(&mut self) -> Vec<String> {
-        self.inner.notices()
-    }
-
     fn messages(&mut self) -> Vec<Message> {
         self.inner.messages()
     }

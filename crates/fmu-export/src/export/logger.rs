@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use crate::abi::{LogMessage, Logger, Status};
 use crate::failure::FmiError;
-use crate::log::{LOG_CATEGORIES, Message, take_messages};
+use crate::log::{LOG_CATEGORIES, Message, SUMMARY, take_messages};
 
-/// Categories that are on by default: without them a failure would be silent.
-pub(super) const ALWAYS: u64 =
-    1 << Status::Discard as u64 | 1 << Status::Error as u64 | 1 << Status::Fatal as u64;
+/// Categories that are on by default: without them a warning or a failure would be silent.
+pub(super) const ALWAYS: u64 = 1 << Status::Warning as u64
+    | 1 << Status::Discard as u64
+    | 1 << Status::Error as u64
+    | 1 << Status::Fatal as u64;
 
 /// The logger of an importer, as its version of FMI has it.
 #[derive(Clone, Copy)]
@@ -61,7 +63,8 @@ impl Log {
             text: message,
         }));
         let enabled = |message: &Message| {
-            self.bit(message.category).is_some_and(|bit| self.enabled & bit != 0)
+            message.category == SUMMARY
+                || self.bit(message.category).is_some_and(|bit| self.enabled & bit != 0)
         };
         messages.retain(enabled);
         (status, Delivery { importer: Arc::clone(&self.importer), messages })

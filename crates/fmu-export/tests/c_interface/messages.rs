@@ -7,7 +7,9 @@ use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, Component, Logger, Status};
 use fmu_export::export::{self, Call};
-use fmu_export::{Info, Instance, Model, ModelError, Variable, description, log, output, warn};
+use fmu_export::{
+    Info, Instance, Model, ModelError, SUMMARY, Variable, description, log, output, warn,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::support::{TestInstance, logged, text_of};
@@ -70,6 +72,39 @@ fn messages_come_in_the_order_of_what_happened() {
         "step of 0.1 s from 0.1 s: third",
     ];
     assert_eq!(texts, expected);
+}
+
+/// Says what it is, and warns.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Calm {
+    y: f64,
+}
+
+impl Model for Calm {
+    const INFO: Info = Info::new("calm", "Says what it is", 0.1).log_categories(&[("talk", "")]);
+    const VARIABLES: &'static [Variable<Self>] =
+        &[output("y", "1", "Steps").depends_on(&[]).at(|s| &mut s.y)];
+
+    fn initialise(&mut self) -> Result<(), ModelError> {
+        log(SUMMARY, "a calm model");
+        log("talk", "not asked for");
+        warn("a warning");
+        Ok(())
+    }
+
+    fn step(&mut self, _time: f64, _step: f64) -> Result<(), ModelError> {
+        Ok(())
+    }
+}
+
+fn summaries_and_warnings_need_no_debug_logging() {
+    let instance = TestInstance::<Calm>::new();
+    instance.setup(0.0, 10.0);
+    let from = logged(0).len();
+    instance.proceed(Call::EnterInitializationMode);
+    instance.proceed(Call::ExitInitializationMode);
+    let texts: Vec<_> = logged(from).into_iter().map(|(_, _, text)| text).collect();
+    assert_eq!(texts, ["a calm model", "a warning"]);
 }
 
 fn what_is_logged_outside_of_a_call_reaches_no_other_instance() {
@@ -147,5 +182,6 @@ fn a_logger_may_call_and_even_free_the_instance() {
 crate::tests![
     messages_come_in_the_order_of_what_happened,
     what_is_logged_outside_of_a_call_reaches_no_other_instance,
+    summaries_and_warnings_need_no_debug_logging,
     a_logger_may_call_and_even_free_the_instance,
 ];

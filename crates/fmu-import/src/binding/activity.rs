@@ -145,6 +145,11 @@ impl Activity {
         (result, if changes == 0 { None } else { self.news(changes) })
     }
 
+    /// The number of the call that was made last, and the bits of the time of now.
+    pub(super) fn moment(&self) -> (u64, u64) {
+        (self.calls.load(Relaxed), self.note.time.load(Relaxed))
+    }
+
     /// Notes that a call begins.
     #[inline]
     pub(super) fn begin(&self, call: &'static CStr) {
@@ -195,15 +200,14 @@ impl Activity {
         Some(changes & !told).filter(|news| *news != 0)
     }
 
-    /// Tells changes of a call in the report of the run; the same sentences come back.
+    /// Tells changes of a call that no instance is there to tell.
     #[cold]
-    pub(super) fn tell(&self, changes: Changes, call: &'static CStr) -> Vec<String> {
-        let sentences: Vec<_> = surroundings::in_words(changes, &call.to_string_lossy()).collect();
+    pub(super) fn tell(&self, changes: Changes, call: &'static CStr) {
         let who = self.who().to_string_lossy();
         if !GUEST.load(Relaxed) {
-            sentences.iter().for_each(|it| surroundings::tell(format!("{who}: {it}")));
+            let sentences = surroundings::in_words(changes, call);
+            sentences.for_each(|it| surroundings::tell(format!("{who}: {it}")));
         }
-        sentences
     }
 
     /// Puts down all libraries that were loaded since the last time as those of this FMU or plugin.
@@ -214,7 +218,7 @@ impl Activity {
         }
     }
 
-    fn who(&self) -> &CStr {
+    pub(super) fn who(&self) -> &CStr {
         // SAFETY: the name is a C string that lives as long as the activity.
         unsafe { CStr::from_ptr(self.note.who) }
     }
@@ -250,7 +254,7 @@ pub fn during_plugin<T>(who: &str, call: &'static CStr, body: impl FnOnce() -> T
     let activity = Activity::of(who, c"plugin", false);
     let (result, changes) = activity.during_rare(call, body);
     activity.own_libraries();
-    changes.into_iter().for_each(|changes| drop(activity.tell(changes, call)));
+    changes.into_iter().for_each(|changes| activity.tell(changes, call));
     result
 }
 

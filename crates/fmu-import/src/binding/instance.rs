@@ -7,11 +7,12 @@ use std::sync::Arc;
 use super::activity::Activity;
 use super::functions::Own;
 use super::instantiation::{self, Callbacks};
+use super::late;
 use super::lent::Lent;
 use super::mailbox::Mailbox;
 use super::phase::Phase;
 use super::state::States;
-use super::surroundings::Steps;
+use super::surroundings::{Steps, in_words};
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
@@ -128,8 +129,8 @@ impl Instance {
         if library.is_lost() {
             return Err((lost(&library, call), Vec::new()));
         }
-        let mailbox = Mailbox::new();
         let activity = Activity::new(&format!("node `{name}`"));
+        let mailbox = Mailbox::new(Arc::clone(&activity), logging);
         let callbacks = match library.own {
             Own::Two(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
             Own::Three(_) => None,
@@ -144,7 +145,7 @@ impl Instance {
             })
         });
         if let Some(changes) = changes {
-            mailbox.warn(activity.tell(changes, call));
+            mailbox.warn(in_words(changes, call));
         }
         if component.is_null() {
             let what = format!("returned no instance{}", mailbox.said());
@@ -184,14 +185,15 @@ impl Instance {
         self.may_return_early
     }
 
-    /// Whether messages were logged since they were taken the last time.
+    /// Whether there are messages to take that came for the first time, or any of an instance that logs all it has to say.
     #[inline]
     #[must_use]
     pub fn has_messages(&self) -> bool {
         self.mailbox.has_some()
     }
 
-    /// Takes the messages that were logged since the last time.
+    /// Takes the messages that were logged since the last time. Unless the instance logs all it has to say, it gives the first one of each
+    /// kind, see [`MessageKind`](crate::MessageKind), and how often the kind came again: see [`Message::again`].
     pub fn messages(&self) -> Vec<Message> {
         self.mailbox.take()
     }
@@ -228,8 +230,8 @@ impl Instance {
         }
         self.activity.begin(call);
         let status = body(self.component);
-        if status >= ERROR {
-            self.note_error(call, status);
+        if status != OK {
+            self.note_status(call, status);
         }
         Ok(status)
     }
@@ -247,16 +249,23 @@ impl Instance {
         let (status, changes) =
             self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if let Some(changes) = changes {
-            self.mailbox.warn(self.activity.tell(changes, call));
+            self.mailbox.warn(in_words(changes, call));
         }
-        if status >= ERROR {
-            self.note_error(call, status);
+        if status != OK {
+            self.note_status(call, status);
         }
         Ok(status)
     }
 
     #[cold]
-    fn note_error(&mut self, call: &'static CStr, status: Status) {
+    fn note_status(&mut self, call: &'static CStr, status: Status) {
+        if status == WARNING {
+            let warning = named!(self.library, "fmi2Warning", "fmi3Warning");
+            self.mailbox.returned(&format!("{} returned {warning}", name(call)));
+        }
+        if status < ERROR {
+            return;
+        }
         self.phase = Phase::Failed(name(call));
         if status == FATAL {
             self.library.lose();
@@ -380,8 +389,9 @@ impl Drop for Instance {
             // SAFETY: the component is alive and not used again.
             let free = || unsafe { (self.library.common.free_instance)(self.component) };
             let call = named!(self.library, c"fmi2FreeInstance", c"fmi3FreeInstance");
-            // Nobody takes its messages any more.
+            self.mailbox.take();
             let _ = self.activity.during(call, || self.mailbox.during(free));
+            late::keep(&self.activity.who().to_string_lossy(), name(call), self.mailbox.take());
         }
     }
 }

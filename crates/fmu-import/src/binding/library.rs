@@ -52,7 +52,7 @@ impl Library {
         let (library, changes) = activity.during_rare(LOADING, || open(&fmu, path));
         let library = library?;
         activity.own_libraries();
-        changes.into_iter().for_each(|changes| drop(activity.tell(changes, LOADING)));
+        changes.into_iter().for_each(|changes| activity.tell(changes, LOADING));
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {

@@ -1,14 +1,19 @@
 //! Keeps the messages of each instance until they are taken.
 
+mod waiting;
+
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::ptr;
-use std::sync::atomic::Ordering::{AcqRel, Acquire, Relaxed, Release};
-use std::sync::atomic::{AtomicBool, AtomicU64};
-use std::sync::{Arc, Mutex, PoisonError, RwLock};
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering::{Acquire, Relaxed};
+use std::sync::{Arc, PoisonError, RwLock};
 
+use self::waiting::Waiting;
 use super::WARNING;
+use super::activity::Activity;
 use crate::{Message, MessageLevel};
 
 /// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
@@ -36,24 +41,6 @@ impl Drop for Called {
 /// The message about an FMU that logs with another environment than it was given.
 pub const STRANGER: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
 
-/// What waits for an instance; an FMU may log from a thread of its own.
-#[derive(Debug, Default)]
-struct Waiting {
-    messages: Mutex<Vec<Message>>,
-    /// Whether there may be some: a look at this costs less than the lock.
-    some: AtomicBool,
-    /// Whether a message came with another environment.
-    strange: AtomicBool,
-}
-
-impl Waiting {
-    fn put(&self, message: Message) {
-        self.messages.lock().unwrap_or_else(PoisonError::into_inner).push(message);
-        self.some.store(true, Release);
-        CAME.fetch_add(1, Release);
-    }
-}
-
 /// The mailbox of an instance.
 #[derive(Debug)]
 pub(super) struct Mailbox {
@@ -64,8 +51,9 @@ pub(super) struct Mailbox {
 }
 
 impl Mailbox {
-    pub(super) fn new() -> Self {
-        let held = Arc::<Waiting>::default();
+    /// The mailbox of an instance whose calls are noted here; `every` asks for each message, also of a kind that came before.
+    pub(super) fn new(activity: Arc<Activity>, every: bool) -> Self {
+        let held = Arc::new(Waiting::new(activity, every));
         let mut living = LIVING.write().unwrap_or_else(PoisonError::into_inner);
         let number = living.0;
         living.0 += 1;
@@ -95,13 +83,17 @@ impl Mailbox {
 
     /// Warns of what the instance did, in sentences of this program.
     #[cold]
-    pub(super) fn warn(&self, sentences: Vec<String>) {
-        for text in sentences {
-            self.held.put(Message::new(MessageLevel::Warning, "", &text));
-        }
+    pub(super) fn warn(&self, sentences: impl Iterator<Item = String>) {
+        sentences.for_each(|text| self.held.put(MessageLevel::Warning, "", &text));
     }
 
-    /// Whether messages came since the last time.
+    /// Notes that a call returned the status warning, with the name of both.
+    #[cold]
+    pub(super) fn returned(&self, status: &str) {
+        self.held.returned(status);
+    }
+
+    /// Whether messages of new kinds came since the last time, or any where each is wanted.
     #[inline]
     pub(super) fn has_some(&self) -> bool {
         let came = CAME.load(Acquire);
@@ -115,20 +107,14 @@ impl Mailbox {
         some
     }
 
-    /// Takes the messages that came since the last time.
+    /// Takes the messages that came since the last time, and after them how often those came again that do not come one by one.
     pub(super) fn take(&self) -> Vec<Message> {
-        let Waiting { messages, some, .. } = &*self.held;
-        // Whoever logs on another thread meanwhile says so after this, or its message is taken.
-        match some.load(Relaxed) && some.swap(false, AcqRel) {
-            true => std::mem::take(&mut messages.lock().unwrap_or_else(PoisonError::into_inner)),
-            false => Vec::new(),
-        }
+        self.held.take()
     }
 
-    /// What the last message says, to be appended to an error.
+    /// What the last message of this moment says, to be appended to an error.
     pub(super) fn said(&self) -> String {
-        let messages = self.held.messages.lock().unwrap_or_else(PoisonError::into_inner);
-        messages.last().map(|last| format!("; it says: {}", last.text)).unwrap_or_default()
+        self.held.said()
     }
 }
 
@@ -140,15 +126,15 @@ impl Drop for Mailbox {
 
 /// Puts a message where its environment says, or else into the mailbox of the instance that this thread calls, with a warning
 /// the first time.
-fn put(environment: *mut c_void, message: Message) {
+fn put(environment: *mut c_void, level: MessageLevel, category: &str, text: &str) {
     let living = LIVING.read().unwrap_or_else(PoisonError::into_inner);
     if let Some(own) = living.1.get(&environment.addr()) {
-        own.put(message);
+        own.put(level, category, text);
     } else if let Some(called) = living.1.get(&CALLED.get()) {
         if !called.strange.swap(true, Relaxed) {
-            called.put(Message::new(MessageLevel::Warning, "", STRANGER));
+            called.put(MessageLevel::Warning, "", STRANGER);
         }
-        called.put(message);
+        called.put(level, category, text);
     }
 }
 
@@ -163,9 +149,11 @@ pub(super) unsafe extern "C" fn take_message(
     message: *const c_char,
 ) {
     // SAFETY: as for this function.
-    unsafe { trackside_take_log(environment, status, category, message) }
+    unsafe { trackside_take_log(environment, status, category, message, 0) }
 }
 
+/// Takes a message; of a text that was cut before, `length` is that of the whole [B].
+///
 /// # Safety
 /// Called by `logger.c` with C strings or null; the environment may be anything.
 #[unsafe(no_mangle)]
@@ -174,65 +162,181 @@ unsafe extern "C" fn trackside_take_log(
     status: c_int,
     category: *const c_char,
     text: *const c_char,
+    length: usize,
 ) {
-    let string = |pointer: *const c_char| match pointer.is_null() {
-        true => String::new(),
-        // SAFETY: the FMU and `logger.c` hand over C strings.
-        false => unsafe { CStr::from_ptr(pointer) }.to_string_lossy().into_owned(),
+    let bytes = |pointer: *const c_char| match pointer.is_null() {
+        true => &[][..],
+        // SAFETY: the FMU and `logger.c` hand over C strings, which last until this function returns.
+        false => unsafe { CStr::from_ptr(pointer) }.to_bytes(),
     };
     let level = match status {
         ..WARNING => MessageLevel::Info,
         WARNING => MessageLevel::Warning,
         _ => MessageLevel::Error,
     };
-    put(environment, Message::new(level, &string(category), &string(text)));
+    put(environment, level, &readable(bytes(category), 0), &readable(bytes(text), length));
+}
+
+/// Longer texts are cut [B]; `logger.c` cuts there, too.
+const LONGEST: usize = 4096;
+
+/// The text of these bytes, at most [`LONGEST`] of them, without blanks and ends of lines behind it. `length` is that of the whole text,
+/// if the bytes are not all of it. FMI wants UTF-8; what is none counts as Latin-1, which tools of Western Europe write.
+fn readable(bytes: &[u8], length: usize) -> Cow<'_, str> {
+    let (bytes, length) = (&bytes[..bytes.len().min(LONGEST)], length.max(bytes.len()));
+    let text = match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text.trim_end()),
+        Err(_) => {
+            let mut text = String::new();
+            for chunk in bytes.utf8_chunks() {
+                text += chunk.valid();
+                text.extend(chunk.invalid().iter().map(|byte| char::from(*byte)));
+            }
+            Cow::Owned(text.trim_end().to_owned())
+        }
+    };
+    match length > bytes.len() {
+        true => Cow::Owned(format!("{text} ... ({length} bytes in all)")),
+        false => text,
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::waiting::MOST_WAITING;
     use super::*;
+
+    fn mailbox(every: bool) -> Mailbox {
+        Mailbox::new(Activity::new("node `x`"), every)
+    }
+
+    fn hello() -> Message {
+        Message::new(MessageLevel::Info, "logAll", "hello")
+    }
+
+    fn put_hello(environment: *mut c_void) {
+        put(environment, MessageLevel::Info, "logAll", "hello");
+    }
 
     #[test]
     fn messages_go_to_the_living_instance_that_they_are_for_and_to_no_other() {
-        let message = || Message::new(MessageLevel::Info, "logAll", "hello");
-        let (one, two) = (Mailbox::new(), Mailbox::new());
-        put(one.environment(), message());
-        assert_eq!((one.take(), two.take()), (vec![message()], Vec::new()));
+        let (one, two) = (mailbox(false), mailbox(false));
+        put_hello(one.environment());
+        assert_eq!((one.take(), two.take()), (vec![hello()], Vec::new()));
         let gone = two.environment();
         drop(two);
-        let three = Mailbox::new();
+        let three = mailbox(false);
         for stranger in [gone, ptr::null_mut(), ptr::without_provenance_mut(usize::MAX)] {
-            put(stranger, message());
+            put_hello(stranger);
         }
         assert_eq!((one.take(), three.take()), (Vec::new(), Vec::new()));
     }
 
     #[test]
     fn a_message_with_a_strange_environment_goes_to_the_instance_that_is_called_and_is_told_once() {
-        let message = || Message::new(MessageLevel::Info, "logAll", "hello");
-        let (one, two) = (Mailbox::new(), Mailbox::new());
+        let (one, two) = (mailbox(true), mailbox(true));
         let component = ptr::without_provenance_mut(usize::MAX - 7);
         one.during(|| {
-            put(component, message());
-            two.during(|| put(component, message()));
-            put(component, message());
+            put_hello(component);
+            two.during(|| put_hello(component));
+            put_hello(component);
         });
-        put(component, message());
+        put_hello(component);
         let warning = Message::new(MessageLevel::Warning, "", STRANGER);
-        assert_eq!(one.take(), [warning.clone(), message(), message()]);
-        assert_eq!(two.take(), [warning, message()]);
+        assert_eq!(one.take(), [warning.clone(), hello(), hello()]);
+        assert_eq!(two.take(), [warning, hello()]);
     }
 
     #[test]
     fn a_message_may_come_from_another_thread() {
-        let mailbox = Mailbox::new();
+        let mailbox = mailbox(false);
         let environment = mailbox.environment().addr();
         let say = move || {
             let at = ptr::without_provenance_mut(environment);
-            put(at, Message::new(MessageLevel::Error, "", "from elsewhere"));
+            put(at, MessageLevel::Error, "", "from elsewhere");
         };
         std::thread::spawn(say).join().expect("it ends");
         assert_eq!(mailbox.said(), "; it says: from elsewhere");
         assert_eq!(mailbox.take()[0].level(), MessageLevel::Error);
+    }
+
+    #[test]
+    fn messages_of_a_known_kind_are_counted() {
+        let mailbox = mailbox(false);
+        let log = |text: &str| put(mailbox.environment(), MessageLevel::Warning, "", text);
+        log("late at 1 s");
+        assert!(mailbox.has_some());
+        assert_eq!(mailbox.take()[0].text, "late at 1 s");
+        (2..=1000).for_each(|time| log(&format!("late at {time} s")));
+        assert!(!mailbox.has_some());
+        assert_eq!(mailbox.said(), "; it says: late at 1000 s");
+        let again =
+            Message { again: 999, ..Message::new(MessageLevel::Warning, "", "late at 1 s") };
+        assert_eq!((mailbox.take(), mailbox.take()), (vec![again], Vec::new()));
+        for number in 0..100_000 {
+            log(&format!("another text{number}"));
+        }
+        let taken = mailbox.take();
+        assert_eq!(taken.len(), crate::MOST_KINDS + 1);
+        let last = taken.last().expect("a message");
+        assert_eq!(last.again, 100_000 - crate::MOST_KINDS as u64);
+        assert!(last.text.ends_with("the first of which says: another text99"), "{}", last.text);
+    }
+
+    #[test]
+    fn each_message_is_handed_over_where_that_is_asked_for_and_not_beyond_all_bounds() {
+        let mailbox = mailbox(true);
+        (0..2 * MOST_WAITING).for_each(|_| put_hello(mailbox.environment()));
+        let taken = mailbox.take();
+        assert_eq!(taken.len(), MOST_WAITING + 1);
+        assert_eq!(taken[MOST_WAITING].again, MOST_WAITING as u64);
+    }
+
+    #[test]
+    fn a_warning_of_a_call_has_the_words_that_came_in_it() {
+        for every in [false, true] {
+            let mailbox = mailbox(every);
+            let call = |text: &str| {
+                mailbox.held.activity.begin(c"fmi2DoStep");
+                if !text.is_empty() {
+                    put(mailbox.environment(), MessageLevel::Info, "", text);
+                }
+                mailbox.returned("fmi2DoStep returned fmi2Warning");
+            };
+            let expected = "fmi2DoStep returned fmi2Warning: 3 turns";
+            call("3 turns");
+            call("4 turns");
+            let taken = mailbox.take();
+            assert_eq!(
+                (taken[0].text.as_str(), taken[0].level()),
+                (expected, MessageLevel::Warning)
+            );
+            let count = |taken: &[Message]| taken.iter().map(|it| it.again.max(1)).sum::<u64>();
+            assert_eq!((taken.len(), count(&taken)), (2, 2));
+            call("");
+            call("5 turns");
+            let taken = mailbox.take();
+            assert!(taken[0].text.contains("logs nothing about it"), "{taken:?}");
+            assert_eq!((taken.len(), count(&taken)), (2, 2));
+        }
+        // A kind that came before in a call without a warning.
+        let mailbox = mailbox(false);
+        put(mailbox.environment(), MessageLevel::Error, "", "odd");
+        mailbox.take();
+        mailbox.held.activity.begin(c"fmi2SetReal");
+        put(mailbox.environment(), MessageLevel::Error, "", "odd");
+        mailbox.returned("fmi2SetReal returned fmi2Warning");
+        let taken = mailbox.take();
+        assert_eq!((taken.len(), taken[0].level()), (1, MessageLevel::Error));
+        assert_eq!(taken[0].text, "fmi2SetReal returned fmi2Warning: odd");
+    }
+
+    #[test]
+    fn texts_are_bounded_and_of_any_bytes() {
+        assert_eq!(readable(b"one\ntwo \r\n", 0), "one\ntwo");
+        assert_eq!(readable(b"Gr\xf6\xdfe \xc3\xa4", 0), "Gr\u{f6}\u{df}e \u{e4}");
+        let long = readable(&[b'x'; 1_000_000], 0).into_owned();
+        assert!(long.len() < LONGEST + 40 && long.ends_with("x ... (1000000 bytes in all)"));
+        assert_eq!(readable(b"xy", 3), "xy ... (3 bytes in all)");
     }
 }

@@ -1,6 +1,6 @@
 //! Puts back what a call of foreign code changed around itself, and puts that into words.
 
-use std::ffi::{c_int, c_void};
+use std::ffi::{CStr, c_int, c_void};
 use std::sync::{Mutex, PoisonError};
 
 use super::ending::is_guarded;
@@ -113,7 +113,8 @@ pub(super) fn around_rare<T>(alone: bool, body: impl FnOnce() -> T) -> (T, Chang
 }
 
 /// One sentence for each change, about the call that made it.
-pub(super) fn in_words(changes: Changes, call: &str) -> impl Iterator<Item = String> {
+pub(super) fn in_words(changes: Changes, call: &CStr) -> impl Iterator<Item = String> {
+    let call = call.to_string_lossy().into_owned();
     let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
     rows.map(move |(_, (what, whose))| {
         format!("{call} {what}, which would have changed {whose}: it is put back")

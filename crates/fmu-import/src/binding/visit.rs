@@ -5,7 +5,7 @@
 
 use super::Instance;
 use super::ending::notes_are_written;
-use super::surroundings::{Changes, put_back_after_step};
+use super::surroundings::{Changes, in_words, put_back_after_step};
 use crate::{CallError, Storage};
 
 /// An instance in the middle of a step.
@@ -90,7 +90,7 @@ impl Instance {
             c"fmi3DoStep or a call beside it"
         );
         if let Some(news) = self.activity.news(changes) {
-            self.mailbox.warn(self.activity.tell(news, call));
+            self.mailbox.warn(in_words(news, call));
         }
     }
 }

@@ -317,7 +317,7 @@ mod tests {
 
     fn event(time: f64, message: &str) -> Event {
         let message = message.to_owned();
-        Event { time, level: Level::Info, source: String::new(), message }
+        Event { time, level: Level::Info, source: String::new(), message, again: 0 }
     }
 
     #[test]

@@ -84,7 +84,7 @@ pub fn made(folder: &Path, columns: Columns<Recorded>, ticks: u64) -> Result<Vec
         sink.row(tick, time, &Row::from_values(numbers, vec![format!("row {tick}"); texts]))?;
         if tick % 100 == 50 {
             let (source, message) = ("car".to_owned(), format!("half a second after {time}"));
-            sink.event(&Event { time, level: Level::Info, source, message })?;
+            sink.event(&Event { time, level: Level::Info, source, message, again: 0 })?;
         }
     }
     sink.finish("# All is well", true)?;

@@ -42,7 +42,7 @@ impl Events {
         let text = |it: &Event| format!("{}: {}", self.slot.label(&it.source), it.message);
         let texts = self.events.iter().map(text);
         let levels = self.events.iter().map(|it| match it.level {
-            Level::Info => TextLogLevel::INFO,
+            Level::Info | Level::Summary => TextLogLevel::INFO,
             Level::Warning => TextLogLevel::WARN,
             Level::Error => TextLogLevel::ERROR,
         });

@@ -114,6 +114,7 @@ mod tests {
 
     fn group(references: &[u32], elements: usize) -> Group {
         Group {
+            tunable: false,
             storage: Storage::Float64,
             references: references.to_vec(),
             elements,

@@ -230,7 +230,7 @@ fn wire(
     let known = read_unit(&written, to)?;
     let (source, place, signal) = written;
     match unit {
-        SignalUnit::Known(from, own) => {
+        SignalUnit::Known(from, own) | SignalUnit::Difference(from, own) => {
             let conversion = Unit::conversion(&from, &known).ok_or_else(|| {
                 let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{own}]");
                 let help = format!("{} is not {}", from.dimension(), known.dimension());

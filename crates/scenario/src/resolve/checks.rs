@@ -1,12 +1,14 @@
 //! Turns `[[check]]` into expressions over columns.
 
+use std::collections::BTreeSet;
+
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
 
 use super::manoeuvres;
 use super::signal_units::{SignalUnits, cure};
-use crate::plan::{CheckPlan, Clock, Condition, ResultName, Results};
+use crate::plan::{CheckPlan, Clock, Condition, MESSAGES, ResultName, Results};
 use crate::words::{Check, Scenario};
 
 /// The columns of the run and their units.
@@ -92,7 +94,7 @@ fn condition(
     let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
     let (mut signals, mut results) = (0, Vec::new());
     let mixed = parse::<Mixed>(scenario, check, columns, &mut |name| {
-        if let Some(result) = result_name(scenario, name) {
+        if let Some(result) = result_name(scenario, columns, name) {
             results.push(result);
             return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
         }
@@ -127,6 +129,7 @@ fn condition(
         results[index.position()].is_text = true;
     }
     manoeuvres::known(scenario, &results, &check.that)?;
+    known_messages(scenario, columns, &results, &check.that)?;
     Ok(Condition::Results(condition, results))
 }
 
@@ -141,7 +144,10 @@ fn parse<S>(
 }
 
 fn timeless(scenario: &Scenario, check: &Check) -> Error {
-    let message = format!("check `{}`: results of analyses have no time", check.name.get_ref());
+    let message = format!(
+        "check `{}`: results of analyses have no time, nor have numbers of messages",
+        check.name.get_ref()
+    );
     let span = check.during.as_ref().map_or(check.that.span(), Spanned::span);
     scenario
         .source
@@ -168,17 +174,63 @@ fn malformed(
     pointed.hint(closest.or(cure).or(error.help).or(hint)).about_unknown(error.unknown)
 }
 
-/// The result that a name means when it begins with an analysis or a validation.
-pub(super) fn result_name(scenario: &Scenario, name: &str) -> Option<ResultName> {
+/// The names of all numbers of messages: of all nodes together, and of each.
+fn message_counts(scenario: &Scenario, columns: &Columns<Full>) -> BTreeSet<String> {
+    let both = |of: &str| ["warnings", "errors"].map(|what| format!("{MESSAGES}{of}.{what}"));
+    let fmus = scenario.document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
+    let nodes = columns.iter().map(|column| column.node.as_str()).chain(fmus);
+    nodes.flat_map(|node| both(&format!(".{node}"))).chain(both("")).collect()
+}
+
+/// Refuses numbers of messages that nobody counts.
+pub(super) fn known_messages(
+    scenario: &Scenario,
+    columns: &Columns<Full>,
+    results: &[ResultName],
+    at: &Spanned<String>,
+) -> Result<(), Error> {
+    for ResultName { of, path, .. } in results.iter().filter(|it| it.of == MESSAGES) {
+        let (name, known) = (format!("{of}.{path}"), message_counts(scenario, columns));
+        if named(scenario, of).is_none() && !known.contains(&name) {
+            let known = known.iter().map(String::as_str);
+            let unknown = suggest::unknown("number of messages", &name, known);
+            return Err(unknown.at(&scenario.source, at.span()));
+        }
+    }
+    Ok(())
+}
+
+/// The analysis, validation or manoeuvre of this name.
+fn named<'s>(scenario: &'s Scenario, name: &str) -> Option<&'s String> {
+    producers(scenario).find(|of| *of == name)
+}
+
+/// The result that a name means when it begins with an analysis or a validation; or else with `messages`, unless that is a node.
+pub(super) fn result_name(
+    scenario: &Scenario,
+    columns: &Columns<Full>,
+    name: &str,
+) -> Option<ResultName> {
+    let found = producers(scenario).find_map(|of| {
+        let path = name.strip_prefix(of.as_str())?.strip_prefix('.')?;
+        Some((of.clone(), path.to_owned()))
+    });
+    let counts = || {
+        let path = name.strip_prefix(MESSAGES)?.strip_prefix('.')?;
+        let is_node = columns.iter().any(|column| column.node == MESSAGES);
+        (!is_node).then(|| (MESSAGES.to_owned(), path.to_owned()))
+    };
+    let (of, path) = found.or_else(counts)?;
+    Some(ResultName { of, path, is_text: false })
+}
+
+/// The names of what gives results.
+fn producers(scenario: &Scenario) -> impl Iterator<Item = &String> {
     let document = &scenario.document;
     let analyses = document.analysis.iter().map(|analysis| &analysis.name);
     let validations = document.validation.iter().map(|validation| &validation.name);
     let manoeuvres = document.manoeuvre.iter().map(|manoeuvre| &manoeuvre.name);
-    analyses.chain(validations).chain(manoeuvres).find_map(|of| {
-        let path = name.strip_prefix(of.get_ref())?.strip_prefix('.')?;
-        let (of, path) = (of.get_ref().clone(), path.to_owned());
-        Some(ResultName { of, path, is_text: false })
-    })
+    analyses.chain(validations).chain(manoeuvres).map(Spanned::get_ref)
 }
 
 fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f64; 2], Error> {

@@ -4,7 +4,7 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, Signal};
 use recording::{Column, Columns, Full};
 
-use super::checks::{inside, result_name};
+use super::checks::{inside, known_messages, result_name};
 use super::signal_units::SignalUnits;
 use crate::plan::{CollectPlan, Collected};
 use crate::words::Scenario;
@@ -27,7 +27,8 @@ fn plan(
     (columns, units): (&Columns<Full>, &SignalUnits),
 ) -> Result<CollectPlan, Error> {
     let name = name.get_ref().clone();
-    if let Some(result) = result_name(scenario, text.get_ref()) {
+    if let Some(result) = result_name(scenario, columns, text.get_ref()) {
+        known_messages(scenario, columns, std::slice::from_ref(&result), text)?;
         return Ok(CollectPlan { name, unit: None, origin: Collected::Result(result) });
     }
     let resolve = &mut |signal: &str| {

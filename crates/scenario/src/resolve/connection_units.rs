@@ -24,6 +24,8 @@ enum Fit {
     /// One end has a unit, and this one has none that can be read.
     Lacks(Side),
     Differ((Unit, String), (Unit, String)),
+    /// One end is a difference, the other a point on a scale with a shifted zero; their units.
+    Zeros(String, String),
 }
 
 fn fit(from: &Port, to: &Port) -> Fit {
@@ -32,8 +34,17 @@ fn fit(from: &Port, to: &Port) -> Fit {
     let plain = |unit: &Unit, other: &Port| *unit == Unit::ONE && other.unit.is_none();
     match (signal_unit(from), signal_unit(to)) {
         (SignalUnit::Plain, _) | (_, SignalUnit::Plain) => same,
-        (SignalUnit::Known(a, from), SignalUnit::Known(b, to)) => {
-            let differ = || Fit::Differ((a, from), (b, to));
+        (SignalUnit::Known(mut a, one), SignalUnit::Known(mut b, other)) => {
+            // A signal and a column of a table are what they are connected to.
+            let relative = from.relative.is_some() || to.relative.is_some();
+            if relative && !(from.typed && to.typed) {
+                (a, b) = (a.of_differences(), b.of_differences());
+            } else if from.relative.is_some() != to.relative.is_some()
+                && (shifted(from) || shifted(to))
+            {
+                return Fit::Zeros(one, other);
+            }
+            let differ = || Fit::Differ((a, one), (b, other));
             Unit::conversion(&a, &b).map_or_else(differ, Fit::Converted)
         }
         _ if from.unit == to.unit => same,
@@ -44,8 +55,13 @@ fn fit(from: &Port, to: &Port) -> Fit {
         (SignalUnit::Missing, SignalUnit::Missing) if from.unit.is_none() => {
             Fit::Lacks(Side::Output)
         }
-        (SignalUnit::Missing, SignalUnit::Missing) => Fit::Lacks(Side::Input),
+        _ => Fit::Lacks(Side::Input),
     }
+}
+
+/// Whether the unit of a port has an offset, even one that does not count.
+fn shifted(port: &Port) -> bool {
+    port.relative.or(port.dimension.map(|unit| unit.offset)).is_some_and(|offset| offset != 0.0)
 }
 
 /// Factor and offset of each connection of the scenario; none where an end is wrong.
@@ -84,6 +100,10 @@ pub(super) fn judge(
             }
             Fit::Converted(conversion) => return Some(conversion),
             Fit::Differ(a, b) => mistakes.push(differ(scenario, connect, &a, &b)),
+            Fit::Zeros(one, other) => {
+                let source = (&nodes[from.0].outputs[from.1], one);
+                mistakes.push(zeros(scenario, connect, source, other));
+            }
             Fit::Lacks(side) => {
                 let node = if side == Side::Output { from.0 } else { to.0 };
                 lacking.entry(node).or_default().push(Lacking { connect, ends, side });
@@ -154,6 +174,24 @@ fn differ(
         format!("cannot connect `{from_word}` to `{to_word}`: [{from}] is no unit of [{to}]");
     let help = format!("{} is not {}", a.dimension(), b.dimension());
     scenario.error(&connect.to, message).help(help)
+}
+
+/// The error about a difference that meets a point on a scale with a shifted zero.
+fn zeros(
+    scenario: &Scenario,
+    connect: &Connect,
+    (from, one): (&Port, String),
+    other: String,
+) -> Error {
+    let (a, b) = (connect.from.get_ref(), connect.to.get_ref());
+    let words = ["a difference (relativeQuantity)", "a point on a scale with a shifted zero"];
+    let [first, second] = if from.relative.is_some() { words } else { [words[1], words[0]] };
+    let message = format!(
+        "cannot connect `{a}` to `{b}`: `{a}` [{one}] is {first}, and `{b}` [{other}] is {second}"
+    );
+    scenario.error(&connect.to, message).help(
+        "connect two of one sort; if both mean the same, say how the number is led on: transform = { factor = 1.0, offset = 0.0 }",
+    )
 }
 
 /// The error about one end without a unit.

@@ -170,7 +170,10 @@ fn chain<'c>(
     let input = word.get_ref();
     let Some(connection) = connection else {
         let message = format!("nothing is connected to `{input}`");
-        return Err(scenario.error(word, message).about_unknown(input.clone()));
+        let help = format!(
+            "a fault changes the value of a connection: lead a signal to it, [[connect]] to = \"{input}\""
+        );
+        return Err(scenario.error(word, message).help(help).about_unknown(input.clone()));
     };
     connection.input_chain.as_mut().ok_or_else(|| {
         let message = format!("`{input}` is a text, and faults act on numbers only");
@@ -233,7 +236,8 @@ fn open<'a>(connected: &HashSet<&String>, node: &'a UnplacedNode) -> Vec<&'a Por
         let name = format!("{}.{}", node.name, port.name);
         let is_connected = connected.contains(&name);
         // A clock without a connection never ticks.
-        !is_connected && !started.contains(&port.name) && port.kind != Type::Clock && !port.optional
+        let may_stay = port.kind == Type::Clock || port.optional || port.tunable;
+        !is_connected && !started.contains(&port.name) && !may_stay
     };
     node.inputs.iter().filter(is_open).collect()
 }

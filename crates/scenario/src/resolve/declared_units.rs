@@ -25,7 +25,8 @@ pub(super) fn with_declared_units(
     for (index, unit) in declared_units(scenario, node, &variables, mistakes) {
         match unit {
             Some((unit, name)) => {
-                (variables[index].dimension, variables[index].unit) = (Some(unit), Some(name));
+                variables[index].measure_in(unit);
+                variables[index].unit = Some(name);
             }
             None => _ = wrong.insert(index),
         }
@@ -123,7 +124,7 @@ fn declare(scenario: &Scenario, variable: &Variable, word: &Word) -> Result<(Uni
     let word = &Spanned::new(word.span(), text.clone());
     let declared = unit::unit(scenario, word)?;
     if let (Some(own), Some(text)) = (&variable.dimension, &variable.unit)
-        && Unit::conversion(own, &declared) != Some((1.0, 0.0))
+        && Unit::conversion(own, &variable.scale(declared)) != Some((1.0, 0.0))
     {
         let (name, said) = (&variable.name, word.get_ref());
         let message = format!(

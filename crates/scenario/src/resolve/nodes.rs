@@ -15,7 +15,7 @@ use units::Unit;
 use super::archives::{Opened, archive, noted, open_for};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
-use super::ports::{Port, Side, port, references};
+use super::ports::{Port, Side, is_tunable, port, references};
 use super::starts::{Given, starts};
 use super::{Notes, isolation, manoeuvres, overrides, readings};
 use crate::build_request::BuildRequest;
@@ -261,6 +261,7 @@ fn table(
             // A file may tell a unit that is not known here.
             dimension: unit.as_deref().and_then(|unit| Unit::parse(unit).ok()),
             unit,
+            relative: None,
             wrong_unit: false,
             description: Some(format!("column {} of {path}", column.column.get_ref())),
             reference: 0,
@@ -268,6 +269,7 @@ fn table(
             element: (0, 1),
             continuous: kind == Type::Real && table.interpolation != Interpolation::Hold,
             discrete: false,
+            tunable: false,
             clocks: Vec::new(),
             optional: false,
             place: 0,
@@ -316,7 +318,9 @@ fn fmu(
         }
         _ => true,
     };
-    let inputs = ports(fmu.description.with(Causality::Input).filter(can_connect).collect());
+    let mut inputs: Vec<_> = fmu.description.with(Causality::Input).filter(can_connect).collect();
+    inputs.extend(tuned(scenario, node, variables));
+    let inputs = ports(inputs);
     let shown = shown(scenario, node, (variables, events), mistakes);
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, given, mistakes);
@@ -337,6 +341,21 @@ fn fmu(
         place: node.name.span(),
         names: Names::default(),
     })
+}
+
+/// The places of the tunable parameters that a connection or a fault names: they take values during the run, as inputs do.
+fn tuned(scenario: &Scenario, node: &words::Fmu, variables: &[Variable]) -> Vec<usize> {
+    let own = |name: &'_ Spanned<String>| -> Option<String> {
+        let (of, variable) = name.get_ref().split_once('.')?;
+        (of == node.name.get_ref()).then(|| variable.to_owned())
+    };
+    let document = &scenario.document;
+    let connected = document.connect.iter().filter_map(|connect| own(&connect.to));
+    let faulty = document.fault.iter().filter_map(|fault| own(fault.input.as_ref()?));
+    let names: HashSet<_> = connected.chain(faulty).collect();
+    let is_named = |it: &Variable| names.contains(&it.name) || names.contains(it.array());
+    let places = variables.iter().enumerate().filter(|(_, it)| is_tunable(it) && is_named(it));
+    places.map(|(place, _)| place).collect()
 }
 
 /// The places of the outputs, and of what the scenario wants to observe besides.

@@ -1,6 +1,7 @@
 //! Finds the node and the port that a word names.
 
 use diagnostics::{Error, Spanned, suggest};
+use fmu_import::{Causality, Variability};
 
 use super::nodes::UnplacedNode;
 pub(super) use super::ports::Side;
@@ -25,6 +26,17 @@ pub(super) fn find(
         let unknown = suggest::unknown("node", node, known);
         return Err(unknown.at(&scenario.source, word.span()));
     }
+    if side == Side::Input
+        && let Some(fixed) = own().find_map(|(_, found)| fixed_parameter(found, variable))
+    {
+        let error = scenario.error(
+            word,
+            format!("`{full}` is a {fixed} parameter, which keeps its start value during a run"),
+        );
+        return Err(error.help(format!(
+            "only inputs and tunable parameters (variability=\"tunable\") take values during a run; give it one by start = {{ \"{variable}\" = ... }} in [[fmu]] `{node}`"
+        )));
+    }
     let (mut known, mut is_other) = (Vec::new(), false);
     let name = if side == Side::Input { "input" } else { "output" };
     let other = if side == Side::Input { Side::Output } else { Side::Input };
@@ -48,4 +60,16 @@ pub(super) fn find(
     }
     let unknown = suggest::unknown(name, full, known.iter().map(String::as_str));
     Err(unknown.at(&scenario.source, word.span()))
+}
+
+/// How a parameter of an FMU that no connection reaches is called: fixed, or structural.
+fn fixed_parameter(node: &UnplacedNode, variable: &str) -> Option<&'static str> {
+    let Body::Fmu { fmu, .. } = &node.body else { return None };
+    let about = &fmu.description.variables[fmu.description.find(variable)?];
+    match (about.causality, about.variability) {
+        (Causality::Parameter, Variability::Tunable) => None,
+        (Causality::Parameter, _) => Some("fixed"),
+        (Causality::StructuralParameter, _) => Some("structural"),
+        _ => None,
+    }
 }

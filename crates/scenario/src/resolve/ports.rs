@@ -28,6 +28,8 @@ pub(super) struct Port {
     pub items: Vec<Item>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
+    /// Of a difference, the offset that its unit has in the description of its FMU and that does not count, in SI units.
+    pub relative: Option<f64>,
     /// Whether something is wrong with its unit that was told already.
     pub wrong_unit: bool,
     pub description: Option<String>,
@@ -38,8 +40,10 @@ pub(super) struct Port {
     pub element: (usize, usize),
     /// Whether it is a real number that changes continuously.
     pub continuous: bool,
-    /// Whether it is an input that changes at events only, of an FMU with event mode.
+    /// Whether it is an input or a tunable parameter that changes at events only, of an FMU with event mode.
     pub discrete: bool,
+    /// Whether it is a tunable parameter.
+    pub tunable: bool,
     /// The value references of its clocks, of an FMU with event mode.
     pub clocks: Vec<u32>,
     /// Of an input, whether its start value means that nothing is connected.
@@ -59,6 +63,7 @@ impl Port {
             typed: false,
             items: Vec::new(),
             dimension,
+            relative: None,
             unit,
             wrong_unit: false,
             description: None,
@@ -67,6 +72,7 @@ impl Port {
             element: (0, 1),
             continuous: true,
             discrete: false,
+            tunable: false,
             clocks: Vec::new(),
             optional: false,
             place: 0,
@@ -78,13 +84,15 @@ impl Port {
 /// The port of a variable, of an FMU that has event mode or has not.
 pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
     let variable = &variables[place];
+    let tunable = is_tunable(variable);
     Port {
         name: variable.name.clone(),
         kind: variable.kind,
         typed: true,
         items: variable.items.clone(),
-        unit: variable.unit.clone(),
+        unit: variable.plain_unit(),
         dimension: variable.dimension,
+        relative: variable.relative,
         wrong_unit: false,
         description: variable.description.clone(),
         reference: variable.reference,
@@ -92,13 +100,20 @@ pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
         element: variable.element,
         continuous: variable.kind == Type::Real && variable.variability == Variability::Continuous,
         discrete: events
-            && variable.causality == Causality::Input
+            && (tunable || variable.causality == Causality::Input)
             && variable.variability != Variability::Continuous,
+        tunable,
         clocks: if events { variable.clocks.clone() } else { Vec::new() },
         optional: variable.optional,
         place,
         follows: variable.dependencies.clone(),
     }
+}
+
+/// Whether a variable is a parameter that may get other values during a run: between communication points, in event mode of FMUs that have
+/// it (FMI 2.0.4, section 4.2.4; FMI 3.0, section 2.4.7.4).
+pub(super) fn is_tunable(variable: &Variable) -> bool {
+    (variable.causality, variable.variability) == (Causality::Parameter, Variability::Tunable)
 }
 
 /// The variables behind ports, which are in the order of their forms and of the file.
@@ -116,7 +131,8 @@ pub(super) fn references(ports: &[Port]) -> Ports {
         };
         let joins = |group: &&mut Group| {
             let same = group.references.last() == Some(&port.reference);
-            let alike = (group.storage, group.discrete) == (port.storage, port.discrete)
+            let alike = (group.storage, group.discrete, group.tunable)
+                == (port.storage, port.discrete, port.tunable)
                 && group.clocks == port.clocks;
             alike && (same || !is_text)
         };
@@ -128,6 +144,7 @@ pub(super) fn references(ports: &[Port]) -> Ports {
                     references: Vec::new(),
                     elements: 0,
                     discrete: port.discrete,
+                    tunable: port.tunable,
                     clocks: port.clocks.clone(),
                     places: Vec::new(),
                     needed: true,

@@ -25,6 +25,21 @@ impl SignalUnits {
         SignalUnits(ports.collect())
     }
 
+    /// Those of all inputs and outputs, for expressions: differences are none on a scale with a shifted zero.
+    pub(super) fn of_expressions(nodes: &[UnplacedNode]) -> Self {
+        let ports = nodes.iter().flat_map(|node| {
+            let ports = node.outputs.iter().chain(&node.inputs);
+            ports.map(|port| (format!("{}.{}", node.name, port.name), port))
+        });
+        let units = ports.map(|(name, port)| match signal_unit(port) {
+            SignalUnit::Known(unit, text) if port.relative.is_some() => {
+                (name, SignalUnit::Difference(unit, text))
+            }
+            other => (name, other),
+        });
+        SignalUnits(units.collect())
+    }
+
     /// Those of a recording. The run has judged them already: what is not known takes any.
     pub(super) fn of_recording<S>(columns: &Columns<S>) -> Self {
         let unit = |column: &Column| {

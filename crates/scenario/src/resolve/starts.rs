@@ -292,7 +292,8 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
         (Type::Real, toml::Value::String(text)) => {
             let (number, unit) = quantity(text).ok_or_else(wrong_type)?;
             let wanted = variable.unit.as_deref().map(|name| (variable.dimension, name));
-            let number = converted(number, unit, wanted);
+            let relative = variable.relative.is_some();
+            let number = converted(number, unit, wanted, relative);
             Value::Real(number.map_err(|message| format!("`{name}`: {message}"))?)
         }
         (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,

@@ -158,7 +158,7 @@ impl Scenario {
         let own = self.document.signal[index].get_ref().unit.as_ref();
         let own = own.map(|word| word.get_ref().as_str());
         let own = own.map(|text| (None, text));
-        Ok(toml::Value::Float(converted(number, unit, own)?).to_string())
+        Ok(toml::Value::Float(converted(number, unit, own, false)?).to_string())
     }
 }
 
@@ -184,16 +184,21 @@ fn readable(text: &str) -> Result<Unit, String> {
     })
 }
 
-/// A number in another unit. An FMU may define the unit of a name itself.
+/// A number in another unit, whose offset does not count if it is a difference. An FMU may define the unit of a name itself.
 pub(crate) fn converted(
     number: f64,
     unit: &str,
     wanted: Option<(Option<Unit>, &str)>,
+    relative: bool,
 ) -> Result<f64, String> {
     let (defined, name) =
         wanted.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
     let wanted = defined.map_or_else(|| readable(name), Ok)?;
-    let (factor, offset) = Unit::conversion(&readable(unit)?, &wanted)
+    let (mut given, mut own) = (readable(unit)?, wanted);
+    if relative {
+        (given, own) = (given.of_differences(), own.of_differences());
+    }
+    let (factor, offset) = Unit::conversion(&given, &own)
         .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;
     Ok(number * factor + offset)
 }

@@ -71,7 +71,8 @@ pub struct Fmu {
     /// without a word. Outputs of an FMU with a longer step keep their values until it ends.
     #[schemars(with = "Option<f64>", example = 0.001)]
     pub step: Option<Spanned<f64>>,
-    /// Whether the FMU logs everything.
+    /// Whether debug logging of the FMU is on, and each of its messages is an event of the recording. Without it, warnings and errors that
+    /// it logs are counted by kind.
     #[serde(default)]
     #[schemars(example = true)]
     pub log: bool,

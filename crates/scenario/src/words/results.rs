@@ -178,7 +178,8 @@ pub struct Check {
     /// Name of the check in reports, which no other check has.
     #[schemars(example = &"stays on the road")]
     pub name: Spanned<String>,
-    /// Condition in the language of checks.
+    /// Condition in the language of checks: of signals, of results of analyses and validations, or of numbers of messages, such as
+    /// `messages.plant.warnings == 0` or `messages.errors == 0`.
     #[schemars(example = &"max(abs(plant.y - reference.y)) < 0.3")]
     pub that: Spanned<String>,
     /// Beginning and end of the window of the condition [s]; the whole run without it.

@@ -273,7 +273,7 @@ impl<'a> Writer<'a> {
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.ends(connection)?;
-            if parameters::is_parameter(target) {
+            if parameters::is_start(source, target) {
                 let value = parameters::value(self.system, connection, (source, target))?;
                 self.begin(&connection.way.place);
                 self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
@@ -304,10 +304,10 @@ impl<'a> Writer<'a> {
     fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
         let Connection { from, to, way } = connection;
         let (source, target) = self.ends(connection)?;
-        if parameters::is_parameter(target) {
+        if parameters::is_start(source, target) {
             return Ok(());
         }
-        if target.causality != Causality::Input {
+        if target.causality != Causality::Input && !parameters::is_parameter(target) {
             let message = format!(
                 "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
                 to.variable, target.causality
@@ -345,7 +345,8 @@ fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error>
     let (mut factor, mut offset) = (1.0, 0.0);
     if let Some(from) = &start.unit {
         let to = unit(start.connector_unit.as_deref(), variable);
-        if let (Some(a), Some((b, to))) = (known(from), to) {
+        if let (Some(given), Some((b, to))) = (known(from), to) {
+            let a = variable.scale(given);
             let message = || format!("[{}] is no unit of [{to}]", from.name);
             (factor, offset) =
                 Unit::conversion(&a, &b).ok_or_else(|| wrong(&start.place, message()))?;

@@ -32,7 +32,8 @@ impl Plain {
         let plain = |group: &Group| {
             group.is_whole() && group.clocks.is_empty() && !group.is_exact() && !is_clock(group)
         };
-        let given = |group: &Group| plain(group) && group.storage != Storage::Float32;
+        let given =
+            |group: &Group| plain(group) && group.storage != Storage::Float32 && !group.tunable;
         let taken = |group: &Group| !group.needed || plain(group);
         let numbers = inputs.numbers.iter().all(given) && outputs.numbers.iter().all(taken);
         let texts = !inputs.texts.is_empty() || outputs.texts.iter().any(|group| group.needed);

@@ -69,13 +69,18 @@ fn give<T: Form>(
     let delays = events.delays(group);
     if delays || group.discrete {
         events.changed |= put(group, values, kept) && group.clocks.is_empty();
+    } else if group.tunable {
+        if !put(group, values, kept) {
+            return Ok(());
+        }
     } else if !group.is_whole() {
         put(group, values, kept);
     }
     if delays {
         return Ok(());
     }
-    T::set(instance, group, if group.is_whole() { values } else { kept })
+    let as_given = group.is_whole() && !group.tunable;
+    T::set(instance, group, if as_given { values } else { kept })
 }
 
 /// Takes the values of a group that travel; those of a clocked one are what it showed last.
@@ -100,7 +105,7 @@ impl FmuNode {
     /// only.
     pub(super) fn keep(&mut self) -> Result<(), CallError> {
         let FmuNode { instance, inputs, kept, .. } = self;
-        let delayed = |group: &Group| !group.is_whole() || group.discrete;
+        let delayed = |group: &Group| !group.is_whole() || group.discrete || group.tunable;
         for (place, group) in inputs.numbers.iter().enumerate().filter(|(_, it)| delayed(it)) {
             let starts = described(instance, group);
             let number = |value: &Value| match value {
@@ -180,7 +185,7 @@ impl FmuNode {
             }
             if events.delays(group) {
                 events.changed |= changed && group.clocks.is_empty();
-            } else {
+            } else if changed || !group.tunable {
                 instance.write(group.storage, group.references[0], kept)?;
             }
         }
@@ -298,7 +303,8 @@ fn described(instance: &Instance, group: &Group) -> Vec<Value> {
         let reference = *reference;
         variables
             .iter()
-            .filter(move |it| it.reference == reference && it.causality == Causality::Input)
+            .filter(move |it| it.reference == reference)
+            .filter(|it| matches!(it.causality, Causality::Input | Causality::Parameter))
     };
     let starts = group.references.iter().flat_map(of);
     let mut starts: Vec<_> =

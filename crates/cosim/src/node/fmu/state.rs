@@ -113,7 +113,8 @@ impl FmuNode {
                 }
             })?;
         }
-        if values.iter().any(|value| value.causality == Causality::Input) {
+        let tunable = self.inputs.numbers.iter().chain(&self.inputs.texts).any(|it| it.tunable);
+        if tunable || values.iter().any(|value| value.causality == Causality::Input) {
             self.keep()?;
         }
         match with_event {

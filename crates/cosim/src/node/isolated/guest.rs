@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::Error;
+use diagnostics::{Error, shown};
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
 use isolation::{Line, Sandbox, Talk};
 use scenario::plan::Ports;
@@ -36,6 +36,8 @@ pub fn serve(host: u32) -> Result<(), Error> {
             fmu_import::write_notes_to(None);
             fmu_import::complete(Some(0));
             drop(served);
+            let late = fmu_import::late_messages();
+            late.iter().for_each(|it| eprintln!("{}", shown(&format!("warning: {it}"))));
             return Ok(());
         }
         let end = matches!(question.task, Task::End);

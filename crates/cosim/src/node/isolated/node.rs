@@ -5,7 +5,7 @@ use fmu_import::{CallError, Message};
 use scenario::plan::{Clock, Start};
 
 use super::talk::{Done, Others, Task};
-use super::{IsolatedNode, TOLD, nonsense};
+use super::{IsolatedNode, nonsense};
 use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
@@ -200,13 +200,5 @@ impl Node for IsolatedNode {
 
     fn messages(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.messages)
-    }
-
-    fn notices(&mut self) -> Vec<String> {
-        let mut notices = std::mem::take(&mut self.notices);
-        if let Some(more) = self.failures.checked_sub(TOLD).filter(|more| *more > 0) {
-            notices.push(format!("`{}` failed {more} times more", self.setup.name));
-        }
-        notices
     }
 }

@@ -46,7 +46,7 @@ impl From<&Event> for Log {
         Log {
             timestamp: Some(Timestamp::at(event.time)),
             level: match event.level {
-                Level::Info => 2,
+                Level::Info | Level::Summary => 2,
                 Level::Warning => 3,
                 Level::Error => 4,
             },
@@ -64,7 +64,7 @@ pub(crate) fn event(time: f64, message: &[u8]) -> Option<Event> {
         4 => Level::Error,
         _ => Level::Info,
     };
-    Some(Event { time, level, source: log.name, message: log.message })
+    Some(Event { time, level, source: log.name, message: log.message, again: 0 })
 }
 
 /// `foxglove.Vector3` [m].

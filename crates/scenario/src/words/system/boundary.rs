@@ -110,7 +110,7 @@ impl Writer<'_> {
         match (known(unit), Unit::parse(&unit.name)) {
             (Some(defined), Ok(read)) if Unit::conversion(&defined, &read) == Some((1.0, 0.0)) => {
                 own.unit = Some(unit.name.clone());
-                own.dimension = Some(defined);
+                own.measure_in(defined);
                 Some((own, true))
             }
             _ => {

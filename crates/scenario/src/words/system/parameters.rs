@@ -12,6 +12,17 @@ pub(super) fn is_parameter(variable: &Variable) -> bool {
     matches!(variable.causality, Causality::Parameter | Causality::StructuralParameter)
 }
 
+/// Whether what is connected to a variable is its start value. A tunable parameter takes what an FMU computes during the run, as an input
+/// does.
+pub(super) fn is_start(source: &Variable, target: &Variable) -> bool {
+    let tuned = target.variability == Variability::Tunable && !is_known(source);
+    is_parameter(target) && !(tuned && target.causality == Causality::Parameter)
+}
+
+fn is_known(source: &Variable) -> bool {
+    source.variability == Variability::Constant || is_parameter(source)
+}
+
 /// The value of the parameter at the end of a connection, as TOML.
 ///
 /// # Errors
@@ -22,7 +33,7 @@ pub(super) fn value(
     (source, target): (&Variable, &Variable),
 ) -> Result<String, Error> {
     let Connection { from, to, way } = connection;
-    let known = source.variability == Variability::Constant || is_parameter(source);
+    let known = is_known(source);
     let component = system.components.get(from.component);
     let bound = component.and_then(|it| it.starts.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {

@@ -63,7 +63,7 @@ fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
 /// The unit of a connector, or else that of the variable behind it, with a name for messages.
 pub(super) fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
     match of {
-        Some(unit) => Some((known(unit)?, unit.name.clone())),
+        Some(unit) => Some((variable.scale(known(unit)?), unit.name.clone())),
         None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
     }
 }
@@ -87,6 +87,16 @@ pub(super) fn conversion(
     let (Some((a, from)), Some((b, to))) = units else { return Ok(same) };
     if way.suppress_unit_conversion || source.kind != Type::Real {
         return Ok(same);
+    }
+    let shifted = |unit: &Unit, it: &Variable| it.relative.unwrap_or(unit.offset) != 0.0;
+    if source.relative.is_some() != target.relative.is_some()
+        && (shifted(&a, source) || shifted(&b, target))
+    {
+        let (one, other) = (&source.name, &target.name);
+        let message = format!(
+            "`{one}` [{from}] and `{other}` [{to}]: one is a difference (relativeQuantity), the other a point on a scale with a shifted zero: connect two of one sort, or set suppressUnitConversion"
+        );
+        return Err(wrong(&way.place, message));
     }
     let found = Unit::conversion(&a, &b).ok_or_else(|| {
         let message = format!(

@@ -1,0 +1,222 @@
+//! Counts what the nodes of a run say: summaries at its start, warnings and errors by kind.
+
+use std::collections::{BTreeMap, HashMap};
+
+use diagnostics::rounded;
+use fmu_import::{Kinds, MessageKind, MessageLevel, others};
+use recording::{Event, Level};
+use scenario::plan::MESSAGES;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// How grave a message of a node is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// It says what the node is.
+    Summary,
+    /// Something is odd, and the run went on.
+    Warning,
+    /// The node calls it an error, and the run went on or ended by it.
+    Error,
+}
+
+/// Messages of one kind of one node, see [`MessageKind`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NodeMessage {
+    /// The node.
+    pub node: String,
+    /// How grave it is.
+    pub level: Severity,
+    /// The first one.
+    pub text: String,
+    /// How many there were.
+    pub count: u64,
+    /// The communication point at the end of the step of the first one [s].
+    pub first: f64,
+}
+
+impl NodeMessage {
+    /// The message in one sentence; further lines of its text are indented.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let NodeMessage { node, count, first, .. } = self;
+        let text = self.text.replace('\n', "\n    ");
+        let what = match self.level {
+            Severity::Summary => return format!("{node}: {text}"),
+            Severity::Warning => "warns",
+            Severity::Error => "logs an error",
+        };
+        let first = rounded(*first);
+        let times = match count {
+            1 => format!("at {first} s"),
+            count => format!("{count} times, first at {first} s"),
+        };
+        let comma = if *count == 1 { "" } else { "," };
+        format!("`{node}` {what}{comma} {times}: {text}")
+    }
+}
+
+/// So many kinds of each node are told on a terminal and in the log of a CI system; the report has all.
+const SHOWN: usize = 10;
+
+/// A line for each warning and error.
+#[must_use]
+pub fn lines(messages: &[NodeMessage]) -> Vec<String> {
+    let mut of_node: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut lines = Vec::new();
+    for message in messages.iter().filter(|it| it.level != Severity::Summary) {
+        let count = of_node.entry(&message.node).or_default();
+        *count += 1;
+        lines.extend((*count <= SHOWN).then(|| message.line()));
+    }
+    for (node, count) in of_node.into_iter().filter(|(_, count)| *count > SHOWN) {
+        let more = count - SHOWN;
+        lines.push(format!("`{node}` has {more} kinds of messages more: report.html lists them"));
+    }
+    lines
+}
+
+/// The messages of the nodes of a run by kind.
+#[derive(Debug, Default)]
+pub(crate) struct Messages(HashMap<String, Kinds<Counted>>);
+
+/// A kind, and how many of its messages the recordings have.
+#[derive(Debug)]
+struct Counted {
+    message: NodeMessage,
+    recorded: u64,
+}
+
+impl Messages {
+    /// Counts an event of a node; whether the recordings get it.
+    pub fn take(&mut self, event: &Event) -> bool {
+        let Event { time, level, source, message: text, again } = event;
+        let (level, severity) = match level {
+            Level::Info => return *again == 0,
+            Level::Summary => (MessageLevel::Info, Severity::Summary),
+            Level::Warning => (MessageLevel::Warning, Severity::Warning),
+            Level::Error => (MessageLevel::Error, Severity::Error),
+        };
+        if !self.0.contains_key(source) {
+            self.0.insert(source.clone(), Kinds::default());
+        }
+        let Some(kinds) = self.0.get_mut(source) else { return true };
+        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| Counted {
+            message: NodeMessage {
+                node: source.clone(),
+                level: severity,
+                text: if beyond { others(text) } else { text.clone() },
+                count: 0,
+                first: *time,
+            },
+            recorded: 0,
+        });
+        let counted = &mut kinds.entries_mut()[place];
+        counted.message.count += (*again).max(1);
+        let recorded = *again == 0 || new;
+        counted.recorded += u64::from(recorded);
+        recorded
+    }
+
+    /// All kinds in the order of their first messages.
+    pub fn list(&self) -> Vec<NodeMessage> {
+        let kinds = self.0.values().flat_map(Kinds::entries);
+        let mut list: Vec<_> = kinds.map(|it| it.message.clone()).collect();
+        list.sort_by(|a, b| a.first.total_cmp(&b.first).then_with(|| a.node.cmp(&b.node)));
+        list
+    }
+
+    /// For the recordings, at a time [s]: an event for each kind of which they have not all.
+    pub fn counts(&self, time: f64) -> Vec<Event> {
+        let kinds = self.0.values().flat_map(Kinds::entries);
+        let counts = kinds.filter(|it| it.recorded < it.message.count).map(|it| {
+            let NodeMessage { node, level, text, count, first } = it.message.clone();
+            let level = match level {
+                Severity::Summary => Level::Summary,
+                Severity::Warning => Level::Warning,
+                Severity::Error => Level::Error,
+            };
+            let first = rounded(first);
+            let message = format!("{count} times in all, first at {first} s: {text}");
+            Event { time, level, source: node, message, again: 0 }
+        });
+        let mut counts: Vec<_> = counts.collect();
+        counts.sort_by(|a, b| a.source.cmp(&b.source));
+        counts
+    }
+}
+
+/// What checks see: the numbers of warnings and errors, of all nodes and of each of `nodes`, under their whole names.
+pub(crate) fn results<'n>(
+    messages: &[NodeMessage],
+    nodes: impl Iterator<Item = &'n str>,
+) -> (String, Value) {
+    let count = |node: Option<&str>, level: Severity| -> Value {
+        let of = |it: &&NodeMessage| it.level == level && node.is_none_or(|node| it.node == node);
+        messages.iter().filter(of).map(|it| it.count).sum::<u64>().into()
+    };
+    let both = |node: Option<&str>| {
+        let name = |what: &str| node.map_or(what.to_owned(), |node| format!("{node}.{what}"));
+        let both = [("warnings", Severity::Warning), ("errors", Severity::Error)];
+        both.map(|(what, level)| (name(what), count(node, level)))
+    };
+    let all = both(None).into_iter().chain(nodes.flat_map(|node| both(Some(node))));
+    (MESSAGES.to_owned(), Value::Object(all.collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(source: &str, level: Level, message: &str, again: u64) -> Event {
+        Event { time: 0.25, level, source: source.to_owned(), message: message.to_owned(), again }
+    }
+
+    #[test]
+    fn kinds_are_counted_by_node_and_told_in_one_sentence_each() {
+        let mut messages = Messages::default();
+        for (node, level, text, again, recorded) in [
+            ("b", Level::Warning, "late by 1 s", 0, true),
+            ("b", Level::Warning, "late by 2 s", 0, true),
+            ("b", Level::Warning, "late by 1 s", 7, false),
+            ("a", Level::Error, "late by 1 s", 3, true),
+            ("a", Level::Info, "fine", 0, true),
+            ("a", Level::Info, "fine", 4, false),
+            ("a", Level::Summary, "a\ncar", 0, true),
+        ] {
+            assert_eq!(messages.take(&event(node, level, text, again)), recorded, "{text}");
+        }
+        let list = messages.list();
+        assert_eq!(
+            lines(&list),
+            [
+                "`a` logs an error, 3 times, first at 0.25 s: late by 1 s",
+                "`b` warns, 9 times, first at 0.25 s: late by 1 s",
+            ]
+        );
+        assert_eq!(list[1].line(), "a: a\n    car");
+        let told: Vec<_> = messages.counts(1.0).into_iter().map(|it| it.message).collect();
+        let count = |count: u64| format!("{count} times in all, first at 0.25 s: late by 1 s");
+        assert_eq!(told, [count(3), count(9)]);
+        let (name, found) = results(&list, ["a", "b", "c.d"].into_iter());
+        assert_eq!(name, MESSAGES);
+        let expected = serde_json::json!({
+            "warnings": 9, "errors": 3, "a.warnings": 0, "a.errors": 3, "b.warnings": 9, "b.errors": 0,
+            "c.d.warnings": 0, "c.d.errors": 0,
+        });
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_terminal_gets_the_first_kinds_of_a_node() {
+        let mut messages = Messages::default();
+        for number in 0..1000 {
+            messages.take(&event("a", Level::Warning, &format!("word{number}"), 0));
+        }
+        let (list, lines) = (messages.list(), lines(&messages.list()));
+        assert_eq!((list.len(), lines.len()), (fmu_import::MOST_KINDS + 1, SHOWN + 1));
+        assert_eq!(list.iter().map(|it| it.count).sum::<u64>(), 1000);
+        assert_eq!(lines[SHOWN], "`a` has 91 kinds of messages more: report.html lists them");
+    }
+}
