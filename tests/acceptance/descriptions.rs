@@ -57,7 +57,7 @@ const READ: &[(&str, &str, &str)] = &[
     ("causality=\"parameter\" variability=\"fixed\"><Real", "causality=\"parameter\"><Real", "`at` in line 6: causality=\"parameter\" excludes variability=\"continuous\", which counts where none is written: read as \"fixed\""),
     ("causality=\"input\"", "causality=\"Input\"", "`u` in line 10: causality=\"Input\" is no word of FMI 2.0: read as \"input\""),
     ("dependencies=\"\"", "dependencies=\"6\" dependenciesKind=\"independent\"", "`y` in line 13: dependenciesKind: \"independent\" is no word of FMI 2.0: the kinds are left out"),
-    ("dependencies=\"\"", "dependencies=\"6 5\" dependenciesKind=\"fixed\"", "`y` in line 13: dependenciesKind has 1 words for 2 dependencies"),
+    ("dependencies=\"\"", "dependencies=\"6 5\" dependenciesKind=\"fixed\"", "`y` in line 13: the words of dependenciesKind are 1, of dependencies 2"),
     ("dependencies=\"\"", "dependencies=\"0\"", "`y` in line 13: the dependency \"0\" is none of the 6 variables: it is taken to follow all inputs"),
     ("dependencies=\"\"", "dependencies=\"99999\"", "the dependency \"99999\" is none of the 6 variables"),
     ("index=\"1\"", "index=\"0\"", "line 13: index=\"0\" is none of the 6 variables: it is left out"),
@@ -171,7 +171,7 @@ fn outputs_that_no_node_takes_are_not_read_before_the_first_step() {
     let start = "u = 0.0, fault = 'shows nothing before the first step'";
     let text = scenario().text().replace("u = 0.0", start);
     run(misbehave().to_vec(), &text).1.expect(0);
-    let other = Scenario::new().fmu("other", "tank.fmu", "").text();
+    let other = Scenario::new().fmu("other", "tank.fmu", "").key("unit = { u = 's' }").text();
     let led = format!("{text}\n{other}\n[[connect]]\nfrom = 'tank.y'\nto = 'other.u'\n");
     let (_, ended) = run(misbehave().to_vec(), &led);
     ended.expect(3).says(&["node `tank`: fmi2GetReal at t = 0 s returned fmi2Error"]);
@@ -223,7 +223,7 @@ pub fn cases() -> PathBuf {
 const CASES: &[(&str, i32, &str)] = &[
     ("bad_structure/dep0.toml", 0, "`y` in line 13: the dependency \"0\" is none of the 3 variables"),
     ("bad_structure/dep_far.toml", 0, "`y` in line 13: the dependency \"99999\" is none of the 3 variables"),
-    ("bad_structure/dep_kind.toml", 0, "`y` in line 13: dependenciesKind has 1 words for 2 dependencies"),
+    ("bad_structure/dep_kind.toml", 0, "`y` in line 13: the words of dependenciesKind are 1, of dependencies 2"),
     ("bad_structure/dep_newline.toml", 0, ""),
     ("bad_structure/index0.toml", 0, "line 13: index=\"0\" is none of the 3 variables"),
     ("bad_structure/index_far.toml", 0, "line 13: index=\"77\" is none of the 3 variables"),

@@ -251,7 +251,7 @@ impl Corrector<'_> {
                 format!("dependenciesKind: \"{kind}\" is no word of FMI {}", self.version)
             }
             None if has != needs => {
-                format!("dependenciesKind has {has} words for {needs} dependencies")
+                format!("the words of dependenciesKind are {has}, of dependencies {needs}")
             }
             None => return,
         };

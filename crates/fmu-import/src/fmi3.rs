@@ -2,6 +2,7 @@
 
 mod clocks;
 mod structure;
+mod words;
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use fmi_rs::model_description::fmi3::ModelDescription;
 use roxmltree::{Document, Node};
 use units::Unit;
 
-use crate::attributes::{Causality, Initial, Variability};
+use crate::attributes::Causality;
 use crate::definitions::{self, attribute, children, required};
 use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
 use crate::validation::{self, Listed, located};
@@ -240,6 +241,10 @@ fn unit(node: Node) -> Result<(String, Option<Unit>), String> {
     Ok((name, base))
 }
 
+fn is_unit(name: &str, units: &Units) -> bool {
+    matches!(units.get(name), Some(Some(_))) || definitions::is_unit(name)
+}
+
 /// The elements of a variable, row by row.
 fn elements(
     one: &Declared,
@@ -253,17 +258,15 @@ fn elements(
         node.attribute(name).or_else(|| declared.and_then(|declared| declared.attribute(name)))
     };
     let number = |name: &str| -> Option<f64> { of(name)?.trim().parse().ok() };
-    let is_unit =
-        |name: &&str| matches!(units.get(*name), Some(Some(_))) || definitions::is_unit(name);
-    let unit = of("unit").filter(is_unit).map(str::to_owned);
+    let unit = of("unit").filter(|name| is_unit(name, units)).map(str::to_owned);
     let measure = unit.as_deref().and_then(|name| match units.get(name) {
         Some(Some(unit)) => Some(*unit),
         _ => Unit::parse(name).ok(),
     });
     let relative = of("relativeQuantity").is_some_and(|it| matches!(it.trim(), "true" | "1"));
     let relative = relative && kind == Type::Real;
-    let causality = causality(node)?;
-    let variability = variability(node, kind, causality)?;
+    let causality = words::causality(node)?;
+    let variability = words::variability(node, kind, causality)?;
     let starts = starts(node, storage);
     let count = one.elements();
     let name: String = required(node, "name")?;
@@ -276,7 +279,7 @@ fn elements(
         items: declared.map_or(Ok(Vec::new()), items)?,
         causality,
         variability,
-        initial: initial(node, kind, (causality, variability))?,
+        initial: words::initial(node, kind, (causality, variability))?,
         min: number("min"),
         max: number("max"),
         nominal: number("nominal"),
@@ -288,10 +291,7 @@ fn elements(
         dependencies: follows,
         optional: children(node, "Annotations", "Annotation")
             .any(|it| it.attribute("type") == Some("trackside.optional")),
-        ticks: (kind == Type::Clock)
-            .then(|| clocks::ticks(&of))
-            .transpose()
-            .map_err(|what| format!("{}: {what}", definitions::place(node)))?,
+        ticks: (kind == Type::Clock).then(|| clocks::ticks(node, &of)).transpose()?,
         clocks: clocks::of_variable(node)?,
     };
     let texts = [Some(&name), variable.unit.as_ref(), variable.description.as_ref()];
@@ -342,64 +342,4 @@ fn truth(node: Node, name: &str) -> Result<Option<bool>, String> {
         Some("false" | "0") => Ok(Some(false)),
         Some(_) => attribute(node, name),
     }
-}
-
-fn unknown<T>(node: Node, name: &str, word: &str) -> Result<T, String> {
-    Err(format!("{}: {name}=\"{word}\" is no word of FMI 3.0", definitions::place(node)))
-}
-
-fn causality(node: Node) -> Result<Causality, String> {
-    Ok(match node.attribute("causality").unwrap_or("local") {
-        "parameter" => Causality::Parameter,
-        "structuralParameter" => Causality::StructuralParameter,
-        "calculatedParameter" => Causality::CalculatedParameter,
-        "input" => Causality::Input,
-        "output" => Causality::Output,
-        "local" => Causality::Local,
-        "independent" => Causality::Independent,
-        // Relates a model to its system of equations; like a local variable for a caller.
-        "dependent" => Causality::Local,
-        word => return unknown(node, "causality", word),
-    })
-}
-
-fn variability(node: Node, kind: Type, causality: Causality) -> Result<Variability, String> {
-    Ok(match node.attribute("variability") {
-        Some("constant") => Variability::Constant,
-        Some("fixed") => Variability::Fixed,
-        Some("tunable") => Variability::Tunable,
-        Some("discrete") => Variability::Discrete,
-        Some("continuous") => Variability::Continuous,
-        Some(word) => return unknown(node, "variability", word),
-        None => match causality {
-            Causality::Parameter
-            | Causality::StructuralParameter
-            | Causality::CalculatedParameter => Variability::Fixed,
-            _ if kind == Type::Real => Variability::Continuous,
-            _ => Variability::Discrete,
-        },
-    })
-}
-
-/// As written, or else by the table of defaults (FMI 3.0, section 2.4.7.5); a clock has none.
-fn initial(
-    node: Node,
-    kind: Type,
-    (causality, variability): (Causality, Variability),
-) -> Result<Option<Initial>, String> {
-    Ok(match node.attribute("initial") {
-        None => match causality {
-            _ if kind == Type::Clock => None,
-            Causality::Independent => None,
-            Causality::Parameter | Causality::StructuralParameter | Causality::Input => {
-                Some(Initial::Exact)
-            }
-            _ if variability == Variability::Constant => Some(Initial::Exact),
-            _ => Some(Initial::Calculated),
-        },
-        Some("exact") => Some(Initial::Exact),
-        Some("approx") => Some(Initial::Approx),
-        Some("calculated") => Some(Initial::Calculated),
-        Some(word) => return unknown(node, "initial", word),
-    })
 }

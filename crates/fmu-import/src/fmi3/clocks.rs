@@ -6,7 +6,14 @@ use crate::definitions::{attribute, place};
 use crate::description::{Interval, Ticks};
 
 /// The ticks of a clock, whose attributes may be those of its declared type.
-pub(super) fn ticks<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<Ticks, String> {
+pub(super) fn ticks<'a>(
+    node: Node,
+    of: &impl Fn(&str) -> Option<&'a str>,
+) -> Result<Ticks, String> {
+    told(of).map_err(|what| format!("{}: {what}", place(node)))
+}
+
+fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<Ticks, String> {
     let interval = match of("intervalVariability").map(str::trim) {
         Some("constant") => Interval::Constant,
         Some("fixed") => Interval::Fixed,

@@ -20,7 +20,7 @@ const CORRECTED: &[(&str, &str, &str)] = &[
     ("causality=\"input\"", "causality=\"input\" variability=\"tunable\"", "`u` in line 6: causality=\"input\" excludes variability=\"tunable\": read as \"continuous\"; the exporter has to write \"discrete\" or \"continuous\""),
     ("causality=\"output\"", "causality=\"output\" initial=\"guess\"", "`y` in line 7: initial=\"guess\" is no word of FMI 2.0: left out"),
     ("dependencies=\"1\"", "dependencies=\"1\" dependenciesKind=\"independent\"", "`y` in line 11: dependenciesKind: \"independent\" is no word of FMI 2.0: the kinds are left out"),
-    ("dependencies=\"1\"", "dependencies=\"1\" dependenciesKind=\"fixed fixed\"", "`y` in line 11: dependenciesKind has 2 words for 1 dependencies"),
+    ("dependencies=\"1\"", "dependencies=\"1\" dependenciesKind=\"fixed fixed\"", "`y` in line 11: the words of dependenciesKind are 2, of dependencies 1"),
     ("dependencies=\"1\"", "dependencies=\"0\"", "`y` in line 11: the dependency \"0\" is none of the 3 variables: it is taken to follow all inputs"),
     ("dependencies=\"1\"", "dependencies=\"1 99\" dependenciesKind=\"fixed fixed\"", "`y` in line 11: the dependency \"99\" is none of the 3 variables"),
     ("dependencies=\"1\"", "dependencies=\"1&#10; 3\"", ""),
