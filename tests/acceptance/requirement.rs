@@ -29,10 +29,12 @@ pub enum Requirement {
     SmallDisk,
     /// The Modelica Reference FMUs with their published results.
     ReferenceFmus,
+    /// Bags of ROS that others have made.
+    Bags,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 8] = [const { OnceLock::new() }; 8];
+static ANSWERS: [OnceLock<Option<String>>; 9] = [const { OnceLock::new() }; 9];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -53,7 +55,7 @@ impl Requirement {
             Requirement::Valgrind => "no valgrind",
             Requirement::Slurm => "no Slurm",
             Requirement::SmallDisk => "no mount",
-            Requirement::ReferenceFmus => "no data",
+            Requirement::ReferenceFmus | Requirement::Bags => "no data",
         }
     }
 
@@ -88,12 +90,14 @@ impl Requirement {
             ),
             #[cfg(feature = "rerun")]
             Requirement::Viewer => live::missing_viewer(),
-            Requirement::ReferenceFmus => {
-                let folder = reference_fmus();
-                (!folder.is_dir()).then(|| format!("there is no folder {}", folder.display()))
-            }
+            Requirement::ReferenceFmus => absent(&reference_fmus()),
+            Requirement::Bags => absent(&super::ros_bags::others()),
         }
     }
+}
+
+fn absent(folder: &Path) -> Option<String> {
+    (!folder.is_dir()).then(|| format!("there is no folder {}", folder.display()))
 }
 
 /// The folder of the Modelica Reference FMUs, by version of FMI, with their results; `TRACKSIDE_FMUS` names another one around it.

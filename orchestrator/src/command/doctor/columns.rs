@@ -1,5 +1,7 @@
 //! Chooses the columns of a log: those that the user names, and for the others those with usual titles.
 
+mod ros;
+
 use std::path::Path;
 
 use diagnostics::suggest::{shortened, unknown};
@@ -152,12 +154,13 @@ fn named(
 /// The column with the most usual title, unless the file says that it is something else: a wheel in km/h is no angular speed.
 fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
     let (_, wanted, usual) = USUAL.iter().find(|(of, ..)| *of == name)?;
-    let title = usual.iter().find_map(|usual| {
+    let by_title = usual.iter().find_map(|usual| {
         let fits = |title: &&ColumnTitle| {
             bare(&title.name, wanted).0 == *usual || plain(&title.name) == *usual
         };
         titles.iter().find(fits)
-    })?;
+    });
+    let title = by_title.or_else(|| ros::usual(titles, name))?;
     let other = |unit: &String| !same_dimension(unit, wanted);
     // Accelerations in g, which is a gram elsewhere.
     let gravities = |unit: &String| unit == "g" && *wanted == "m/s2";
@@ -244,6 +247,25 @@ mod tests {
                 "delta delta_rad rad"
             ]
         );
+    }
+
+    #[test]
+    fn fields_of_ros_are_found_where_one_topic_has_them() {
+        let none = None;
+        let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
+        let names = [
+            "/odom.pose.pose.position.x",
+            "/odom.twist.twist.linear.x",
+            "/imu/data.angular_velocity.z",
+            "/imu/data.linear_acceleration.y",
+            "/other/imu.linear_acceleration.y",
+            "/vehicle/status/steering_status.steering_tire_angle",
+            "/control/command.lateral.steering_tire_angle",
+        ];
+        let titles = Titles { has_time: true, ..titles(&names) };
+        let found = choose(Path::new("drive.mcap"), &titles, &given).expect("some are there");
+        let found: Vec<_> = found.iter().map(|it| (it.name, it.column.as_str())).collect();
+        assert_eq!(found, [("v_x", names[1]), ("r", names[2]), ("delta", names[5])]);
     }
 
     #[test]
