@@ -190,6 +190,9 @@ mod python_fmus;
 // Recordings of runs and of other people's programs, played back.
 #[path = "acceptance/playback.rs"]
 mod playback;
+// Bags of ROS 2, of other programs.
+#[path = "acceptance/ros_bags.rs"]
+mod ros_bags;
 // Analyses, and mistakes in them.
 #[path = "acceptance/plugins.rs"]
 mod plugins;
@@ -313,6 +316,7 @@ fn second_half(tests: &mut Vec<suite::Test>) {
     packed_system::register(tests);
     pages::register(tests);
     playback::register(tests);
+    ros_bags::register(tests);
     plugins::register(tests);
     python_analyses::register(tests);
     python_fmus::register(tests);

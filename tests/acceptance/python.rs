@@ -19,6 +19,8 @@ const PACKAGES: &[&str] = &[
     "pythonfmu==0.7.0",
     "mcap",
     "mcap-protobuf-support",
+    "mcap-ros2-support==0.6.0",
+    "rosbags==0.11.9",
     "rerun-sdk==0.36.3",
     "numpy",
     "pandas",

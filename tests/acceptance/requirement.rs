@@ -31,6 +31,8 @@ pub enum Requirement {
     ReferenceFmus,
     /// FMUs as others have made them, each with a scenario.
     Cases,
+    /// Bags of ROS that others have made.
+    Bags,
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
@@ -56,6 +58,7 @@ impl Requirement {
             Requirement::Slurm => "no Slurm",
             Requirement::SmallDisk => "no mount",
             Requirement::ReferenceFmus | Requirement::Cases => "no data",
+            Requirement::ReferenceFmus | Requirement::Bags => "no data",
         }
     }
 
@@ -93,6 +96,7 @@ impl Requirement {
             Requirement::ReferenceFmus => absent(&reference_fmus()),
             Requirement::Cases => absent(&super::descriptions::cases()),
             Requirement::Cases => absent(&super::archives::cases()),
+            Requirement::Bags => absent(&super::ros_bags::others()),
         }
     }
 }

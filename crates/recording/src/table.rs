@@ -1,4 +1,4 @@
-//! Plays columns of a CSV file, an MCAP recording or the log of a data logger back.
+//! Plays columns of a CSV file, an MCAP recording, a bag of ROS 2 or the log of a data logger back.
 
 mod csv;
 mod during;
@@ -84,7 +84,7 @@ pub struct ColumnTitle {
 /// The titles of a file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Titles {
-    /// Those of its columns; of an MCAP recording, only reading it tells, and there are none.
+    /// Those of its columns; of an MCAP recording that is none of ROS, only reading it tells, and there are none.
     pub columns: Vec<ColumnTitle>,
     /// Whether it has times without a column that is named.
     pub has_time: bool,
@@ -99,7 +99,7 @@ pub struct Titles {
 pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     let path = path.as_ref();
     Ok(match File::open(path)? {
-        File::Mcap => Titles { columns: Vec::new(), has_time: true, format: "MCAP".to_owned() },
+        File::Mcap => mcap::titles(path)?,
         File::Log(log) => {
             let found = logged::Found::new(path, &log);
             let (columns, has_time) = (found.titles(), found.has_times());
@@ -200,8 +200,9 @@ const EDGE: f64 = 1e-9;
 impl Table {
     /// Reads the wanted columns, with linear interpolation and the scenario's time 0 at the earliest of their time stamps.
     ///
-    /// A file that begins like an MCAP recording is read as one: the time is `log_time` (also when absent)
-    /// or `publish_time`, and a column is `/topic.field`, or `node.variable` in a recording of a run.
+    /// A file that begins like an MCAP recording or the database of a ROS 2 bag is read as one, as is the folder of a bag: the time is `log_time`,
+    /// `publish_time` or `header.stamp`, and a column is `/topic.field`, or `node.variable` in a recording of a run. When the time is absent, it is
+    /// `header.stamp` where messages of ROS have one that fits, and `log_time` elsewhere.
     /// The log of a data logger has the time of its own, or in the column that is named, and a column is `channel`, or
     /// `group.channel`. Anything else is read as CSV, of which the time is a column too.
     ///

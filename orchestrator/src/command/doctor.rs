@@ -21,7 +21,7 @@ use super::{print, progress, tell};
 /// signal: `--v_x "Speed:km/h"`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The log: CSV, MDF, MoTeC, VBOX, Parquet, Arrow, MAT or HDF5, or MCAP with all columns given.
+    /// The log: CSV, MDF, MoTeC, VBOX, Parquet, Arrow, MAT or HDF5, a bag of ROS 2; or MCAP with all columns given.
     log: PathBuf,
     #[command(flatten)]
     columns: Columns,

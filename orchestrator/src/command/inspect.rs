@@ -18,7 +18,7 @@ use super::{print, print_json};
 /// Arguments of `trackside inspect`.
 #[derive(Args)]
 pub struct Arguments {
-    /// The archive of an FMU, a scenario, a system of SSP, or a log: MCAP, CSV, MoTeC, VBOX, Parquet, Arrow, MAT.
+    /// The archive of an FMU, a scenario, a system of SSP, or a log: MCAP, a bag of ROS 2 (file or folder), CSV, MoTeC, VBOX, Parquet, Arrow, MAT.
     file: PathBuf,
     /// Print JSON instead of lines.
     #[arg(long)]

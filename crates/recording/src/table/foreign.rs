@@ -8,8 +8,7 @@ use std::path::Path;
 pub(super) type FormatAndCure = (&'static str, &'static str);
 
 /// The first bytes of a file, what it is and what to do.
-const MAGICS: [(&[u8], &str, &str); 17] = [
-    (b"MDF ", "an MDF measurement", "export it as CSV"),
+const MAGICS: [(&[u8], &str, &str); 16] = [
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook or another OLE file", EXPORT),
     (b"\x93NUMPY", "a NumPy array", "save it as CSV with titles, or as Parquet"),
     (b"#ROSBAG V", "a bag of ROS 1", "convert it to MCAP, for example by `rosbags-convert`"),

@@ -9,7 +9,7 @@ use std::path::Path;
 use log_file::{Log, Time, Values};
 
 pub use self::found::Found;
-use self::series::Growing;
+pub use self::series::{Cell, Growing};
 use self::stamps::{Rising, Stamps};
 use super::wanted::{Wanted, WantedColumn};
 use super::{Recorded, Series, TableError};

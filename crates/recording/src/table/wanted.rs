@@ -144,7 +144,7 @@ pub struct WantedColumn {
     pub name: String,
     /// Its name in the file.
     pub column: String,
-    /// The form of its values. An MCAP recording is read as numbers.
+    /// The form of its values.
     pub reading: Reading,
     /// The rule for rows without a value.
     pub gaps: Gaps,

@@ -30,6 +30,7 @@ pub fn all() -> Vec<Vec<u8>> {
         killed(folder.path(), 120),
         foreign(folder.path(), Some(Compression::Zstd), 16),
         foreign(folder.path(), None, 64),
+        ros(folder.path()),
     ];
     made.map(|recording| recording.expect("it can be made")).to_vec()
 }
@@ -120,6 +121,29 @@ fn foreign(
         };
         let text = format!("{{\"x\":{k},\"y\":\"{}\"}}", "abc".repeat(k as usize % 50));
         writer.write_to_known_channel(&header, text.as_bytes())?;
+    }
+    writer.finish()?;
+    Ok(std::fs::read(path)?)
+}
+
+/// A recording of ROS 2: a text, a list and a number with the time of each message.
+fn ros(folder: &Path) -> Result<Vec<u8>, Failed> {
+    let path = folder.join("ros.mcap");
+    let mut writer =
+        WriteOptions::new().compression(None).create(BufWriter::new(File::create(&path)?))?;
+    let definition = "std_msgs/Header header\nfloat64[] list\nfloat64 x\n";
+    let schema = writer.add_schema("demo/msg/Ros", "ros2msg", definition.as_bytes())?;
+    let channel = writer.add_channel(schema, "/ros", "cdr", &BTreeMap::new())?;
+    for k in 0..20u32 {
+        let mut data = vec![0, 1, 0, 0];
+        // Seconds, nanoseconds, a text of 4 bytes, a list of 2 numbers.
+        let head: [u32; 6] = [k, 0, 4, u32::from_le_bytes(*b"imu\0"), 2, 0];
+        data.extend(head.iter().flat_map(|it| it.to_le_bytes()));
+        data.extend([0.5, 1.5, f64::from(k)].iter().flat_map(|it| it.to_le_bytes()));
+        let time = u64::from(k) * 1_000_000_000;
+        let header =
+            MessageHeader { channel_id: channel, sequence: k, log_time: time, publish_time: time };
+        writer.write_to_known_channel(&header, &data)?;
     }
     writer.finish()?;
     Ok(std::fs::read(path)?)

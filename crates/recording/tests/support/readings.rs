@@ -12,7 +12,19 @@ pub const TARGET: Target = Target {
     name: "readings",
     corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/recordings"),
     sound: made::all,
-    words: &["fmi:c0", "/car/outputs", "protobuf", "json", "lz4", "zstd", "run", "log"],
+    words: &[
+        "fmi:c0",
+        "/car/outputs",
+        "protobuf",
+        "json",
+        "cdr",
+        "ros2msg",
+        "float64[]",
+        "lz4",
+        "zstd",
+        "run",
+        "log",
+    ],
     own: Some(made::own),
     attempt,
 };
@@ -32,7 +44,8 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
         }
     }
     let _ = table::titles(&path);
-    for column in ["car.c0", "/x.x", "car.missing"] {
+    let _ = table::survey(&path);
+    for column in ["car.c0", "/x.x", "/ros.x", "/ros.list.1", "car.missing"] {
         let wanted = Wanted { time: None, ..Wanted::plain("", &[column]) };
         let Ok(mut table) = Table::read(&path, &wanted) else { continue };
         taken = true;

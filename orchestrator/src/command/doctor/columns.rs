@@ -1,5 +1,7 @@
 //! Chooses the columns of a log: those that the user names, and for the others those with usual titles.
 
+mod ros;
+
 use std::path::Path;
 
 use diagnostics::suggest::{shortened, unknown};
@@ -110,9 +112,10 @@ fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
             .as_ref()
             .is_none_or(|unit| same_dimension(unit, wanted) || is_gravity(unit, wanted))
     };
-    let title = usual
+    let by_title = usual
         .iter()
-        .find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits))?;
+        .find_map(|(usual, _)| titles.iter().filter(|title| is(title, usual)).find(fits));
+    let title = by_title.or_else(|| ros::usual(titles, name).filter(fits))?;
     let unit = match &title.unit {
         Some(unit) if is_gravity(unit, wanted) => Some("g0".to_owned()),
         Some(_) => None,
@@ -248,6 +251,25 @@ mod tests {
             let columns: Vec<&str> = found.iter().map(|it| it.column.as_str()).collect();
             assert_eq!(columns.join(", "), expected);
         }
+    }
+
+    #[test]
+    fn fields_of_ros_are_found_where_one_topic_has_them() {
+        let none = None;
+        let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
+        let names = [
+            "/odom.pose.pose.position.x",
+            "/odom.twist.twist.linear.x",
+            "/imu/data.angular_velocity.z",
+            "/imu/data.linear_acceleration.y",
+            "/other/imu.linear_acceleration.y",
+            "/vehicle/status/steering_status.steering_tire_angle",
+            "/control/command.lateral.steering_tire_angle",
+        ];
+        let titles = Titles { has_time: true, ..titles(&names) };
+        let found = choose(Path::new("drive.mcap"), &titles, &given).expect("some are there");
+        let found: Vec<_> = found.iter().map(|it| (it.name, it.column.as_str())).collect();
+        assert_eq!(found, [("v_x", names[1]), ("r", names[2]), ("delta", names[5])]);
     }
 
     #[test]

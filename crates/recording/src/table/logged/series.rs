@@ -1,11 +1,23 @@
-//! Takes the values of a channel, stretch by stretch, in the form that is wanted.
+//! Takes the values of a channel, one after another, in the form that is wanted.
 
 use log_file::Values;
 
 use crate::table::kept::Kept;
 use crate::table::wanted::Reading;
 
+/// A value of a channel.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A number, which is NaN where there is none.
+    Number(f64),
+    /// An integer with all its digits.
+    Integer(i128),
+    /// A text.
+    Text(String),
+}
+
 /// The values of a column that were read up to now.
+#[derive(Debug)]
 pub struct Growing {
     reading: Reading,
     /// NaN where there is none; of what is kept, the places.
@@ -27,23 +39,38 @@ impl Growing {
         Growing { reading, values: Vec::new(), kept, gap: None, wrong: None }
     }
 
-    /// Takes a stretch.
+    /// Takes a stretch of a log.
     pub fn take(&mut self, stretch: &Values) {
         for row in 0..stretch.len() {
-            match self.reading {
-                Reading::Text => self.text(stretch, row),
-                Reading::Number | Reading::Integer => self.number(stretch, row),
-            }
+            let nothing = || match self.reading {
+                // As an empty cell is an empty text.
+                Reading::Text => Cell::Text(String::new()),
+                _ => Cell::Number(f64::NAN),
+            };
+            let cell = match stretch {
+                Values::Texts(all) => all[row].clone().map_or_else(nothing, Cell::Text),
+                Values::Integers(all) => all[row].map_or_else(nothing, Cell::Integer),
+                Values::Numbers(all) => Cell::Number(all[row]),
+            };
+            let row = self.values.len() + 1;
+            self.push(cell, &|| format!("row {row}"));
         }
     }
 
-    fn text(&mut self, stretch: &Values, row: usize) {
-        let text = match stretch {
-            // As an empty cell is an empty text.
-            Values::Texts(all) => all[row].clone().unwrap_or_default(),
-            Values::Integers(all) => all[row].map(|it| it.to_string()).unwrap_or_default(),
-            Values::Numbers(all) if all[row].is_nan() => String::new(),
-            Values::Numbers(all) => all[row].to_string(),
+    /// Takes a value, which stands at a place.
+    pub fn push(&mut self, cell: Cell, place: &dyn Fn() -> String) {
+        match self.reading {
+            Reading::Text => self.text(cell),
+            Reading::Number | Reading::Integer => self.number(cell, place),
+        }
+    }
+
+    fn text(&mut self, cell: Cell) {
+        let text = match cell {
+            Cell::Text(text) => text,
+            Cell::Integer(integer) => integer.to_string(),
+            Cell::Number(number) if number.is_nan() => String::new(),
+            Cell::Number(number) => number.to_string(),
         };
         self.values.push(self.values.len() as f64);
         if let Kept::Texts(texts) = &mut self.kept {
@@ -51,47 +78,37 @@ impl Growing {
         }
     }
 
-    fn number(&mut self, stretch: &Values, row: usize) {
-        let number = match (stretch.number(row), stretch) {
-            (Some(number), _) => number,
-            (None, Values::Texts(all)) => match &all[row] {
-                None => f64::NAN,
-                Some(text) => {
-                    let text = text.clone();
-                    self.blame("numbers", &format!("the text {text:?}"));
-                    f64::NAN
-                }
-            },
-            (None, _) => f64::NAN,
+    fn number(&mut self, cell: Cell, place: &dyn Fn() -> String) {
+        let (number, exact) = match cell {
+            Cell::Number(number) => (number, whole(number)),
+            Cell::Integer(integer) => (integer as f64, Some(integer)),
+            Cell::Text(text) => {
+                self.blame("numbers", &format!("the text {text:?}"), place);
+                (f64::NAN, None)
+            }
         };
         if number.is_infinite() {
-            self.blame("finite numbers", &number.to_string());
+            self.blame("finite numbers", &number.to_string(), place);
         }
         if number.is_nan() {
-            let row = self.values.len() + 1;
-            self.gap.get_or_insert_with(|| format!("row {row}"));
+            self.gap.get_or_insert_with(place);
         }
         if let Kept::Integers(integers) = &mut self.kept
             && !number.is_nan()
         {
-            let exact = match stretch {
-                Values::Integers(all) => all[row],
-                _ => whole(number),
-            };
             self.values.push(integers.len() as f64);
             integers.push(exact.unwrap_or_default());
             if exact.is_none() {
-                self.blame("integers", &number.to_string());
+                self.blame("integers", &number.to_string(), place);
             }
         } else {
             self.values.push(number);
         }
     }
 
-    fn blame(&mut self, expected: &str, found: &str) {
-        let row = self.values.len() + 1;
+    fn blame(&mut self, expected: &str, found: &str, place: &dyn Fn() -> String) {
         self.wrong
-            .get_or_insert_with(|| format!("expected {expected}, found {found} in row {row}"));
+            .get_or_insert_with(|| format!("expected {expected}, found {found} in {}", place()));
     }
 }
 

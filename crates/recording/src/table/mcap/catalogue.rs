@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use ::mcap::Channel;
 
+use super::bag::Bag;
 use super::field::Reader;
-use super::file::{Channels, Mcap};
 use super::{RecordingError, TableError};
 
 /// The channels of a file, with what can be asked for in each: a recording may have a hundred thousand columns.
 pub struct Catalogue<'a> {
-    file: &'a Mcap,
-    channels: &'a Channels,
+    file: &'a Bag,
     /// The channels of each topic.
     topics: HashMap<&'a str, Vec<&'a Arc<Channel<'static>>>>,
     /// The channel and the field of each variable of a run: an output before an input of the same name.
@@ -20,8 +19,8 @@ pub struct Catalogue<'a> {
 }
 
 impl<'a> Catalogue<'a> {
-    pub fn new(file: &'a Mcap, channels: &'a Channels) -> Self {
-        let mut sides: Vec<_> = channels.values().collect();
+    pub fn new(file: &'a Bag) -> Self {
+        let mut sides: Vec<_> = file.channels.values().collect();
         sides.sort_by_key(|channel| !channel.topic.ends_with("/outputs"));
         let (mut topics, mut found) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
         for channel in sides {
@@ -30,7 +29,7 @@ impl<'a> Catalogue<'a> {
                 found.entry(variable).or_insert((channel, field));
             }
         }
-        Self { file, channels, topics, variables: found }
+        Self { file, topics, variables: found }
     }
 
     /// The channel of a column and the path of its field: `/topic.path`, or `node.variable` in a recording of
@@ -42,7 +41,7 @@ impl<'a> Catalogue<'a> {
         let Some((channels, end)) = named else {
             let found = self.variables.get(column);
             return found.map(|(channel, field)| (*channel, (*field).to_owned())).ok_or_else(
-                || missing(self.file, &self.channels.values().collect::<Vec<_>>(), column),
+                || missing(self.file, &self.file.channels.values().collect::<Vec<_>>(), column),
             );
         };
         match channels[..] {
@@ -66,7 +65,7 @@ fn variables<'a>(channel: &'a Channel) -> impl Iterator<Item = (String, &'a str)
 }
 
 /// The error that lists what can be asked for instead.
-pub fn missing(file: &Mcap, channels: &[&Arc<Channel<'static>>], column: &str) -> TableError {
+pub fn missing(file: &Bag, channels: &[&Arc<Channel<'static>>], column: &str) -> TableError {
     let mut present: Vec<_> = match column.starts_with('/') {
         true => Vec::new(),
         false => {
@@ -80,13 +79,35 @@ pub fn missing(file: &Mcap, channels: &[&Arc<Channel<'static>>], column: &str) -
     TableError::missing(&file.path, column, present)
 }
 
+/// The columns of topics of ROS with their units, as the first message of each has them.
+pub fn titles(file: &Bag) -> Vec<(String, Option<String>)> {
+    let is_ros = |channel: &&Arc<Channel<'static>>| {
+        ros_bag::Encoding::of(&channel.message_encoding).is_some()
+    };
+    let channels: Vec<_> = file.channels.values().filter(is_ros).collect();
+    let samples = samples(file, &channels);
+    let mut titles = Vec::new();
+    for channel in channels {
+        let Ok(Some(reader)) = Reader::new(channel) else { continue };
+        let message = samples.get(&channel.id).and_then(|sample| reader.read(sample).ok());
+        for path in reader.list(message.as_ref()) {
+            let unit = reader.find(&path).ok().and_then(|field| reader.unit(&field));
+            titles.push((format!("{}.{path}", channel.topic), unit.map(str::to_owned)));
+        }
+    }
+    titles
+}
+
 /// Whether the first message of a channel has the field, where the schema does not tell.
 pub fn sampled(
-    file: &Mcap,
+    file: &Bag,
     channel: &Arc<Channel<'static>>,
     column: &str,
     field: &str,
 ) -> Result<(), TableError> {
+    if channel.message_encoding != "json" {
+        return Ok(());
+    }
     let samples = samples(file, &[channel]);
     let Some(sample) = samples.get(&channel.id) else { return Ok(()) };
     match fields(channel, &samples).iter().any(|it| *it == format!("{}.{field}", channel.topic)) {
@@ -107,12 +128,13 @@ fn fields(channel: &Channel, samples: &BTreeMap<u16, Vec<u8>>) -> Vec<String> {
 }
 
 /// The first message of each channel whose schema does not tell its fields.
-fn samples(file: &Mcap, channels: &[&Arc<Channel<'static>>]) -> BTreeMap<u16, Vec<u8>> {
-    let json = channels.iter().filter(|channel| channel.message_encoding == "json");
-    let mut open: Vec<_> = json.map(|channel| channel.id).collect();
+fn samples(file: &Bag, channels: &[&Arc<Channel<'static>>]) -> BTreeMap<u16, Vec<u8>> {
+    let told = |channel: &&&Arc<Channel<'static>>| channel.message_encoding != "protobuf";
+    let mut open: Vec<_> = channels.iter().filter(told).map(|channel| channel.id).collect();
     let mut samples = BTreeMap::new();
+    let ids = open.clone();
     // What is wrong with the rest of the file is not the matter here.
-    let _ = file.messages(&mut |header, data| {
+    let _ = file.messages(&|id| ids.contains(&id), &mut |header, data| {
         if let Some(index) = open.iter().position(|id| *id == header.channel_id) {
             samples.insert(open.swap_remove(index), data.to_vec());
         }

@@ -34,10 +34,29 @@ pub enum RecordingError {
         /// The file's word.
         compression: String,
     },
+    /// A bag of ROS cannot be read.
+    #[error("{}: {what}", path.display())]
+    Bag {
+        /// The file.
+        path: PathBuf,
+        /// What was expected, what was found, and what to do.
+        what: String,
+    },
+    /// Messages do not say when they were measured.
+    #[error(
+        "not every message of `{topic}` in {} has a `header.stamp` or a `stamp`: leave `time` out, and each topic has the one \
+         that it has, or say `time = \"log_time\"`", path.display()
+    )]
+    NoStamp {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+    },
     /// The scenario names a time stamp that messages lack.
     #[error(
-        "the time of the recording {} is `log_time` or `publish_time`, found `{found}`; it is MCAP, of which no \
-         column is the time", path.display()
+        "the time of the recording {} is `header.stamp`, `log_time` or `publish_time`, found `{found}`; no column of it is \
+         the time", path.display()
     )]
     Stamp {
         /// The file.
@@ -57,8 +76,8 @@ pub enum RecordingError {
     },
     /// The encoding of a column's channel is unknown.
     #[error(
-        "`{column}` of {} is in messages of the encoding `{encoding}`, which cannot be read here: expected protobuf \
-         or json; convert the topic `{topic}` to one of these, or to CSV", path.display()
+        "`{column}` of {} is in messages of the encoding `{encoding}`, which cannot be read here: expected cdr, \
+         ros1, protobuf or json; convert the topic `{topic}` to one of these, or to CSV", path.display()
     )]
     Encoding {
         /// The file.

@@ -1,10 +1,13 @@
-//! Finds numbers in messages: in protobuf by the schema that comes with them, in JSON by the names.
+//! Finds values in messages: in protobuf and messages of ROS by the schema that comes with them, in JSON by the names.
 
 use mcap::Channel;
 use prost_reflect::{
     DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value,
 };
+use ros_bag::{Definition, Encoding, Language, Listing, NoWay, Way};
 use serde_json::Value as Json;
+
+pub use crate::table::logged::Cell;
 
 /// How messages of a channel are read.
 #[derive(Debug)]
@@ -13,6 +16,8 @@ pub enum Reader {
     Protobuf(MessageDescriptor),
     /// As they are.
     Json,
+    /// By this definition of ROS.
+    Ros(Box<Definition>, Encoding),
 }
 
 /// A message that has been read.
@@ -22,6 +27,25 @@ pub enum Message {
     Protobuf(DynamicMessage),
     /// As it is.
     Json(Json),
+    /// As a tree of values.
+    Ros(ros_bag::Value),
+}
+
+/// A row of a message: most messages are one.
+#[derive(Debug)]
+pub struct Row<'m> {
+    /// What tells it from other rows, where a message has several.
+    pub key: Option<&'m str>,
+    /// The time at which it was measured, where it says so [ns].
+    pub stamp: Option<i128>,
+    content: Content<'m>,
+}
+
+#[derive(Debug)]
+enum Content<'m> {
+    Protobuf(&'m DynamicMessage),
+    Json(&'m Json),
+    Ros(&'m ros_bag::Value),
 }
 
 /// The way to a number in the messages of a channel.
@@ -31,6 +55,8 @@ pub enum Field {
     Protobuf(Vec<Step>),
     /// Names with dots in between.
     Json(String),
+    /// Fields of structures, and indices in lists.
+    Ros(Way),
 }
 
 /// A step on the way through a protobuf message.
@@ -70,15 +96,23 @@ impl Reader {
                 let missing = || format!("its schema has no message `{}`", schema.name);
                 Ok(Some(Reader::Protobuf(message.ok_or_else(missing)?)))
             }
-            _ => Ok(None),
+            encoding => match Encoding::of(encoding) {
+                Some(encoding) => Ok(Some(ros(channel, encoding)?)),
+                None => Ok(None),
+            },
         }
     }
 
-    /// The way to a number, as far as one can tell without a message.
+    /// The way to a value, as far as one can tell without a message.
     pub fn find(&self, path: &str) -> Result<Field, Dead> {
         match self {
             Reader::Json => Ok(Field::Json(path.to_owned())),
             Reader::Protobuf(message) => way(message, path).map(Field::Protobuf),
+            Reader::Ros(definition, _) => match definition.find(path) {
+                Ok(way) => Ok(Field::Ros(way)),
+                Err(NoWay::Missing) => Err(Dead::Missing),
+                Err(NoWay::Other(found)) => Err(Dead::Other(found)),
+            },
         }
     }
 
@@ -94,16 +128,69 @@ impl Reader {
             Reader::Json => serde_json::from_slice(data)
                 .map(Message::Json)
                 .map_err(|error| format!("it is no JSON: {error}")),
+            Reader::Ros(definition, encoding) => {
+                definition.read(*encoding, &ros_bag::unpacked(data)?).map(Message::Ros)
+            }
         }
     }
 
-    /// The numbers of a message by their paths; without a message those that the schema promises.
+    /// The rows of a message.
+    pub fn rows<'m>(&self, message: &'m Message) -> Vec<Row<'m>> {
+        let one = |content| vec![Row { key: None, stamp: None, content }];
+        match (self, message) {
+            (_, Message::Protobuf(message)) => one(Content::Protobuf(message)),
+            (_, Message::Json(json)) => one(Content::Json(json)),
+            (Reader::Ros(definition, _), Message::Ros(value)) => {
+                let rows = definition.rows(value).into_iter();
+                let row = |row: ros_bag::Row<'m>| {
+                    let stamp = definition.stamp(&row);
+                    Row { key: row.key, stamp, content: Content::Ros(row.value) }
+                };
+                rows.map(row).collect()
+            }
+            (_, Message::Ros(value)) => one(Content::Ros(value)),
+        }
+    }
+
+    /// Whether messages say when they were measured.
+    pub fn has_stamp(&self) -> bool {
+        matches!(self, Reader::Ros(definition, _) if definition.has_stamp())
+    }
+
+    /// The unit of a field, where the type of the message tells.
+    pub fn unit(&self, field: &Field) -> Option<&'static str> {
+        match (self, field) {
+            (Reader::Ros(definition, _), Field::Ros(way)) => definition.unit(way),
+            _ => None,
+        }
+    }
+
+    /// What a row of a message of ROS has; without one what the definition promises.
+    pub fn listing(&self, row: Option<&Row>) -> Option<Listing> {
+        let Reader::Ros(definition, _) = self else { return None };
+        let row = row.and_then(|row| match row.content {
+            Content::Ros(value) => Some(ros_bag::Row { key: row.key, value }),
+            _ => None,
+        });
+        Some(definition.list(row.as_ref()))
+    }
+
+    /// The numbers of a message by their paths, of ROS its texts, too; without a message those that the schema promises.
     pub fn list(&self, message: Option<&Message>) -> Vec<String> {
         let mut paths = Vec::new();
         match (self, message) {
             (Reader::Protobuf(kind), _) => list(kind, "", DEEPEST, &mut paths),
             (Reader::Json, Some(Message::Json(json))) => list_json(json, "", &mut paths),
             (Reader::Json, _) => {}
+            (Reader::Ros(..), message) => {
+                let rows = message.map_or_else(Vec::new, |message| self.rows(message));
+                let listings = match rows.is_empty() {
+                    true => vec![self.listing(None)],
+                    false => rows.iter().map(|row| self.listing(Some(row))).collect(),
+                };
+                let leaves = listings.into_iter().flatten().flat_map(|it| it.leaves);
+                paths.extend(leaves.map(|leaf| leaf.path));
+            }
         }
         paths
     }
@@ -131,7 +218,6 @@ fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<Step>, Dead> {
         message = match kind {
             Kind::Message(_) if last => return Err(Dead::Other("a message".to_owned())),
             Kind::Message(message) => Some(message),
-            Kind::String if last => return Err(Dead::Other("a string".to_owned())),
             Kind::Bytes if last => return Err(Dead::Other("bytes".to_owned())),
             _ => None,
         };
@@ -172,51 +258,124 @@ fn list_json(json: &Json, path: &str, paths: &mut Vec<String>) {
     }
 }
 
+impl Row<'_> {
+    /// The length of a list of ROS.
+    pub fn length(&self, way: &[usize]) -> Option<usize> {
+        let Content::Ros(value) = self.content else { return None };
+        match value.get(way)? {
+            ros_bag::Value::List(list) => Some(list.len()),
+            ros_bag::Value::Long(count) => Some(*count),
+            _ => None,
+        }
+    }
+}
+
 impl Field {
-    /// The number in a message; whole numbers above 2^53 are rounded, and `null` is NaN.
+    /// What tells the row of this field from others.
+    pub fn key(&self) -> Option<&str> {
+        match self {
+            Field::Ros(way) => way.key.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// The value in a row; `null` is NaN.
     ///
     /// # Errors
     /// When there is none.
-    pub fn number(&self, message: &Message) -> Result<f64, Dead> {
-        match (self, message) {
-            (Field::Protobuf(steps), Message::Protobuf(message)) => field(message, steps),
-            (Field::Json(path), Message::Json(json)) => json_number(json, path),
+    pub fn value(&self, row: &Row) -> Result<Cell, Dead> {
+        match (self, &row.content) {
+            (Field::Protobuf(steps), Content::Protobuf(message)) => field(message, steps),
+            (Field::Json(path), Content::Json(json)) => json_value(json, path),
+            (Field::Ros(way), Content::Ros(value)) => ros_value(value, &way.steps),
             _ => Err(Dead::Missing),
         }
     }
 }
 
-fn field(message: &DynamicMessage, steps: &[Step]) -> Result<f64, Dead> {
+/// How messages of ROS are read; a bag without definitions has those that are known here.
+fn ros(channel: &Channel, encoding: Encoding) -> Result<Reader, String> {
+    let schema = channel.schema.as_ref().ok_or("it has no schema")?;
+    if schema.data.is_empty() && schema.encoding.is_empty() {
+        let known = Definition::known(&schema.name).map_err(|_| {
+            format!(
+                "the bag has no definition of `{}`, as those of releases before ROS 2 Iron, and it is not one of the usual \
+                 messages; `ros2 bag convert` makes a bag with definitions where the package of that message is installed",
+                schema.name
+            )
+        });
+        return Ok(Reader::Ros(Box::new(known?), encoding));
+    }
+    let language = Language::of(&schema.encoding).ok_or_else(|| {
+        format!(
+            "expected a schema in ros2msg, ros2idl or ros1msg, found one in `{}`",
+            schema.encoding
+        )
+    })?;
+    let text = String::from_utf8_lossy(&schema.data);
+    let definition = Definition::new(&schema.name, language, &text).map_err(|error| {
+        match schema.name.contains("/srv/") || schema.name.contains("/action/") {
+            true => "it is of a service or an action, not of a topic".to_owned(),
+            false => format!("its schema cannot be read: {error}"),
+        }
+    })?;
+    Ok(Reader::Ros(Box::new(definition), encoding))
+}
+
+fn ros_value(value: &ros_bag::Value, steps: &[usize]) -> Result<Cell, Dead> {
+    use ros_bag::Value;
+    for length in 0..steps.len() {
+        if let Some(Value::Long(count)) = value.get(&steps[..length]) {
+            return Err(Dead::Other(format!(
+                "in a list of {count} elements, of which those of up to {} are read",
+                ros_bag::LONGEST
+            )));
+        }
+    }
+    match value.get(steps) {
+        Some(Value::Integer(integer)) => Ok(Cell::Integer(*integer)),
+        Some(Value::Real(number)) => Ok(Cell::Number(*number)),
+        Some(Value::Text(text)) => Ok(Cell::Text(text.clone())),
+        _ => Err(Dead::Missing),
+    }
+}
+
+fn field(message: &DynamicMessage, steps: &[Step]) -> Result<Cell, Dead> {
     let [Step::Into(field), rest @ ..] = steps else { return Err(Dead::Missing) };
     if field.supports_presence() && !message.has_field(field) {
         return Err(Dead::Missing);
     }
-    number(&message.get_field(field), rest)
+    value(&message.get_field(field), rest)
 }
 
-fn number(value: &Value, steps: &[Step]) -> Result<f64, Dead> {
-    Ok(match (value, steps) {
+fn value(found: &Value, steps: &[Step]) -> Result<Cell, Dead> {
+    Ok(match (found, steps) {
         (Value::Message(message), _) => return field(message, steps),
         (Value::List(list), [Step::At(place), rest @ ..]) => {
-            return number(list.get(*place).ok_or(Dead::Missing)?, rest);
+            return value(list.get(*place).ok_or(Dead::Missing)?, rest);
         }
-        (Value::F64(value), _) => *value,
-        (Value::F32(value), _) => f64::from(*value),
-        (Value::I32(value) | Value::EnumNumber(value), _) => f64::from(*value),
-        (Value::U32(value), _) => f64::from(*value),
-        (Value::I64(value), _) => *value as f64,
-        (Value::U64(value), _) => *value as f64,
-        (Value::Bool(value), _) => f64::from(u8::from(*value)),
+        (Value::F64(value), _) => Cell::Number(*value),
+        (Value::F32(value), _) => Cell::Number(f64::from(*value)),
+        (Value::I32(value) | Value::EnumNumber(value), _) => Cell::Integer((*value).into()),
+        (Value::U32(value), _) => Cell::Integer((*value).into()),
+        (Value::I64(value), _) => Cell::Integer((*value).into()),
+        (Value::U64(value), _) => Cell::Integer((*value).into()),
+        (Value::Bool(value), _) => Cell::Integer((*value).into()),
+        (Value::String(text), _) => Cell::Text(text.clone()),
         _ => return Err(Dead::Missing),
     })
 }
 
-fn json_number(json: &Json, path: &str) -> Result<f64, Dead> {
+fn json_value(json: &Json, path: &str) -> Result<Cell, Dead> {
     match place(json, path).ok_or(Dead::Missing)? {
-        Json::Number(number) => number.as_f64().ok_or(Dead::Missing),
-        Json::Bool(value) => Ok(f64::from(u8::from(*value))),
-        Json::Null => Ok(f64::NAN),
-        Json::String(_) => Err(Dead::Other("a string".to_owned())),
+        Json::Number(number) => match (number.as_i64(), number.as_u64()) {
+            (Some(integer), _) => Ok(Cell::Integer(integer.into())),
+            (_, Some(integer)) => Ok(Cell::Integer(integer.into())),
+            _ => number.as_f64().map(Cell::Number).ok_or(Dead::Missing),
+        },
+        Json::Bool(value) => Ok(Cell::Integer((*value).into())),
+        Json::Null => Ok(Cell::Number(f64::NAN)),
+        Json::String(text) => Ok(Cell::Text(text.clone())),
         Json::Array(_) => Err(Dead::Other("a list: add an index, as in `.0`".to_owned())),
         Json::Object(_) => Err(Dead::Other("an object".to_owned())),
     }

@@ -15,7 +15,7 @@ use crate::records::{self, Content, Damage, Frame, LARGEST, Proof, Records};
 pub type Channels = BTreeMap<u16, Arc<Channel<'static>>>;
 
 /// Takes a message and says whether it wants more.
-type TakeMessage<'a> = dyn FnMut(&MessageHeader, &[u8]) -> Result<bool, TableError> + 'a;
+pub type TakeMessage<'a> = dyn FnMut(&MessageHeader, &[u8]) -> Result<bool, TableError> + 'a;
 /// Takes the opcode and the content of a record and says whether it wants more.
 type TakeRecord<'a> = records::Take<'a, TableError>;
 

@@ -1,13 +1,19 @@
-//! Counts the fields of an MCAP recording.
+//! Counts the fields of a recording of messages.
 
 use std::collections::HashMap;
 use std::path::Path;
 
-use super::field::{Dead, Field, Reader};
-use super::file::Mcap;
-use super::{Stamp, seconds};
+use ::mcap::Channel as Topic;
+
+use super::bag::Bag;
+use super::field::{Cell, Dead, Field, Reader, Row};
+use super::seconds;
+use super::stamp::{Judge, Times};
 use crate::survey::{Channel, Survey, Tally};
 use crate::table::TableError;
+
+/// So many different rows of a message are told apart, such as transforms between frames.
+const MOST_KEYS: usize = 1000;
 
 /// The fields of a channel of the recording.
 struct Track {
@@ -16,31 +22,157 @@ struct Track {
     units: HashMap<String, String>,
     /// What the program calls the variable of a field.
     names: HashMap<String, String>,
-    /// Each with its place among the channels of the survey; nothing before the first message.
-    fields: Option<Vec<(Field, usize)>>,
+    /// The rows of its messages, by what tells them apart; nothing before the first message.
+    rows: HashMap<Option<String>, Rows>,
 }
 
-/// The survey of a recording: numbers of messages in protobuf and JSON over `log_time`.
-pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
-    let file = Mcap::open(path)?;
-    let (mut tracks, mut left_out) = (HashMap::new(), Vec::new());
-    for (id, channel) in file.channels()? {
+/// The rows of one kind.
+struct Rows {
+    fields: Vec<Counted>,
+    /// Lists that may have any length: path, way, length in the first message, and another length that was found.
+    lists: Vec<(String, Vec<usize>, usize, Option<usize>)>,
+    left_out: Vec<String>,
+    judge: Judge,
+}
+
+/// A field, and what was counted of it over both times.
+struct Counted {
+    steps: Vec<usize>,
+    field: Field,
+    name: String,
+    unit: Option<String>,
+    by_log: Tally,
+    /// Only where messages say when they were measured.
+    by_header: Option<Tally>,
+}
+
+impl Track {
+    fn new(channel: &Topic, reader: Reader) -> Self {
         let topic = channel.topic.clone();
-        match Reader::new(&channel) {
+        let about = |of: &'static str| {
+            let entries = channel.metadata.iter();
+            entries.filter_map(move |(key, value)| {
+                let field = key.strip_prefix(of)?;
+                (!value.is_empty()).then(|| (field.to_owned(), value.clone()))
+            })
+        };
+        let node = topic.trim_start_matches('/').rsplit_once('/').map(|it| it.0.to_owned());
+        let name = |(field, variable)| Some((field, format!("{}.{variable}", node.as_ref()?)));
+        let (units, names) = (about("unit:").collect(), about("fmi:").filter_map(name).collect());
+        Track { reader, topic, units, names, rows: HashMap::new() }
+    }
+
+    fn take(&mut self, times: &dyn Fn(Option<i128>) -> Times, data: &[u8]) -> Result<(), String> {
+        let message = self.reader.read(data)?;
+        let rows = self.reader.rows(&message);
+        for row in &rows {
+            let key = row.key.map(str::to_owned);
+            if !self.rows.contains_key(&key) {
+                if self.rows.len() >= MOST_KEYS {
+                    continue;
+                }
+                let new = self.first(row, &message);
+                self.rows.insert(key.clone(), new);
+            }
+            if let Some(of) = self.rows.get_mut(&key) {
+                of.take(row, &times(row.stamp));
+            }
+        }
+        Ok(())
+    }
+
+    /// The fields of the first row of its kind.
+    fn first(&self, row: &Row, message: &super::field::Message) -> Rows {
+        let (mut lists, mut left_out) = (Vec::new(), Vec::new());
+        let paths: Vec<(String, Vec<usize>)> = match self.reader.listing(Some(row)) {
+            Some(listing) => {
+                lists.extend(
+                    listing.lists.into_iter().map(|(path, way, count)| (path, way, count, None)),
+                );
+                left_out = listing.left_out;
+                listing.leaves.into_iter().map(|leaf| (leaf.path, leaf.steps)).collect()
+            }
+            None => {
+                let paths = self.reader.list(Some(message)).into_iter();
+                paths.map(|path| (path, Vec::new())).collect()
+            }
+        };
+        let fields = paths.into_iter().filter_map(|(path, steps)| {
+            let field = self.reader.find(&path).ok()?;
+            let name = self.names.get(&path).cloned();
+            let name = name.unwrap_or_else(|| format!("{}.{path}", self.topic));
+            let unit = self.units.get(&path).cloned();
+            let unit = unit.or_else(|| self.reader.unit(&field).map(str::to_owned));
+            let by_header = self.reader.has_stamp().then(Tally::default);
+            Some(Counted { steps, field, name, unit, by_log: Tally::default(), by_header })
+        });
+        Rows { fields: fields.collect(), lists, left_out, judge: Judge::default() }
+    }
+}
+
+impl Rows {
+    fn take(&mut self, row: &Row, times: &Times) {
+        self.judge.take(times);
+        for (_, way, count, other) in &mut self.lists {
+            if other.is_none() {
+                *other = row.length(way).filter(|length| length != count);
+            }
+        }
+        for counted in &mut self.fields {
+            let value = counted.field.value(row);
+            count(&mut counted.by_log, seconds(times.log), &value);
+            if let Some(tally) = &mut counted.by_header {
+                count(tally, times.header.map_or(f64::NAN, seconds), &value);
+            }
+        }
+    }
+
+    /// The channels, and what is left out.
+    fn finish(self, topic: &str, channels: &mut Vec<Channel>, left_out: &mut Vec<String>) {
+        let Rows { fields, lists, left_out: own, judge } = self;
+        let told = |what: &String| format!("{what} of `{topic}`");
+        left_out.extend(own.iter().map(told));
+        let changing: Vec<_> = lists
+            .iter()
+            .filter_map(|(path, way, count, other)| Some((path, way, count, (*other)?)))
+            .collect();
+        for (path, _, count, other) in &changing {
+            left_out.push(format!(
+                "`{path}` of `{topic}`: a list whose length changes, such as from {count} to {other}"
+            ));
+        }
+        if let Some(why) = judge.objection() {
+            left_out.push(format!("the times header.stamp of `{topic}`: {why}"));
+        }
+        let right = judge.is_right();
+        for Counted { steps, name, unit, by_log, by_header, .. } in fields {
+            if changing.iter().any(|(_, way, ..)| steps.starts_with(way)) {
+                continue;
+            }
+            let tally = by_header.filter(|_| right).unwrap_or(by_log);
+            channels.push(Channel { name, unit, tally });
+        }
+    }
+}
+
+fn count(tally: &mut Tally, stamp: f64, value: &Result<Cell, Dead>) {
+    match value {
+        Ok(Cell::Number(number)) => tally.number(stamp, *number),
+        Ok(Cell::Integer(integer)) => tally.number(stamp, *integer as f64),
+        Ok(Cell::Text(text)) => tally.text(stamp, text),
+        Err(_) => tally.nothing(),
+    }
+}
+
+/// The survey of a recording: numbers and texts of messages.
+pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
+    let file = Bag::open(path)?;
+    let (mut tracks, mut left_out) = (HashMap::new(), Vec::new());
+    for (id, channel) in &file.channels {
+        let topic = &channel.topic;
+        match Reader::new(channel) {
             Ok(Some(reader)) => {
-                let about = |of: &'static str| {
-                    let entries = channel.metadata.iter();
-                    entries.filter_map(move |(key, value)| {
-                        let field = key.strip_prefix(of)?;
-                        (!value.is_empty()).then(|| (field.to_owned(), value.clone()))
-                    })
-                };
-                let node = topic.trim_start_matches('/').rsplit_once('/').map(|it| it.0.to_owned());
-                let name =
-                    |(field, variable)| Some((field, format!("{}.{variable}", node.as_ref()?)));
-                let (units, names) =
-                    (about("unit:").collect(), about("fmi:").filter_map(name).collect());
-                tracks.insert(id, Track { reader, topic, units, names, fields: None });
+                tracks.insert(*id, Track::new(channel, reader));
             }
             Ok(None) => left_out.push(format!(
                 "`{topic}` is left out: its encoding is {}",
@@ -49,44 +181,39 @@ pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
             Err(what) => left_out.push(format!("`{topic}` is left out: {what}")),
         }
     }
-    let (mut channels, mut unread): (Vec<Channel>, u64) = (Vec::new(), 0);
-    file.messages(&mut |header, data| {
+    let ids: Vec<u16> = tracks.keys().copied().collect();
+    let mut unread: HashMap<u16, (u64, String)> = HashMap::new();
+    file.messages(&|id| ids.contains(&id), &mut |header, data| {
         let Some(track) = tracks.get_mut(&header.channel_id) else { return Ok(true) };
-        let Ok(message) = track.reader.read(data) else {
-            unread += 1;
-            return Ok(true);
-        };
-        let Track { reader, topic, units, names, fields } = track;
-        let fields = fields.get_or_insert_with(|| {
-            let paths = reader.list(Some(&message)).into_iter();
-            let found = paths.filter_map(|path| {
-                let field = reader.find(&path).ok()?;
-                let name = names.get(&path).cloned();
-                let name = name.unwrap_or_else(|| format!("{topic}.{path}"));
-                let unit = units.get(&path).cloned();
-                channels.push(Channel { name, unit, tally: Tally::default() });
-                Some((field, channels.len() - 1))
-            });
-            found.collect()
-        });
-        let stamp = seconds(Stamp::Log.get(header));
-        for (field, place) in fields {
-            let tally = &mut channels[*place].tally;
-            match field.number(&message) {
-                Ok(number) => tally.number(stamp, number),
-                Err(Dead::Missing | Dead::Other(_)) => tally.nothing(),
-            }
+        if let Err(what) = track.take(&|measured| Times::new(header, measured), data) {
+            unread.entry(header.channel_id).or_insert((0, what)).0 += 1;
         }
         Ok(true)
     })?;
+    let mut warnings = file.warnings.clone();
+    for (id, (count, what)) in unread {
+        let topic = &file.channels[&id].topic;
+        warnings.push(format!(
+            "{count} messages of `{topic}` do not fit their schema, the first one: {what}"
+        ));
+    }
+    let (mut channels, mut stamped) = (Vec::new(), Vec::new());
+    for track in tracks.into_values() {
+        for rows in track.rows.into_values() {
+            stamped.extend(rows.judge.before().filter(|_| rows.judge.is_right()));
+            rows.finish(&track.topic, &mut channels, &mut left_out);
+        }
+    }
     channels.sort_by(|a, b| a.name.cmp(&b.name));
-    let mut warnings = Vec::new();
-    if unread > 0 {
-        warnings.push(format!("{unread} messages do not fit their schema"));
-    }
-    if !file.finished {
-        warnings.push("the recording was not finished".to_owned());
-    }
-    let (format, time) = ("MCAP".to_owned(), "`log_time`".to_owned());
-    Ok(Survey { format, time, channels, left_out, warnings })
+    left_out.sort();
+    warnings.sort();
+    let least = stamped.iter().map(|it| it.0).reduce(f64::min);
+    let most = stamped.iter().map(|it| it.1).reduce(f64::max);
+    let time = match least.zip(most) {
+        None => "`log_time`".to_owned(),
+        Some((least, most)) => format!(
+            "`header.stamp` where a message has one ({least:.4} to {most:.4} s before `log_time`), or else `log_time`"
+        ),
+    };
+    Ok(Survey { format: file.format.clone(), time, channels, left_out, warnings })
 }

@@ -1,6 +1,7 @@
 //! Recordings of other writers, and damaged ones.
 
 mod protobuf;
+mod ros;
 
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -152,7 +153,7 @@ fn messages_are_ordered_by_the_time_that_is_wanted() {
 #[test]
 fn what_is_no_column_is_told() {
     let scrap = recording("wrong", None, |file| {
-        let topics = [("/gps", "json"), ("/lidar", "cdr"), ("/two", "json"), ("/late", "json")];
+        let topics = [("/gps", "json"), ("/lidar", "msgpack"), ("/two", "json"), ("/late", "json")];
         let ids = topics.map(|(topic, encoding)| channel(file, topic, encoding));
         let other = BTreeMap::from([("another".to_owned(), "channel".to_owned())]);
         file.add_channel(0, "/two", "json", &other).expect("a channel");
@@ -173,8 +174,8 @@ fn what_is_no_column_is_told() {
         ("/gps.name", "is a string"),
         ("/gps.gap", "`/gps.gap` has no value in any row"),
         ("/gp.speed", "did you mean `/gps.speed`?"),
-        ("speed", "/lidar (encoding cdr)"),
-        ("/lidar.x", "the encoding `cdr`"),
+        ("speed", "/lidar (encoding msgpack)"),
+        ("/lidar.x", "the encoding `msgpack`"),
         ("/lidar.x", "convert the topic `/lidar`"),
         ("/two.d", "either of two channels"),
         ("/silent.x", "there is no message of `/silent`"),

@@ -1,0 +1,319 @@
+//! Describes the messages of a topic: definitions in the language of ROS or in IDL go in, one tree of types comes out.
+
+mod idl;
+mod known;
+mod msg;
+mod tokens;
+
+use std::collections::{HashMap, HashSet};
+
+pub(crate) use self::msg::EMPTY;
+
+/// Structures in structures are followed down to this depth.
+const DEEPEST: usize = 32;
+
+/// The language of a definition, as MCAP and rosbag2 name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// `ros2msg`: lines of `type name`.
+    Msg,
+    /// `ros2idl`: the interface definition language of OMG, as ROS 2 uses it.
+    Idl,
+    /// `ros1msg`: as `ros2msg`, with time and duration as types of their own.
+    Msg1,
+}
+
+impl Language {
+    /// The language of this name.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        match name {
+            "ros2msg" => Some(Language::Msg),
+            "ros2idl" | "omgidl" => Some(Language::Idl),
+            "ros1msg" => Some(Language::Msg1),
+            _ => None,
+        }
+    }
+}
+
+/// A number that has a fixed size in a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// 0 or 1 in one byte.
+    Bool,
+    /// An integer of so many bytes, with a sign or without.
+    Integer {
+        /// 1, 2, 4 or 8.
+        bytes: usize,
+        /// Whether it has a sign.
+        signed: bool,
+    },
+    /// A number of 32 bits.
+    Single,
+    /// A number of 64 bits.
+    Double,
+    /// A number of 128 bits, which nobody reads.
+    Quadruple,
+}
+
+impl Scalar {
+    /// [B]
+    #[must_use]
+    pub fn bytes(self) -> usize {
+        match self {
+            Scalar::Bool => 1,
+            Scalar::Integer { bytes, .. } => bytes,
+            Scalar::Single => 4,
+            Scalar::Double => 8,
+            Scalar::Quadruple => 16,
+        }
+    }
+}
+
+/// What a field of a message is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Type {
+    /// A number.
+    Scalar(Scalar),
+    /// A text in UTF-8.
+    Text,
+    /// A text of which each letter has 32 bits.
+    WideText,
+    /// The structure at this index.
+    Struct(usize),
+    /// So many of a type.
+    Array(Box<Type>, usize),
+    /// Any number of a type.
+    Sequence(Box<Type>),
+}
+
+/// A field of a structure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: Type,
+}
+
+/// A structure: a message, or what messages consist of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Struct {
+    /// Its name, such as `sensor_msgs/Imu`.
+    pub name: String,
+    /// Its fields, in the order of the message.
+    pub fields: Vec<Field>,
+    /// The fewest bytes that it takes in a message; 0 where it takes none at all.
+    pub least_bytes: usize,
+}
+
+/// What the messages of a topic consist of.
+#[derive(Clone, Debug)]
+pub struct Definition {
+    /// All structures; those inside others come first, the message last.
+    pub structs: Vec<Struct>,
+    /// Whether the bag has no definition, so that one that is known here serves: it may be of another release.
+    pub assumed: bool,
+}
+
+/// A declaration as it was read; names are resolved afterwards.
+#[derive(Clone, Debug)]
+pub(crate) enum Declaration {
+    Struct(Vec<(String, Written)>),
+    Alias(Written),
+}
+
+/// A type as it was written.
+#[derive(Clone, Debug)]
+pub(crate) enum Written {
+    Plain(Type),
+    /// The first of these names that is declared.
+    Named(Vec<String>),
+    Array(Box<Written>, usize),
+    Sequence(Box<Written>),
+}
+
+/// All declarations of a text, by their names.
+pub(crate) type Declarations = HashMap<String, Declaration>;
+
+impl Definition {
+    /// Reads the definition of a message: that of `name`, behind it those of the structures in it, each behind a line of `=` and `MSG:`
+    /// or `IDL:` with its name.
+    ///
+    /// # Errors
+    /// With what cannot be read, or is defined nowhere.
+    pub fn new(name: &str, language: Language, text: &str) -> Result<Self, String> {
+        let root = normal(name);
+        let mut declared = Declarations::new();
+        for (section, form, text) in sections(&root, language, text) {
+            let read = match form {
+                Language::Idl => idl::read(text, &mut declared),
+                Language::Msg | Language::Msg1 => msg::read(&section, form, text, &mut declared),
+            };
+            read.map_err(|what| format!("the definition of `{section}`: {what}"))?;
+        }
+        Self::linked(&root, language == Language::Msg1, declared, false)
+    }
+
+    /// The definition of a usual message of ROS 2, for bags that hold none.
+    ///
+    /// # Errors
+    /// When it is not known here.
+    pub fn known(name: &str) -> Result<Self, String> {
+        Self::linked(&normal(name), false, Declarations::new(), true)
+    }
+
+    fn linked(
+        root: &str,
+        old: bool,
+        declared: Declarations,
+        assumed: bool,
+    ) -> Result<Self, String> {
+        let mut linked = Linked { declared, old, structs: Vec::new(), done: HashMap::new() };
+        linked.structure(root, 0)?;
+        Ok(Definition { structs: linked.structs, assumed })
+    }
+
+    /// The index of the message itself.
+    #[must_use]
+    pub fn root(&self) -> usize {
+        self.structs.len() - 1
+    }
+
+    /// The fewest bytes that a type takes in a message.
+    #[must_use]
+    pub fn least_bytes(&self, kind: &Type) -> usize {
+        least_bytes(&self.structs, kind)
+    }
+}
+
+fn least_bytes(structs: &[Struct], kind: &Type) -> usize {
+    match kind {
+        Type::Scalar(scalar) => scalar.bytes(),
+        Type::Text | Type::WideText | Type::Sequence(_) => 4,
+        Type::Array(kind, count) => least_bytes(structs, kind).saturating_mul(*count),
+        Type::Struct(index) => structs[*index].least_bytes,
+    }
+}
+
+/// The sections of a text, each with the name and the language of its definition.
+fn sections<'t>(root: &str, language: Language, text: &'t str) -> Vec<(String, Language, &'t str)> {
+    let is_line = |line: &str| line.len() >= 40 && line.bytes().all(|byte| byte == b'=');
+    let (mut sections, mut begin, mut at) = (Vec::new(), 0, 0);
+    for line in text.split_inclusive('\n') {
+        if is_line(line.trim_end()) {
+            sections.push(&text[begin..at]);
+            begin = at + line.len();
+        }
+        at += line.len();
+    }
+    sections.push(&text[begin..]);
+    let named = |(index, section): (usize, &'t str)| {
+        let head = section.trim_start();
+        let (first, rest) = head.split_once('\n').unwrap_or((head, ""));
+        if let Some(name) = first.strip_prefix("IDL:") {
+            return (normal(name), Language::Idl, rest);
+        }
+        let form = if language == Language::Idl { Language::Msg } else { language };
+        match first.strip_prefix("MSG:") {
+            Some(name) => (normal(name), form, rest),
+            None if index == 0 => (root.to_owned(), language, section),
+            None => (String::new(), language, ""),
+        }
+    };
+    let sections = sections.into_iter().enumerate().map(named);
+    sections.filter(|(name, ..)| !name.is_empty()).collect()
+}
+
+/// A name without the folder of messages: `sensor_msgs/msg/Imu` and `sensor_msgs::msg::Imu` are `sensor_msgs/Imu`.
+pub(crate) fn normal(name: &str) -> String {
+    let parts: Vec<&str> = name.trim().split(['/', ':']).filter(|it| !it.is_empty()).collect();
+    match parts[..] {
+        [package, "msg", name] => format!("{package}/{name}"),
+        _ => parts.join("/"),
+    }
+}
+
+/// Declarations while their names are resolved.
+struct Linked {
+    declared: Declarations,
+    /// Whether it is of ROS 1, of which only its times are known here.
+    old: bool,
+    structs: Vec<Struct>,
+    /// The index of each structure; none while it is resolved.
+    done: HashMap<String, Option<usize>>,
+}
+
+impl Linked {
+    fn structure(&mut self, name: &str, depth: usize) -> Result<usize, String> {
+        match self.done.get(name) {
+            Some(Some(index)) => return Ok(*index),
+            Some(None) => return Err(format!("`{name}` contains itself")),
+            None if depth > DEEPEST => {
+                return Err(format!("`{name}` lies more than {DEEPEST} structures deep"));
+            }
+            None => {}
+        }
+        let Some(Declaration::Struct(written)) = self.declaration(name) else {
+            return Err(format!("there is no definition of `{name}` in it"));
+        };
+        self.done.insert(name.to_owned(), None);
+        let (mut fields, mut names) = (Vec::new(), HashSet::new());
+        for (field, kind) in written {
+            if !names.insert(field.clone()) {
+                return Err(format!("`{name}` has two fields `{field}`"));
+            }
+            let kind = self.kind(&kind, depth + 1)?;
+            fields.push(Field { name: field, kind });
+        }
+        let sum =
+            |sum: usize, field: &Field| sum.saturating_add(least_bytes(&self.structs, &field.kind));
+        let least_bytes = fields.iter().fold(0, sum);
+        self.structs.push(Struct { name: name.to_owned(), fields, least_bytes });
+        let index = self.structs.len() - 1;
+        self.done.insert(name.to_owned(), Some(index));
+        Ok(index)
+    }
+
+    /// What is declared in the text, or else known here.
+    fn declaration(&self, name: &str) -> Option<Declaration> {
+        let known =
+            || known::declarations().get(name).filter(|_| self.old == name.starts_with("ros1/"));
+        self.declared.get(name).or_else(known).cloned()
+    }
+
+    fn kind(&mut self, written: &Written, depth: usize) -> Result<Type, String> {
+        if depth > DEEPEST {
+            return Err(format!("types lie more than {DEEPEST} deep"));
+        }
+        match written {
+            Written::Plain(kind) => Ok(kind.clone()),
+            Written::Array(inner, count) => {
+                Ok(Type::Array(Box::new(self.kind(inner, depth + 1)?), *count))
+            }
+            Written::Sequence(inner) => Ok(Type::Sequence(Box::new(self.kind(inner, depth + 1)?))),
+            Written::Named(names) => {
+                let found = names.iter().find_map(|it| Some((it, self.declaration(it)?)));
+                match found {
+                    Some((_, Declaration::Alias(written))) => self.kind(&written, depth + 1),
+                    Some((name, Declaration::Struct(_))) => {
+                        let name = name.clone();
+                        self.structure(&name, depth).map(Type::Struct)
+                    }
+                    None => {
+                        let name = names.first().map_or("", String::as_str);
+                        Err(format!("there is no definition of `{name}` in it"))
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Adds the definition of a message in the language of ROS 2.
+///
+/// # Errors
+/// With the line that cannot be read.
+fn declare(name: &str, text: &str, declared: &mut Declarations) -> Result<(), String> {
+    msg::read(name, Language::Msg, text, declared)
+}

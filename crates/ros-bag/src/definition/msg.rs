@@ -1,0 +1,109 @@
+//! Reads definitions in the language of ROS: a line for each field, `type name`.
+
+use super::{Declaration, Declarations, Language, Scalar, Type, Written, normal};
+
+/// Reads one definition.
+///
+/// # Errors
+/// With the line that cannot be read.
+pub fn read(
+    name: &str,
+    language: Language,
+    text: &str,
+    declared: &mut Declarations,
+) -> Result<(), String> {
+    let package = name.split('/').next().unwrap_or_default();
+    let mut fields = Vec::new();
+    for (number, line) in text.lines().enumerate() {
+        let wrong =
+            || format!("expected `type name` in line {}, found `{}`", number + 1, line.trim());
+        let words = line.split('#').next().unwrap_or_default().trim();
+        let Some((kind, rest)) = words.split_once(char::is_whitespace) else {
+            match words {
+                "" => continue,
+                _ => return Err(wrong()),
+            }
+        };
+        let rest = rest.trim_start();
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        let end = rest.find(|c| !is_name(c)).unwrap_or(rest.len());
+        let (field, behind) = rest.split_at(end);
+        if field.is_empty() {
+            return Err(wrong());
+        }
+        // A constant takes no room in a message.
+        if behind.trim_start().starts_with('=') {
+            continue;
+        }
+        let kind = written(kind, package, language).ok_or_else(wrong)?;
+        fields.push((field.to_owned(), kind));
+    }
+    if fields.is_empty() && language != Language::Msg1 {
+        // ROS 2 gives a message without fields one of a byte, for the sake of IDL.
+        fields.push((EMPTY.to_owned(), plain(Scalar::Integer { bytes: 1, signed: false })));
+    }
+    declared.insert(name.to_owned(), Declaration::Struct(fields));
+    Ok(())
+}
+
+/// The field of a message without fields, as ROS 2 names it.
+pub const EMPTY: &str = "structure_needs_at_least_one_member";
+
+fn plain(scalar: Scalar) -> Written {
+    Written::Plain(Type::Scalar(scalar))
+}
+
+/// A type with its bounds, `float64[9]`, `string<=10[<=3]`.
+fn written(word: &str, package: &str, language: Language) -> Option<Written> {
+    let Some((inner, bounds)) = word.strip_suffix(']').and_then(|it| it.rsplit_once('[')) else {
+        return single(word, package, language);
+    };
+    let inner = Box::new(single(inner, package, language)?);
+    match bounds.strip_prefix("<=") {
+        None if bounds.is_empty() => Some(Written::Sequence(inner)),
+        None => Some(Written::Array(inner, bounds.trim().parse().ok()?)),
+        Some(bound) => bound.trim().parse::<usize>().ok().map(|_| Written::Sequence(inner)),
+    }
+}
+
+fn single(word: &str, package: &str, language: Language) -> Option<Written> {
+    let integer = |bytes, signed| Some(plain(Scalar::Integer { bytes, signed }));
+    let old = language == Language::Msg1;
+    let (word, bound) = word.split_once("<=").map_or((word, None), |(it, bound)| (it, Some(bound)));
+    if let Some(bound) = bound {
+        bound.trim().parse::<usize>().ok()?;
+    }
+    match word {
+        "bool" => Some(plain(Scalar::Bool)),
+        "int8" => integer(1, true),
+        // A byte of ROS 1 has a sign.
+        "byte" => integer(1, old),
+        "uint8" | "char" => integer(1, false),
+        "int16" => integer(2, true),
+        "uint16" => integer(2, false),
+        "int32" => integer(4, true),
+        "uint32" => integer(4, false),
+        "int64" => integer(8, true),
+        "uint64" => integer(8, false),
+        "float32" => Some(plain(Scalar::Single)),
+        "float64" => Some(plain(Scalar::Double)),
+        "string" => Some(Written::Plain(Type::Text)),
+        "wstring" => Some(Written::Plain(Type::WideText)),
+        "time" if old => Some(Written::Named(vec!["ros1/Time".to_owned()])),
+        "duration" if old => Some(Written::Named(vec!["ros1/Duration".to_owned()])),
+        "time" => Some(Written::Named(vec!["builtin_interfaces/Time".to_owned()])),
+        "duration" => Some(Written::Named(vec!["builtin_interfaces/Duration".to_owned()])),
+        _ => {
+            let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
+            if word.is_empty() || !word.chars().all(is_name) || bound.is_some() {
+                return None;
+            }
+            let name = normal(word);
+            Some(Written::Named(match name.contains('/') {
+                true => vec![name],
+                // The header of ROS 1 is written without its package.
+                false => vec![format!("{package}/{name}"), format!("std_msgs/{name}")],
+            }))
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Reads messages of ROS: a definition and bytes go in, values by their paths come out; and finds both in the bags of ROS 2.
+//!
+//! Definitions are those that a bag holds (`ros2msg`, `ros2idl`, `ros1msg`), or those of the usual messages, which are known here. Messages are
+//! in CDR (both versions, both byte orders) or in the form of ROS 1. What a damaged bag says of sizes is held against the bytes that are there.
+//!
+//! ```
+//! use ros_bag::{Definition, Encoding, Language, Row, Value};
+//!
+//! let definition = Definition::new("demo/msg/Wheel", Language::Msg, "uint8 gear\nfloat64[2] speed\n")?;
+//! let mut message = vec![0, 1, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0];
+//! message.extend([1.5f64, -2.5].iter().flat_map(|it| it.to_le_bytes()));
+//! let message = definition.read(Encoding::Cdr, &message)?;
+//! let way = definition.find("speed.1").expect("a number");
+//! assert_eq!(message.get(&way.steps), Some(&Value::Real(-2.5)));
+//! # Ok::<(), String>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod database;
+mod definition;
+mod folder;
+mod message;
+mod packed;
+mod paths;
+mod units;
+mod wire;
+
+pub use database::{Database, Topic, is_database};
+pub use definition::{Definition, Field, Language, Scalar, Struct, Type};
+pub use folder::{Files, bag_folder, files};
+pub use message::{LONGEST, Value};
+pub use packed::{is_packed, unpacked, unpacked_file};
+pub use paths::{Leaf, Listing, NoWay, Row, Way};
+pub use wire::Encoding;
+
+/// Whether a file begins as a bag of ROS 1.
+#[must_use]
+pub fn is_ros1_bag(head: &[u8]) -> bool {
+    head.starts_with(b"#ROSBAG V")
+}
+
+/// Why a bag cannot be read: what was expected, what was found, what to do.
+#[derive(Debug)]
+pub struct Error(String);
+
+impl Error {
+    pub(crate) fn new(text: impl Into<String>) -> Self {
+        Self(text.into())
+    }
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        Self(format!("cannot be read: {error}"))
+    }
+}
