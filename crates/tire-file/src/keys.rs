@@ -5,7 +5,9 @@ use tire::{KEYS, Key, Version};
 use crate::syntax::Entry;
 
 /// Keys by the names that other programs have for them.
-const SYNONYMS: [(&str, &str); 11] = [
+const SYNONYMS: [(&str, &str); 13] = [
+    ("QRE0", "Q_RE0"),
+    ("QV1", "Q_V1"),
     ("LKYG", "LKYC"),
     ("LKZG", "LKZC"),
     ("LKYA", "LKY"),
@@ -101,9 +103,14 @@ pub(crate) fn listed<N: AsRef<str>>(names: impl IntoIterator<Item = N>) -> Strin
     for name in names {
         if count < LISTED {
             text += if count > 0 { ", " } else { "" };
-            text += name.as_ref();
+            text += &beginning(name.as_ref());
         }
         count += 1;
     }
     if count > LISTED { format!("{text} and {} more", count - LISTED) } else { text }
+}
+
+/// As much of a text as a message shows.
+pub(crate) fn beginning(text: &str) -> String {
+    text.chars().take(60).collect()
 }

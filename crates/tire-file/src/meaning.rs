@@ -4,7 +4,7 @@
 use tire::{Axes, Coefficients, KEYS, Key};
 
 use crate::absent::{Given, complete};
-use crate::keys::{key_of, listed, offset, unused};
+use crate::keys::{beginning, key_of, listed, offset, unused};
 use crate::syntax::{Entry, TirFile, Value};
 use crate::unit::Units;
 use crate::version::version;
@@ -49,14 +49,6 @@ impl Reading<'_> {
     /// Nothing when the file is none of a tire that is known.
     fn all(&mut self) -> Option<Coefficients> {
         self.syntax();
-        if self.file.entries.is_empty() {
-            let count = self.file.lines.len();
-            let text = format!(
-                "expected the text of a tire property file, with lines as `PKY1 = -20`, found none in {count} lines"
-            );
-            self.errors.push(Message::warning(None, text));
-            return None;
-        }
         let version = match version(self.file) {
             Ok((version, told)) => {
                 self.messages.extend(told);
@@ -67,6 +59,14 @@ impl Reading<'_> {
                 return None;
             }
         };
+        if !self.file.entries.iter().any(|entry| key_of(entry).is_some()) {
+            let count = self.file.lines.len();
+            let text = format!(
+                "expected the text of a tire property file, with lines as `PKY1 = -20`, found none in {count} lines"
+            );
+            self.errors.push(Message::warning(None, text));
+            return None;
+        }
         let units = self.units();
         let mut tire = Coefficients { version, ..Coefficients::default() };
         let mut given = self.entries(&mut tire, &units);
@@ -93,10 +93,13 @@ impl Reading<'_> {
         }
         if let Some(first) = others.first() {
             let line = lines.get(first - 1).map_or("", |line| line.trim());
-            let line: String = line.chars().take(40).collect();
-            let count = others.len();
+            let line = beginning(line);
+            let more = match others.len() - 1 {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
             let text = format!(
-                "{count} lines are neither `KEY = value` nor a row of numbers, and skipped, such as `{line}`"
+                "skipped, since it is neither `KEY = value` nor a row of numbers: `{line}`{more}"
             );
             let key = line.split_whitespace().next().unwrap_or_default().to_ascii_uppercase();
             let message = match Key::named(&key) {
@@ -196,7 +199,9 @@ impl Reading<'_> {
         for key in
             KEYS.iter().filter(|key| !key.versions.is_empty() && !key.versions.contains(&version))
         {
-            if given.has(key.name) && key.get(tire) != key.default {
+            // What a tire measures is no coefficient.
+            let counts = key.section != "DIMENSION";
+            if counts && given.has(key.name) && key.get(tire) != key.default {
                 dropped.push(key.name);
             }
             key.set(tire, key.default);

@@ -3,7 +3,7 @@
 
 use std::ops::RangeInclusive;
 
-use tire::MfTire;
+use tire::{Characteristics, Coefficients, MfTire};
 
 use crate::Message;
 
@@ -22,74 +22,92 @@ const NONE: f64 = 1e-3;
 pub fn plausibility(tire: &MfTire) -> Message {
     let c = tire.coefficients();
     let at = tire.characteristics(c.FNOMIN * c.LFZO);
-    let mut odd = Vec::new();
+    let text = described(c, &at);
+    match odd(c, &at).as_slice() {
+        [] => Message::note(None, text),
+        odd => Message::warning(None, format!("{text}. Not plausible: {}", odd.join("; "))),
+    }
+}
+
+fn has_cornering(at: &Characteristics) -> bool {
+    // A force to the wrong side is one.
+    let has_peak = at.lateral.friction >= NONE || at.C_alpha < 0.0;
+    (at.C_alpha / at.F_z).abs() >= NONE && has_peak
+}
+
+fn has_driving(at: &Characteristics) -> bool {
+    let friction = at.driving.friction.max(at.braking.friction);
+    (at.C_kappa / at.F_z).abs() >= NONE && (friction >= NONE || at.C_kappa < 0.0)
+}
+
+fn described(c: &Coefficients, at: &Characteristics) -> String {
+    let Characteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z } = *at;
+    let across = match has_cornering(at) {
+        true => format!("lateral friction {:.3} and {:.2} kN/rad", lateral.friction, C_alpha / 1e3),
+        false => "no cornering".to_owned(),
+    };
+    let [drives, brakes] = [driving.friction, braking.friction];
+    let along = match has_driving(at) {
+        true => format!("driving {drives:.3}, braking {brakes:.3} and {:.1} kN", C_kappa / 1e3),
+        false => "no driving and braking".to_owned(),
+    };
+    let camber = match (C_gamma / F_z).abs() >= NONE {
+        true => format!("camber {:.2} kN/rad", C_gamma / 1e3),
+        false => "no camber stiffness".to_owned(),
+    };
+    let pressure = match c.version.has_pressure() {
+        true => format!("{:.0} kPa", c.INFLPRES / 1e3),
+        false => "no effect of pressure".to_owned(),
+    };
+    format!("{}: {across}; {along}; {camber}; at {:.2} kN, {pressure}", c.version, F_z / 1e3)
+}
+
+/// What no tire is like.
+fn odd(c: &Coefficients, at: &Characteristics) -> Vec<String> {
+    let mut all = Vec::new();
     let mut judge = |name: &str, value: f64, usual: &RangeInclusive<f64>| {
         if !usual.contains(&value) {
             let (low, high) = (usual.start(), usual.end());
-            odd.push(format!("{name} is {value:.3}, expected {low} to {high}"));
+            all.push(format!("{name} is {value:.3}, expected {low} to {high}"));
         }
     };
-    let no_cornering = (at.C_alpha / at.F_z).abs() < NONE || at.lateral.friction < NONE;
-    let no_slip =
-        (at.C_kappa / at.F_z).abs() < NONE || at.driving.friction.max(at.braking.friction) < NONE;
-    let no_camber = (at.C_gamma / at.F_z).abs() < NONE;
-    if !no_cornering {
+    if has_cornering(at) {
         judge("lateral friction", at.lateral.friction, &FRICTION);
         judge("cornering stiffness divided by load", at.C_alpha / at.F_z, &CORNERING);
         judge("camber stiffness divided by load", at.C_gamma / at.F_z, &CAMBER);
     }
-    if !no_slip {
+    if has_driving(at) {
         judge("driving friction", at.driving.friction, &FRICTION);
         judge("braking friction", at.braking.friction, &FRICTION);
         judge("slip stiffness divided by load", at.C_kappa / at.F_z, &SLIP);
     }
-    if c.KPUMAX <= 0.0 || c.KPUMIN >= 0.0 {
-        odd.push(format!(
-            "KPUMIN to KPUMAX is {} to {}: no slip beyond has a force",
-            c.KPUMIN, c.KPUMAX
-        ));
+    for (force, has) in [("lateral", has_cornering(at)), ("longitudinal", has_driving(at))] {
+        if !has {
+            all.push(format!("it has no {force} force"));
+        }
+    }
+    for (name, value, low, high) in [
+        ("KPUMIN to KPUMAX", 0.0, c.KPUMIN, c.KPUMAX),
+        ("ALPMIN to ALPMAX", 0.0, c.ALPMIN, c.ALPMAX),
+        ("CAMMIN to CAMMAX", 0.0, c.CAMMIN, c.CAMMAX),
+        ("FZMIN to FZMAX", at.F_z, c.FZMIN, c.FZMAX),
+    ] {
+        // A range that ends at 0 is that of one side only.
+        if !(low < value && value < high) {
+            all.push(format!(
+                "{name} is {low} to {high}, without {value}: the forces beyond are those at its end"
+            ));
+        }
     }
     let [own, nominal] = [c.INFLPRES, c.NOMPRES];
     let has_pressure = c.version.has_pressure();
     if has_pressure && !(c.PRESMIN..=c.PRESMAX).contains(&own) {
-        let (least, most) = (c.PRESMIN, c.PRESMAX);
-        odd.push(format!(
-            "INFLPRES is {own} Pa, outside of PRESMIN to PRESMAX, {least} to {most} Pa"
+        let (low, high) = (c.PRESMIN, c.PRESMAX);
+        all.push(format!(
+            "INFLPRES is {own} Pa, outside of PRESMIN to PRESMAX, {low} to {high} Pa"
         ));
     } else if has_pressure && !(0.5..=2.0).contains(&(own / nominal)) {
-        odd.push(format!("INFLPRES is {own} Pa, far from NOMPRES, {nominal} Pa"));
+        all.push(format!("INFLPRES is {own} Pa, far from NOMPRES, {nominal} Pa"));
     }
-    let across = if no_cornering {
-        odd.push("it has no lateral force".to_owned());
-        "no cornering".to_owned()
-    } else {
-        let stiffness = at.C_alpha / 1e3;
-        format!("lateral friction {:.3} and {stiffness:.2} kN/rad", at.lateral.friction)
-    };
-    let along = if no_slip {
-        odd.push("it has no longitudinal force".to_owned());
-        "no driving and braking".to_owned()
-    } else {
-        let [driving, braking] = [at.driving.friction, at.braking.friction];
-        let stiffness = at.C_kappa / 1e3;
-        format!("driving {driving:.3}, braking {braking:.3} and {stiffness:.1} kN")
-    };
-    let camber = if no_camber {
-        "no camber stiffness".to_owned()
-    } else {
-        format!("camber {:.2} kN/rad", at.C_gamma / 1e3)
-    };
-    let pressure = match has_pressure {
-        true => format!("{:.0} kPa", own / 1e3),
-        false => "no effect of pressure".to_owned(),
-    };
-    let text = format!(
-        "{}: {across}; {along}; {camber}; at {:.2} kN, {pressure}",
-        c.version,
-        at.F_z / 1e3
-    );
-    match odd.is_empty() {
-        true => Message::note(None, text),
-        false => Message::warning(None, format!("{text}. Not plausible: {}", odd.join("; "))),
-    }
+    all
 }

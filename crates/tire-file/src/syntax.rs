@@ -3,6 +3,8 @@
 use std::fmt::{self, Write as _};
 use std::ops::Range;
 
+use crate::keys::beginning;
+
 /// A file: all its lines, and what they say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TirFile {
@@ -48,7 +50,7 @@ impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(f, "{number}"),
-            Self::Text(text) => write!(f, "`{text}`"),
+            Self::Text(text) => write!(f, "`{}`", beginning(text)),
             Self::Empty => f.write_str("nothing"),
         }
     }

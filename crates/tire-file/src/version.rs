@@ -57,10 +57,9 @@ const FITTYP: [(f64, Version); 10] = [
 /// # Errors
 /// When the file names another model, or a version that nobody knows.
 pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Message> {
-    let format = entry(file, "PROPERTY_FILE_FORMAT");
-    let format_line = format.map(|entry| entry.line);
-    let format = format.map(|entry| letters(&entry.value)).unwrap_or_default();
-    refuse_other_models(file, &format, format_line)?;
+    let named = entry(file, "PROPERTY_FILE_FORMAT");
+    let format = named.map(|entry| letters(&entry.value)).unwrap_or_default();
+    refuse_other_models(file, &format, named.map(|entry| entry.line))?;
     let is_pac2002 = format.starts_with("PAC2002");
     if let Some(entry) = entry(file, "FITTYP").filter(|it| it.value != Value::Empty) {
         let line = Some(entry.line);
@@ -86,8 +85,9 @@ pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Mess
         };
         return Ok((version, told));
     }
-    if is_pac2002 {
-        return Ok((Version::Pac2002, None));
+    // Such as MF_05 of MF-Tyre 5.0.
+    if let Some((_, version)) = named.and_then(|entry| fitted(&entry.value)) {
+        return Ok((version, None));
     }
     let version = by_keys(file);
     let text = format!("no FITTYP in [MODEL]: read as {version}, by its keys");

@@ -189,6 +189,8 @@ fn versions_have_numbers_and_words() {
     }
     let read = tire(&changed("FITTYP = 61", "FITTYP = 5\nPROPERTY_FILE_FORMAT = 'PAC2002'"));
     assert_eq!(read.tire.coefficients().version, Version::Pac2002);
+    let read = tire(&changed("FITTYP = 61", "PROPERTY_FILE_FORMAT = 'MF_05'"));
+    assert_eq!(read.tire.coefficients().version, Version::Mf52, "{}", read.told());
     assert!(refused(&changed("= 61", "= 99")).contains("60, 61 or 62, found 99"));
     assert!(refused(&changed("= 61", "= 'soft'")).contains("60, 61 or 62, found `soft`"));
 }
@@ -247,10 +249,10 @@ fn mistakes_of_one_cause_are_one_sentence() {
     let words = TIRE.replace("PCY1 = 1.3", "PCY1 = 1.2e3D0").replace("PDY1 = 1.1", "PDY1 = soft");
     assert_eq!(
         refused(&words),
-        "a.tir:28: PCY1: expected a number, found `1.2e3D0`; likewise PDY1"
+        "a.tir:29: PCY1: expected a number, found `1.2e3D0`; likewise PDY1"
     );
     let none = refused(&TIRE.replace('=', ":"));
-    assert!(none.contains("found none in 36 lines"), "{none}");
+    assert!(none.contains("found none in 37 lines"), "{none}");
     let binary: Vec<u8> = (0..5000_u32).map(|i| (i * i % 251) as u8).collect();
     let error = read_bytes(&binary, "a.tir").expect_err("no tire").to_string();
     assert!(error.contains("expected the text of a tire property file"), "{error}");
@@ -259,7 +261,9 @@ fn mistakes_of_one_cause_are_one_sentence() {
     assert_eq!(told.matches("once more").count(), 1, "{told}");
     assert!(told.contains("PCX1, PDX1, PKX1") && told.contains("the last one counts"), "{told}");
     let bare = tire(&format!("{TIRE}PEY1 -0.5\nPEY2 -0.1\n"));
-    assert!(bare.warnings()[0].contains("2 lines are neither"), "{}", bare.told());
+    let words =
+        "skipped, since it is neither `KEY = value` nor a row of numbers: `PEY1 -0.5` and 1 more";
+    assert_eq!(bare.warnings(), [words], "{}", bare.told());
     let extra =
         tire(&format!("{TIRE}PDXP1 = 0.4\nPKYP1 = 1\nELLIPS_ORDER = 1.8\nENV_C1 = 0\nODD = 1\n"));
     for words in [
@@ -315,9 +319,19 @@ fn a_number_that_no_tire_has_is_a_warning_of_the_line() {
         ("PDY1 = 1.1", "PDY1 = 133", "lateral friction is 9.58"),
         ("PKY1 = -20", "PKY1 = 20", "cornering stiffness divided by load is -16.0"),
         ("PKY1 = -20", "PKY1 = -20000", "cornering stiffness divided by load is 16000"),
-        ("PDX1 = 1.2", "PDX1 = 12", "driving friction is 12"),
+        ("PDX1 = 1.2", "PDX1 = 12", "driving friction is 9.855"),
         ("INFLPRES = 220000", "INFLPRES = 20000", "far from NOMPRES"),
-        ("RBX1 = 12", "RBX1 = 12\nKPUMIN = -1\nKPUMAX = 0", "no slip beyond has a force"),
+        (
+            "RBX1 = 12",
+            "RBX1 = 12\nKPUMIN = -1\nKPUMAX = 0",
+            "KPUMIN to KPUMAX is -1 to 0, without 0:",
+        ),
+        (
+            "RBX1 = 12",
+            "RBX1 = 12\nCAMMIN = 0\nCAMMAX = 0.1",
+            "CAMMIN to CAMMAX is 0 to 0.1, without 0:",
+        ),
+        ("RBX1 = 12", "RBX1 = 12\nFZMAX = 3000", "FZMIN to FZMAX is 0 to 3000, without 4000:"),
     ] {
         let line = line(from, to);
         assert!(line.level == Level::Warning && line.text.contains(words), "{words}: {line}");

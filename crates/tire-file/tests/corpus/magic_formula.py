@@ -30,7 +30,8 @@ class Tire:
         self.c, words = parse(path)
         kind = self.c.get("FITTYP")
         self.pac2002 = words.get("PROPERTY_FILE_FORMAT") == "PAC2002"
-        self.old = self.pac2002 or kind in (5, 6, 21, 50, 51, 52)
+        of_5 = words.get("PROPERTY_FILE_FORMAT", "") in ("MF_05", "MF52")
+        self.old = self.pac2002 or kind in (5, 6, 21, 50, 51, 52) or (kind is None and of_5)
         right = words.get("TYRESIDE") == "RIGHT"
         self.mirror = right != (self.c.get("USE_MODE", 0) < 0)
         pressure = self.c.get("INFLPRES", self.c.get("IP"))

@@ -58,7 +58,8 @@ impl MfTire {
             let slip = if i == POINTS { f64::NAN } else { slip(i) };
             Peak { friction: force / F_z, slip }
         };
-        let small = 1e-4;
+        // On the side of small cambers that is within the limits.
+        let [left, right] = [-1e-4, 1e-4].map(|gamma: f64| gamma.max(c.CAMMIN).min(c.CAMMAX));
         let lateral_at = |gamma: f64| self.F_xy(&at(0.0, 0.0, gamma))[1];
         let (_, details) = self.details(&at(0.0, 0.0, 0.0));
         Characteristics {
@@ -68,7 +69,11 @@ impl MfTire {
             braking: peak(-c.KPUMIN, &|kappa| -self.F_xy(&at(-kappa, 0.0, 0.0))[0]),
             C_alpha: -details.K_ya,
             C_kappa: details.K_xk,
-            C_gamma: (lateral_at(-small) - lateral_at(small)) / (2.0 * small),
+            C_gamma: if left < right {
+                (lateral_at(left) - lateral_at(right)) / (right - left)
+            } else {
+                0.0
+            },
         }
     }
 }
