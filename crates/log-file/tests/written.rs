@@ -1,6 +1,8 @@
-//! Writes MoTeC files, and reads them by our reader and by `motec-i2`, which others made. MoTeC's own i2 is not at hand.
+//! Writes MoTeC files, and reads them and one of a MoTeC device by our reader and by `motec-i2`, which others made. MoTeC's own i2 is not at
+//! hand.
 
 use std::io::Cursor;
+use std::path::{Path, PathBuf};
 
 use log_file::{LdChannel, LdSession, LdWriter, Log, Time, ld_names};
 use motec_i2::{LDReader, Sample};
@@ -94,6 +96,35 @@ fn motec_i2_reads_the_same() {
                 found == expected || found.is_nan() && expected.is_nan(),
                 "{place}, {at}: {found}"
             );
+        }
+    }
+}
+
+/// A log of a device ADL, beside the repository or in the folder `TRACKSIDE_DATA`.
+#[test]
+fn we_and_motec_i2_read_a_log_of_others_alike() {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
+    let path = folder.join("corpus/ld/Sample1.ld");
+    let Ok(bytes) = std::fs::read(&path) else {
+        println!("ignored: there is no {}", path.display());
+        assert!(std::env::var_os("CI").is_none(), "it must be there");
+        return;
+    };
+    let mut log = Log::open(&path).expect("it is read").expect("a log");
+    let mut cursor = Cursor::new(&bytes);
+    let mut reader = LDReader::new(&mut cursor);
+    let channels = reader.read_channels().expect("channels");
+    assert_eq!((channels.len(), log.channels().len()), (78, 78));
+    for (place, channel) in channels.iter().enumerate() {
+        assert_eq!(log.channels()[place].name, channel.name.trim());
+        let ours = log.read(&[place]).expect("numbers").remove(0);
+        let theirs = reader.channel_data(channel).expect("numbers");
+        assert_eq!(ours.len(), theirs.len(), "{}", channel.name);
+        for (row, sample) in theirs.iter().enumerate() {
+            let (found, expected) = (ours.number(row).expect("one"), sample.decode_f64(channel));
+            let near = (found - expected).abs() <= 1e-12 * expected.abs();
+            assert!(near, "{}, row {row}: {found}, {expected}", channel.name);
         }
     }
 }

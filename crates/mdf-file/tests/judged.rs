@@ -61,8 +61,8 @@ fn corpus() -> Vec<PathBuf> {
     )
 }
 
-/// Channels of our own files that the judge gets wrong or sees in another way, with the reason; what is right is in the test of known
-/// values.
+/// Channels of files that begin like this which the judge gets wrong or sees in another way, with the reason; of ours, what is right is in the
+/// test of known values.
 const NOT_JUDGED: &[(&str, &str)] = &[
     // It finds integers in the wrong range: 1 is not in [0, 3] for it, but 4 is.
     ("made_conversions", "ranges"),
@@ -83,9 +83,9 @@ const NOT_JUDGED: &[(&str, &str)] = &[
     // It reads the values of a time that is in no record from the record.
     ("made_old", "t"),
     // Of two ranges with the same value, [0, 0] and [0, 1], it takes neither; the first one counts.
-    ("ASAP2_Demo_V161_3.20", "ASAM.M.SCALAR.UBYTE.VTAB_RANGE_DEFAULT_VALUE"),
-    ("ASAP2_Demo_V161_4.00", "ASAM.M.SCALAR.UBYTE.VTAB_RANGE_DEFAULT_VALUE"),
-    ("ASAP2_Demo_V161_unsorted", "ASAM.M.SCALAR.UBYTE.VTAB_RANGE_DEFAULT_VALUE"),
+    ("ASAP2_Demo_V161", "ASAM.M.SCALAR.UBYTE.VTAB_RANGE_DEFAULT_VALUE"),
+    // The same in MDF 2, whose names have 32 letters.
+    ("ASAP2_Demo_V161", "ASAM.M.SCALAR.UBYTE.VTAB_RANGE_"),
 ];
 
 /// What the judge read of a file.
@@ -196,7 +196,7 @@ fn compare_all(path: &Path) -> (usize, usize) {
         );
         let at = format!("{}, group {group}, {name}", path.display());
         let stem = path.file_stem().and_then(|it| it.to_str()).expect("a name");
-        if NOT_JUDGED.contains(&(stem, name)) {
+        if NOT_JUDGED.iter().any(|it| stem.starts_with(it.0) && it.1 == name) {
             continue;
         }
         let begin = said["at"].as_u64().expect("a place") as usize / 8;

@@ -151,3 +151,98 @@ impl Sink for LdSink {
         std::mem::take(&mut self.notices)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use log_file::Log;
+
+    use super::*;
+    use crate::columns::{Column, Columns, Direction};
+    use crate::view::View;
+
+    fn column(variable: &str, kind: ValueKind, direction: Direction) -> Column {
+        let unit = (kind == ValueKind::Real).then(|| "m/s2".to_owned());
+        let (node, variable) = ("car".to_owned(), variable.to_owned());
+        Column { node, variable, direction, kind, unit, description: None }
+    }
+
+    fn header(folder: &Path, step: f64) -> RunHeader {
+        let columns: Columns<_> = [
+            column("a_x", ValueKind::Real, Direction::Output),
+            column("gear", ValueKind::Integer, Direction::Output),
+            column("a_x", ValueKind::Real, Direction::Input),
+            column("suspension.front_left.damper_force", ValueKind::Real, Direction::Output),
+            column("word", ValueKind::String, Direction::Output),
+        ]
+        .into_iter()
+        .collect();
+        RunHeader {
+            scenario: "made".to_owned(),
+            title: "A made run".to_owned(),
+            source: diagnostics::Source::made(diagnostics::TextFile::default()),
+            given: Vec::new(),
+            step,
+            stop: 1.0,
+            seed: 7,
+            columns,
+            status_tracks: Vec::new(),
+            view: View::default(),
+            folder: folder.to_owned(),
+        }
+    }
+
+    fn write(folder: &Path, times: &[f64], completed: bool) -> (Result<(), Error>, String) {
+        let header = header(folder, 0.01);
+        let mut sink = LdSink::new(&header).expect("a file");
+        let mut row = header.columns.row();
+        let written = times.iter().try_for_each(|time| {
+            row.assign(&[*time, 3.0, -1.0, 0.5], Some(vec!["a".to_owned()]), &[]);
+            sink.row(0, *time, &row)
+        });
+        sink.finish("", completed).expect("it ends");
+        let text = |it: Notice| match it {
+            Notice::Warning(text) => text,
+            other => panic!("{other:?}"),
+        };
+        (written, sink.notices().into_iter().map(text).collect::<Vec<_>>().join("; "))
+    }
+
+    #[test]
+    fn numbers_come_back_and_what_is_lost_is_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (written, told) = write(folder.path(), &[0.5, 0.51, 0.52], true);
+        assert!(written.is_ok());
+        for what in [
+            "run.ld: 1 name is shortened to at most 31 letters: `",
+            "` is `car.suspension.front_left.damper_force`",
+            "run.ld: texts are left out, it has numbers only: `car.word`",
+            "run.ld: its time 0 is 0.5 s of the run",
+        ] {
+            assert!(told.contains(what), "{what}: {told}");
+        }
+        let path = folder.path().join("run.ld");
+        let mut log = Log::open(&path).expect("it is read").expect("a log");
+        let names: Vec<_> = log.channels().iter().map(|it| it.name.as_str()).collect();
+        assert_eq!(names, ["car.a_x", "car.gear", "pension.front_left.damper_force"]);
+        let read = log.read(&[0, 1]).expect("the numbers");
+        assert_eq!((read[0].len(), read[0].number(1)), (3, Some(f64::from(0.51f32))));
+        assert_eq!(read[1].number(2), Some(3.0));
+    }
+
+    #[test]
+    fn a_run_that_ends_early_leaves_no_complete_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), &[0.0, 0.01], false).0.expect("rows");
+        assert!(!folder.path().join("run.ld").exists());
+        assert!(Log::open(&folder.path().join("run.ld.partial")).is_ok_and(|it| it.is_some()));
+    }
+
+    #[test]
+    fn a_rate_that_motec_has_not_is_refused_and_so_is_a_gap() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let error = LdSink::new(&header(folder.path(), 0.003)).err().expect("no whole rate");
+        assert!(error.to_string().contains("found a step of 0.003 s"), "{error}");
+        let gap = write(folder.path(), &[0.0, 0.02], true).0.expect_err("a gap").to_string();
+        assert!(gap.contains("expected a row at 0.01 s"), "{gap}");
+    }
+}
