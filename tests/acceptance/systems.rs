@@ -224,7 +224,7 @@ fn ring() -> String {
 fn a_loop_of_a_system_delays_one_connection() {
     let (lab, ended) = run(&ring());
     let told = [
-        "form a loop: a.x_out -> b.x, b.x_out -> a.x; delayed by a step, with the value of its start: b.x_out -> a.x.",
+        "form a loop: b.x_out -> a.x, a.x_out -> b.x; delayed by a step, with the value of its start: b.x_out -> a.x.",
         "--coupling jacobi",
         "[[connect]] to = \"b.x\" and at = \"start\"",
         "coupled by gauss_seidel;",
