@@ -224,7 +224,7 @@ fn ring() -> String {
 fn a_loop_of_a_system_delays_one_connection() {
     let (lab, ended) = run(&ring());
     let told = [
-        "form a loop: a.x_out -> b.x, b.x_out -> a.x; delayed by a step, with the value of its start: b.x_out -> a.x.",
+        "form a loop: b.x_out -> a.x, a.x_out -> b.x; delayed by a step, with the value of its start: b.x_out -> a.x.",
         "--coupling jacobi",
         "[[connect]] to = \"b.x\" and at = \"start\"",
         "coupled by gauss_seidel;",
@@ -261,15 +261,15 @@ fn a_system_is_stepped_as_its_tool_noted() {
         let stop = STOP.replace("/>", &format!(">{inner}</ssd:DefaultExperiment>"));
         ring().replace(STOP, &stop)
     };
-    let (lab, ended) = run(&noted("0.25"));
+    let (lab, ended) = run(&noted("0.2"));
     let told = [
-        "the step 0.25 s (noted at case.ssp/SystemStructure.ssd:",
+        "the step 0.2 s (noted at case.ssp/SystemStructure.ssd:",
         "coupled by jacobi (the FixedStepAlgorithm of case.ssp/SystemStructure.ssd:",
     ];
     let ended = ended.expect(0).says(&told);
     assert!(!ended.stderr.contains("is ignored"), "{}", ended.stderr);
-    assert_eq!(last(&lab, "b.x_out"), "1");
-    assert_eq!(lab.table("out/run.csv").lines().count(), 6);
+    let seen = ["a.x_out", "b.x_out"].map(|it| last(&lab, it));
+    assert_eq!(seen, [5.0, 4.0].map(|steps| (steps / 3.0).to_string()));
     // The command line counts more.
     let run = ["run", "case.ssp", "--coupling", "gauss_seidel", "--out", "out", "--csv"];
     lab.trackside(&run).expect(0).says(&["coupled by gauss_seidel;", "form a loop"]);
