@@ -52,6 +52,14 @@ impl Folder {
     }
 }
 
+/// A temporary file without a name, which vanishes when it is closed.
+///
+/// # Errors
+/// When the system does not make one.
+pub fn nameless_file() -> io::Result<File> {
+    tempfile::tempfile().map_err(|error| unwritable(&std::env::temp_dir(), error))
+}
+
 /// An error of writing to a temporary folder or below, with what to do about it.
 #[must_use]
 pub fn unwritable(folder: &Path, error: io::Error) -> io::Error {

@@ -13,7 +13,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use crowd::{ATTRIBUTES, crowded};
-pub use folder::{Folder, unwritable};
+pub use folder::{Folder, nameless_file, unwritable};
 pub use unpack::{is_archive, unpack};
 
 /// An archive may unpack to this many bytes, which is far more than any real one needs.

@@ -22,21 +22,21 @@ fn residents() -> MutexGuard<'static, Vec<Resident>> {
     RESIDENTS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Notes that the library of an FMU is going to be loaded.
-pub(crate) fn enter(fmu: &Fmu) {
-    let (archive, sha256) = (fmu.path.clone(), fmu.sha256.clone());
-    let (root, linkage) = (fmu.folder.path().to_owned(), fmu.linkage());
-    let mut all = residents();
-    all.retain(|resident| resident.root != root);
-    all.push(Resident { archive, sha256, root, linkage });
-}
-
-/// Notes that nothing of an FMU is loaded any more.
-pub(crate) fn leave(fmu: &Fmu) {
-    residents().retain(|resident| resident.root != fmu.folder.path());
-}
-
 impl Fmu {
+    /// Notes that its library is going to be loaded.
+    pub(crate) fn enter(&self) {
+        let (archive, sha256) = (self.path.clone(), self.sha256.clone());
+        let (root, linkage) = (self.folder.path().to_owned(), self.linkage());
+        let mut all = residents();
+        all.retain(|resident| resident.root != root);
+        all.push(Resident { archive, sha256, root, linkage });
+    }
+
+    /// Notes that nothing of it is loaded any more.
+    pub(crate) fn leave(&self) {
+        residents().retain(|resident| resident.root != self.folder.path());
+    }
+
     /// Loads the library, unless it is loaded: all instances have the same.
     ///
     /// # Errors

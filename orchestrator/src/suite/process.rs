@@ -52,7 +52,7 @@ pub(super) fn run(
     limit: Duration,
 ) -> std::io::Result<Ended> {
     // A pipe would stay open as long as any process holds it.
-    let mut output = tempfile::tempfile()?;
+    let mut output = archive::nameless_file()?;
     let mut command = Command::new(program);
     command.arg("run").args(arguments).arg(path).arg("--out").arg(folder).arg(SUPERVISED);
     command.arg("--limit").arg(limit.as_secs_f64().to_string());

@@ -147,7 +147,7 @@ impl<'a> Worker<'a> {
         let failed = |error: std::io::Error| {
             Error::input(format!("a worker of the sweep does not start: {error}"))
         };
-        let said = tempfile::tempfile().map_err(failed)?;
+        let said = archive::nameless_file().map_err(failed)?;
         // Whoever writes goes on at the end, so that it can be emptied.
         rustix::fs::fcntl_setfl(&said, rustix::fs::OFlags::APPEND)
             .map_err(|error| failed(error.into()))?;

@@ -128,7 +128,8 @@ fn write(
         writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
     }
     writer.finish()?;
-    let warnings = left_out(scenario, gathered.notes, &assignment);
+    let mut warnings = system.warnings.clone();
+    warnings.extend(left_out(scenario, gathered.notes, &assignment));
     let Recorded { worst, best, failed, every } = words.recorded;
     let mut about = About {
         version: VERSION,

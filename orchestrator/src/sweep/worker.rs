@@ -91,13 +91,13 @@ struct Worker {
     bench: Bench,
     reuse: Reuse,
     /// For files of analyses; removed with the worker.
-    _scratch: tempfile::TempDir,
+    _scratch: archive::Folder,
 }
 
 impl Worker {
     fn open(folder: &Path, program: &Path) -> Result<Self, Error> {
         let plan = Plan::look_at(folder)?;
-        let scratch = tempfile::tempdir().map_err(|error| Error::input(error.to_string()))?;
+        let scratch = archive::Folder::new().map_err(|error| Error::input(error.to_string()))?;
         let scenario = plan.scenario()?;
         let limit = resolve::limit(&scenario)?.unwrap_or(LIMIT);
         let bench = Bench {

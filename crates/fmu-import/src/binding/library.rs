@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering::SeqCst;
 use super::activity::{self, Activity};
 use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three, Two};
 use crate::description::{Description, Version};
-use crate::{CallError, Fmu, OpenError, resident};
+use crate::{CallError, Fmu, OpenError};
 
 unsafe extern "C" {
     /// Defined in `threads.c`: how many threads there are that FMUs started.
@@ -46,7 +46,7 @@ impl Library {
             return Err(OpenError::Library { path: fmu.path.clone(), what });
         }
         // It stays there when loading fails half way, too.
-        resident::enter(&fmu);
+        fmu.enter();
         let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
         activity::watch_crashes();
         let (library, changes) = activity.during_rare(LOADING, || open(&fmu, path));
@@ -164,7 +164,7 @@ impl Drop for Library {
             activity::forget_libraries();
             // Symbols that a process has once keep their library there.
             if !self.fmu.library().is_ok_and(|path| is_loaded(&path)) {
-                resident::leave(&self.fmu);
+                self.fmu.leave();
             }
         }
     }
