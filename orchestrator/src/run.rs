@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use cosim::baseline::{BaselineOutcome, Baselines};
+use cosim::check::Verdict;
 use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node::{self, Host, Node};
@@ -206,12 +207,7 @@ impl Job<'_> {
             return Err(error);
         }
         let failure = outcome.err();
-        report.messages = recorder.messages.list();
-        let results = report.results();
-        let mut verdicts = recorder.checks.verdicts(&results);
-        report.collected = recorder.values.by_name(&results);
-        report.baselines = recorder.baselines.outcomes();
-        verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
+        let verdicts = judge(&recorder, &mut report);
         baseline::draw(&recorder.baselines, &mut report)?;
         report.late_points = pace.late_points();
         report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
@@ -294,6 +290,17 @@ impl Job<'_> {
             Err(error) => Err(Error::Validation { name: name.clone(), error: Box::new(error) }),
         }
     }
+}
+
+/// The verdicts of all checks and baselines; the report gets what they are about.
+fn judge(recorder: &Recorder, report: &mut RunReport) -> Vec<Verdict> {
+    report.messages = recorder.messages.list();
+    let results = report.results();
+    let mut verdicts = recorder.checks.verdicts(&results);
+    report.collected = recorder.values.by_name(&results);
+    report.baselines = recorder.baselines.outcomes();
+    verdicts.extend(report.baselines.iter().map(BaselineOutcome::verdict));
+    verdicts
 }
 
 /// Steps the nodes to the end.

@@ -42,6 +42,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
             references,
             elements,
             discrete: false,
+            tunable: false,
             clocks: Vec::new(),
             places,
             needed: true,

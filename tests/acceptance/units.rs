@@ -306,7 +306,6 @@ fn the_offset_of_a_difference_does_not_count() {
         (own, typed, 5.0),
         (own, fahrenheit, 9.0),
         (fahrenheit, kelvin, 25.0 / 9.0),
-        // The variable goes before its type.
         ("declaredType=\"Difference\" relativeQuantity=\"false\"", absolute[1], 278.15),
         (absolute[0], absolute[1], 278.15),
     ] {
@@ -320,7 +319,6 @@ fn the_offset_of_a_difference_does_not_count() {
     run(&lab, &text).expect(0);
     let titles = lab.read("out/run.csv").lines().next().expect("titles").to_owned();
     assert!(titles.contains("a.x_out [K]") && titles.contains("b.x_out [degR]"), "{titles}");
-    // Start values and signals are what the variable is.
     for (from, expected) in [("x = '5 degC'", 5.0), ("x = '9 degF'", 5.0), ("x = '5 K'", 5.0)] {
         let (lab, text) = relayed(own, kelvin, "");
         run(&lab, &text.replace("x = 5.0", from)).expect(0);
@@ -369,14 +367,12 @@ fn a_difference_meets_no_point_on_a_scale_with_a_shifted_zero() {
         "transform = { factor = 1.0, offset = 0.0 }",
     ];
     run(&lab, &text).expect(2).says(&says);
-    // The cure that it names.
     let cured =
         text.replace("to = \"b.x\"", "to = \"b.x\"\ntransform = { factor = 1.0, offset = 0.0 }");
     run(&lab, &cured).expect(0);
     assert!((last(&lab, "b.x_out") - 5.0).abs() < 1e-9);
     let (lab, text) = relayed("unit=\"K\"", relative, "");
     run(&lab, &text).expect(2).says(&["`b.x` [K] is a difference (relativeQuantity)"]);
-    // Without a shifted zero there is nothing to confuse.
     let (lab, text) = relayed("unit=\"K\" relativeQuantity=\"true\"", "unit=\"K\"", "");
     run(&lab, &text).expect(0);
     let check = |that: &str| {

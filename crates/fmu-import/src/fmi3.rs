@@ -263,8 +263,8 @@ fn elements(
         Some(Some(unit)) => Some(*unit),
         _ => Unit::parse(name).ok(),
     });
-    let relative = of("relativeQuantity").is_some_and(|it| matches!(it.trim(), "true" | "1"));
-    let relative = relative && kind == Type::Real;
+    let is_relative = |word: &str| kind == Type::Real && matches!(word.trim(), "true" | "1");
+    let relative = of("relativeQuantity").is_some_and(is_relative);
     let causality = words::causality(node)?;
     let variability = words::variability(node, kind, causality)?;
     let starts = starts(node, storage);

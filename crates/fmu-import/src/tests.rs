@@ -143,7 +143,11 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
         ("unit='degC'", None, 273.15, "degC"),
     ] {
         let found = read(real);
-        assert_eq!((found.relative, found.plain_unit().as_deref()), (relative, Some(plain)), "{real}");
+        assert_eq!(
+            (found.relative, found.plain_unit().as_deref()),
+            (relative, Some(plain)),
+            "{real}"
+        );
         assert_eq!(found.dimension.map(|it| it.offset), Some(offset), "{real}");
     }
     for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {

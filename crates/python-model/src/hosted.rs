@@ -364,7 +364,13 @@ mod tests {
     fn warnings_of_python_are_told_from_other_lines() {
         assert!(is_warning("/a b/cruise.py:26: UserWarning: it is: steep"));
         assert!(is_warning("<string>:1: DeprecationWarning: old"));
-        for line in ["Warning: steep", "cruise.py:26: steep", "a: UserWarning: b", "x:1: two Warning: b", ""] {
+        for line in [
+            "Warning: steep",
+            "cruise.py:26: steep",
+            "a: UserWarning: b",
+            "x:1: two Warning: b",
+            "",
+        ] {
             assert!(!is_warning(line), "{line}");
         }
     }
