@@ -1,7 +1,6 @@
 //! Runs FMUs in archives that are packed in unusual ways, and in temporary folders that are unfit: each runs, or the cause is named.
 
 use std::io::Write as _;
-use std::path::PathBuf;
 use std::process::Command;
 
 use zip::write::SimpleFileOptions;
@@ -9,8 +8,9 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::fixture::Scenario;
 use super::full_disks::on_disk;
-use super::harness::{Ended, Lab, ROOT, trackside};
+use super::harness::{Ended, Lab, trackside};
 use super::libraries::{description, library};
+use super::requirement::cases;
 
 tests! {
     archives_that_others_pack_run: Compiler,
@@ -241,11 +241,6 @@ fn a_temporary_folder_that_is_full_or_forbids_programs_is_told() {
         tells(&ended, &words);
         tells(&ended, &["temporary folder", &folder.to_string(), "TMPDIR"]);
     }
-}
-
-/// The folder with FMUs as others have made them.
-pub fn cases() -> PathBuf {
-    PathBuf::from(ROOT).join("../shared/cases/fmi")
 }
 
 fn the_cases_of_others_run_or_name_the_cause() {

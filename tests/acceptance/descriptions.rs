@@ -1,10 +1,9 @@
 //! Runs FMUs whose descriptions break the standard where they have one safe meaning, and tells what was read and what to write.
 
-use std::path::PathBuf;
-
 use super::fixture::Scenario;
 use super::fmus::{changed, compile, deviate, misbehave, ours};
-use super::harness::{Ended, Lab, ROOT};
+use super::harness::{Ended, Lab};
+use super::requirement::cases;
 
 tests! {
     a_description_against_the_standard_runs_with_a_warning: Compiler,
@@ -211,11 +210,6 @@ fn conform_tells_that_nothing_ran() {
     let told = lab.trackside(&["conform", "x.fmu"]).expect(1).stdout;
     let conclusion = told.lines().last().expect("a conclusion");
     assert!(conclusion.contains("rules have one cause: fmi2Instantiate"), "{conclusion}");
-}
-
-/// The folder with FMUs as others have made them.
-pub fn cases() -> PathBuf {
-    PathBuf::from(ROOT).join("../shared/cases/fmi")
 }
 
 /// A scenario of a folder of `cases`, its exit code, and what it says.

@@ -36,7 +36,7 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 9] = [const { OnceLock::new() }; 9];
+static ANSWERS: [OnceLock<Option<String>>; 10] = [const { OnceLock::new() }; 10];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
@@ -57,8 +57,7 @@ impl Requirement {
             Requirement::Valgrind => "no valgrind",
             Requirement::Slurm => "no Slurm",
             Requirement::SmallDisk => "no mount",
-            Requirement::ReferenceFmus | Requirement::Cases => "no data",
-            Requirement::ReferenceFmus | Requirement::Bags => "no data",
+            Requirement::ReferenceFmus | Requirement::Cases | Requirement::Bags => "no data",
         }
     }
 
@@ -94,8 +93,7 @@ impl Requirement {
             #[cfg(feature = "rerun")]
             Requirement::Viewer => live::missing_viewer(),
             Requirement::ReferenceFmus => absent(&reference_fmus()),
-            Requirement::Cases => absent(&super::descriptions::cases()),
-            Requirement::Cases => absent(&super::archives::cases()),
+            Requirement::Cases => absent(&cases()),
             Requirement::Bags => absent(&super::ros_bags::others()),
         }
     }
@@ -103,6 +101,11 @@ impl Requirement {
 
 fn absent(folder: &Path) -> Option<String> {
     (!folder.is_dir()).then(|| format!("there is no folder {}", folder.display()))
+}
+
+/// The folder of FMUs and systems of others that once failed, each with what is right.
+pub fn cases() -> PathBuf {
+    Path::new(ROOT).join("../shared/cases/fmi")
 }
 
 /// The folder of the Modelica Reference FMUs, by version of FMI, with their results; `TRACKSIDE_FMUS` names another one around it.

@@ -41,6 +41,9 @@ pub struct Database {
     pub topics: Vec<Topic>,
 }
 
+/// Takes the topic, the time of the recorder [ns] and the bytes of a message, and says whether it wants more.
+pub type TakeMessage<'t, E> = &'t mut dyn FnMut(i64, i64, &[u8]) -> Result<bool, E>;
+
 impl Database {
     /// Opens a database and reads its topics.
     ///
@@ -72,7 +75,7 @@ impl Database {
     pub fn messages<E: From<Error>>(
         &self,
         wanted: &dyn Fn(i64) -> bool,
-        take: &mut dyn FnMut(i64, i64, &[u8]) -> Result<bool, E>,
+        take: TakeMessage<E>,
     ) -> Result<(), E> {
         let wrong = |error: rusqlite::Error| E::from(wrong(&error));
         let query = "SELECT topic_id, timestamp, data FROM messages ORDER BY id";

@@ -148,7 +148,8 @@ impl<'t> Inputs<'t, '_> {
         let rows = 0..self.table.rows();
         let fastest = rows.clone().map(|row| v_x.at(row).abs()).fold(0.0, f64::max);
         let least = STANDSTILL.min(STANDSTILL_SHARE * fastest);
-        let running: Vec<_> = rows.filter(|row| !(v_x.at(*row).abs() < least)).collect();
+        let stands = |row: &usize| v_x.at(*row).abs() < least;
+        let running: Vec<_> = rows.filter(|row| !stands(row)).collect();
         let left = self.table.rows() - running.len();
         if left > 0 {
             notes.push(format!("{left} rows below {least} m/s were left out: the belt stands"));

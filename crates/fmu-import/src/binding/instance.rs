@@ -96,10 +96,8 @@ impl Instance {
         };
         let plain = Self::make(library, [name, &guid], logging, [false; 2]);
         let instance = plain.map_err(|_| refused)?;
-        instance.mailbox.warn(vec![
-            "it refuses event mode and early return, which its description declares (hasEventMode, mightReturnEarlyFromDoStep): it runs without"
-                .to_owned(),
-        ]);
+        let without = "it refuses event mode and early return, which its description declares (hasEventMode, mightReturnEarlyFromDoStep): it runs without";
+        instance.mailbox.warn(std::iter::once(without.to_owned()));
         Ok(instance)
     }
 

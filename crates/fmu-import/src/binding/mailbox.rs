@@ -270,8 +270,8 @@ mod tests {
         (2..=1000).for_each(|time| log(&format!("late at {time} s")));
         assert!(!mailbox.has_some());
         assert_eq!(mailbox.said(), "; it says: late at 1000 s");
-        let again =
-            Message { again: 999, ..Message::new(MessageLevel::Warning, "", "late at 1 s") };
+        let mut again = Message::new(MessageLevel::Warning, "", "late at 1 s");
+        again.again = 999;
         assert_eq!((mailbox.take(), mailbox.take()), (vec![again], Vec::new()));
         for number in 0..100_000 {
             log(&format!("another text{number}"));

@@ -33,7 +33,8 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
     let Some(first) = table.during.first() else { return Ok(()) };
     for word in &table.during {
         let [from, until] = *word.get_ref();
-        if !(from < until) {
+        let rises = from < until;
+        if !rises {
             let message = format!("expected two rising times [s], found {from} and {until}");
             return Err(scenario.error(word, message));
         }
