@@ -139,7 +139,7 @@ impl Plant {
                 let what = validity.excesses().into_iter().find(|(_, excess)| *excess != 0.0);
                 let (name, excess) = what.unwrap_or_default();
                 warn(format!(
-                    "at {time} s the {} tire is outside of its limits of validity: {name} by {excess:.3}; its forces are those at the limit",
+                    "at {time:.4} s the {} tire is outside of its limits of validity: {name} by {excess:.3}; its forces are those at the limit",
                     WHEELS[i]
                 ));
             }
@@ -155,7 +155,7 @@ impl Plant {
             if !std::mem::replace(told, true) {
                 let Excess { table, quantity, unit, value, ends: [first, last] } = excess;
                 warn(format!(
-                    "at {time} s the {quantity}, {value:.4} {unit}, is outside of {table}, which goes from {first:.4} to {last:.4} {unit}; its values are those at the end"
+                    "at {time:.4} s the {quantity}, {value:.4} {unit}, is outside of {table}, which goes from {first:.4} to {last:.4} {unit}; its values are those at the end"
                 ));
             }
         }

@@ -115,7 +115,8 @@ impl Waiting {
                 (kind.first, kind.returned) = (message.clone(), status.to_owned());
             }
             Some(message) => *message = marked(message),
-            None if kind.returned == status => {}
+            // Another call may have returned a warning with it before.
+            None if !kind.returned.is_empty() => {}
             None => {
                 let Message { category, text, .. } = marked(&kind.first);
                 let level = kind.first.level().max(MessageLevel::Warning);
