@@ -9,7 +9,7 @@ use roxmltree::{Document, Node};
 
 use crate::Version;
 use crate::definitions::children;
-use crate::findings::{Findings, at};
+use crate::findings::{Findings, at, name};
 
 const VARIABILITIES: &[&str] = &["constant", "fixed", "tunable", "discrete", "continuous"];
 const INITIALS: &[&str] = &["exact", "approx", "calculated"];
@@ -294,9 +294,4 @@ fn legal(causality: &str) -> &'static [&'static str] {
         "independent" => &["continuous"],
         _ => VARIABILITIES,
     }
-}
-
-/// The name of the variable or type that an element is a part of.
-pub(crate) fn name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
-    node.ancestors().find_map(|node| node.attribute("name"))
 }

@@ -9,8 +9,7 @@ use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
 use fmi_rs::model_description::{BaseUnit, Unit};
 use roxmltree::{Document, Node};
 
-use crate::corrections;
-use crate::findings::at;
+use crate::findings::{at, name};
 
 /// What fmi-rs does not read of a declared type: limits and nominal value as numbers of 64 bits, and whether it is a difference.
 #[derive(Debug, Clone, Copy, Default)]
@@ -209,7 +208,7 @@ pub(super) fn unique<'a>(
 
 /// The variable, type or unit that an element is a part of, and its line.
 pub(super) fn place(node: Node) -> String {
-    at(node.document().input_text(), corrections::name(node), node.range().start)
+    at(node.document().input_text(), name(node), node.range().start)
 }
 
 pub(super) fn attribute<T: FromStr>(node: Node, name: &str) -> Result<Option<T>, String> {

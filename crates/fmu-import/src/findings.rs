@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use roxmltree::Node;
+
 /// So many places of one kind are listed.
 const LISTED: usize = 5;
 /// So many kinds are told.
@@ -65,4 +67,9 @@ impl<'a> Findings<'a> {
 pub(crate) fn at(text: &str, name: Option<&str>, place: usize) -> String {
     let line = 1 + text.as_bytes()[..place].iter().filter(|byte| **byte == b'\n').count();
     name.map_or_else(|| format!("line {line}"), |name| format!("`{name}` in line {line}"))
+}
+
+/// The name of the variable or type that an element is a part of.
+pub(crate) fn name<'a>(node: Node<'a, '_>) -> Option<&'a str> {
+    node.ancestors().find_map(|node| node.attribute("name"))
 }

@@ -5,8 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use fmi_rs::model_description::ValidationError;
 use roxmltree::{Document, Node};
 
-use crate::corrections::name;
-use crate::findings::{Findings, at};
+use crate::findings::{Findings, at, name};
 
 /// A variable as the lists of a model structure name it.
 #[derive(Debug, Clone, Copy)]

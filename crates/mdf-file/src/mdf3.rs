@@ -12,8 +12,8 @@ use std::sync::Arc;
 
 use crate::bytes::Bytes;
 use crate::error::Error;
+use crate::identification::{EMPTY_ROWS, Identification};
 use crate::layout::{Axis, Clock, Group, Start, Structure};
-use crate::structure::{EMPTY_ROWS, Identification};
 use block::{Block, Blocks};
 
 /// What a file says of itself.

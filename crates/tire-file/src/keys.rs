@@ -2,7 +2,7 @@
 
 use tire::{KEYS, Key, Version};
 
-use crate::syntax::Entry;
+use crate::syntax::{Entry, beginning};
 
 /// Keys by the names that other programs have for them.
 const SYNONYMS: [(&str, &str); 13] = [
@@ -108,9 +108,4 @@ pub(crate) fn listed<N: AsRef<str>>(names: impl IntoIterator<Item = N>) -> Strin
         count += 1;
     }
     if count > LISTED { format!("{text} and {} more", count - LISTED) } else { text }
-}
-
-/// As much of a text as a message shows.
-pub(crate) fn beginning(text: &str) -> String {
-    text.chars().take(60).collect()
 }

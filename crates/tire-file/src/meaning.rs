@@ -4,8 +4,8 @@
 use tire::{Axes, Coefficients, KEYS, Key};
 
 use crate::absent::{Given, complete};
-use crate::keys::{beginning, key_of, listed, offset, unused};
-use crate::syntax::{Entry, TirFile, Value};
+use crate::keys::{key_of, listed, offset, unused};
+use crate::syntax::{Entry, TirFile, Value, beginning};
 use crate::unit::Units;
 use crate::version::version;
 use crate::{Errors, Level, Message, pressure};

@@ -3,8 +3,6 @@
 use std::fmt::{self, Write as _};
 use std::ops::Range;
 
-use crate::keys::beginning;
-
 /// A file: all its lines, and what they say.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TirFile {
@@ -213,4 +211,9 @@ fn number(written: &str) -> Option<f64> {
         Some((digits, exponent)) => format!("{digits}e{exponent}").parse().ok(),
         None => number.parse().ok(),
     }
+}
+
+/// As much of a text as a message shows.
+pub(crate) fn beginning(text: &str) -> String {
+    text.chars().take(60).collect()
 }
