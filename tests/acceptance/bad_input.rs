@@ -57,7 +57,7 @@ const MISTAKES: &[Mistake] = &[
     ("plant.fmu", "plan.fmu", "plan.fmu", &["cannot read plan.fmu"]),
     ("plant.fmu", "text.fmu", "text.fmu", &["text.fmu is not an .fmu archive"]),
     ("plant.fmu", "cut.fmu", "cut.fmu", &["cut.fmu is not an .fmu archive"]),
-    ("plant.fmu", "windows.fmu", "windows.fmu", &["no library for linux64", "found win64"]),
+    ("plant.fmu", "windows.fmu", "windows.fmu", &["no library for linux64", "found binaries/win64/plant.so"]),
     ("plant.fmu", "mute.fmu", "mute.fmu", &["mute.fmu", "modelDescription.xml"]),
     ("plant.fmu", "broken.fmu", "broken.fmu", &["broken.fmu: modelDescription.xml"]),
     ("plant.fmu", "escape.fmu", "escape.fmu", &["`../escaped.txt`", "leaves the folder"]),

@@ -284,7 +284,6 @@ fn view_opens_the_matching_viewer_or_explains_its_installation() {
 fn a_file_of_another_kind_is_named_as_such() {
     let lab = Lab::new();
     for (name, says) in [
-        ("car.FMU", "an FMU, which a scenario names"),
         ("log.csv", "a table, which a scenario names"),
         ("run.mcap", "a recording: `trackside view` shows it"),
     ] {
@@ -292,4 +291,7 @@ fn a_file_of_another_kind_is_named_as_such() {
         let expected = format!("expected a scenario in TOML, found {name}, {says}");
         lab.trackside(&["run", name]).expect(2).says(&[&expected]);
     }
+    // An FMU runs by itself.
+    lab.write("car.FMU", [0xff, 0xfe, 0x00]);
+    lab.trackside(&["run", "car.FMU"]).expect(2).says(&["car.FMU is not an .fmu archive"]);
 }
