@@ -129,8 +129,8 @@ fn an_fmu_runs_by_itself_and_its_scenario_is_saved() {
     let set = ["--set", "my_relay.x=2.5", "--set", "my_relay.text=12", "--set", "my_relay.on=true"];
     let first = ["run", "my.relay.fmu", "--out", "first", "--csv", "--save-scenario", "saved.toml"];
     let ended = lab.trackside(&[&first[..], &set].concat()).expect(0).says(&[
-        "my.relay.fmu runs by itself from 0 s to 1 s (nothing proposes a stop time)",
-        "the step 0.002 s (500 steps, since no FMU proposes one)",
+        "my.relay.fmu runs by itself from 0 s to 1 s (nothing proposes a stop time after the start)",
+        "the step 0.002 s (500 steps, since no FMU proposes one that fits)",
         "`my_relay` keeps the start values of its description: `n` = 0",
         "wrote the scenario saved.toml",
     ]);

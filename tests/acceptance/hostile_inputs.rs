@@ -208,7 +208,9 @@ fn a_name_that_is_there_twice_is_told_with_its_lines() {
 fn columns_of_one_name_are_told_with_their_places() {
     let lab = lab();
     lab.write("log.csv", "t,v_x [m/s],w,v_x [km/h]\n0,1,2,3\n1,4,3,5\n");
-    run(&lab, EVERYTHING).expect(2).says(&["`v_x [m/s]`, `v_x [km/h]` of log.csv: name one of them so"]);
+    run(&lab, EVERYTHING)
+        .expect(2)
+        .says(&["`v_x [m/s]`, `v_x [km/h]` of log.csv: name one of them so"]);
     let lab = self::lab();
     lab.write("golden.csv", "time,s.sine,s.step [m/s],s.sine\n0,0,1,0\n0.5,0,2,0\n1,0,2,0\n");
     run(&lab, EVERYTHING).expect(2).says(&["`s.sine #1`, `s.sine #2` of golden.csv"]);

@@ -209,7 +209,7 @@ fn the_scenario_says_when_and_how_it_runs() {
             alone.to_owned(),
             501,
             &[
-                "the step 0.004 s (500 steps, since no FMU proposes one)",
+                "the step 0.004 s (500 steps, since no FMU proposes one that fits)",
                 "from 0 s to 2 s (its DefaultExperiment) of the system `rig`",
                 "gauss_seidel, since nothing says otherwise",
             ][..],

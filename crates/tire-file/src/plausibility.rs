@@ -15,6 +15,9 @@ const CORNERING: RangeInclusive<f64> = 2.0..=100.0;
 const SLIP: RangeInclusive<f64> = 2.0..=200.0;
 /// Camber stiffnesses divided by load [1/rad]; a small push to the other side is that of a truck tire.
 const CAMBER: RangeInclusive<f64> = -1.0..=8.0;
+/// Radii without load [m] and nominal loads [N], from models of 1:10 to mining trucks.
+const RADIUS: RangeInclusive<f64> = 0.02..=2.5;
+const LOAD: RangeInclusive<f64> = 1.0..=1e6;
 /// Below this a stiffness divided by load is none.
 const NONE: f64 = 1e-3;
 
@@ -98,6 +101,23 @@ fn odd(c: &Coefficients, at: &Characteristics) -> Vec<String> {
                 "{name} is {low} to {high}, without {value}: the forces beyond are those at its end"
             ));
         }
+    }
+    // What makes these wrong is a unit: mm over metres, kN over newtons.
+    for (name, value, unit, usual) in
+        [("UNLOADED_RADIUS", c.UNLOADED_RADIUS, "m", RADIUS), ("FNOMIN", c.FNOMIN, "N", LOAD)]
+    {
+        if !usual.contains(&value) {
+            let (low, high) = (usual.start(), usual.end());
+            all.push(format!(
+                "{name} is {value} {unit}, expected {low} to {high} {unit}: check [UNITS]"
+            ));
+        }
+    }
+    let sinks = at.F_z / c.VERTICAL_STIFFNESS;
+    if sinks > 0.5 * c.UNLOADED_RADIUS {
+        all.push(format!(
+            "under its load it sinks in by {sinks:.3} m: check VERTICAL_STIFFNESS and [UNITS]"
+        ));
     }
     let [own, nominal] = [c.INFLPRES, c.NOMPRES];
     let has_pressure = c.version.has_pressure();

@@ -58,6 +58,17 @@ impl From<AxesWord> for Axes {
 /// # Errors
 /// When a file cannot be read or is no tire, or something cannot be written.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
+    if let Some(new) = &arguments.write {
+        let whole = |path: &PathBuf| path.canonicalize().ok();
+        let is_read = |path: &PathBuf| whole(path).is_some_and(|it| Some(it) == whole(new));
+        if is_read(&arguments.file) || arguments.other.as_ref().is_some_and(is_read) {
+            let message = format!(
+                "--write: expected another file than those that are read, found {}: its comments and its axes would be lost",
+                new.display()
+            );
+            return Err(Error::input(message));
+        }
+    }
     let first = read(&arguments.file, arguments.axes.into())?;
     let second = arguments.other.as_ref().map(|path| read(path, Axes::Iso)).transpose()?;
     print(&table(&first, second.as_ref()));

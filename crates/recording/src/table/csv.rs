@@ -161,9 +161,7 @@ pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let text = text_at(path)?;
     let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
-    for title in file.layout.titles.iter().skip(1).filter(|title| !title.plain.is_empty()) {
-        file.only(&title.plain)?;
-    }
+    file.without_twins()?;
     let places: Vec<_> = (0..file.layout.titles.len()).collect();
     let mut forms = vec![Form::Number; places.len()];
     forms[0] = Form::Time;

@@ -372,6 +372,7 @@ fn shown(
             mistakes.push(unknown.at(&scenario.source, pattern.span()));
         }
     }
+    let tuned = tuned(scenario, node, variables);
     let observed = |variable: &Variable| {
         node.observe.iter().any(|pattern| matches(pattern.get_ref(), &variable.name))
     };
@@ -381,9 +382,9 @@ fn shown(
             let ticks = variables[*place].ticks.as_ref();
             ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
         }
-        // Inputs are recorded in any case.
+        // Inputs are recorded in any case, and so are parameters that take values as inputs do.
         Causality::Input => false,
-        _ => observed(&variables[*place]),
+        _ => observed(&variables[*place]) && !tuned.contains(place),
     };
     let can_show = |place: &usize| events || variables[*place].kind != Type::Clock;
     (0..variables.len()).filter(can_show).filter(is_shown).collect()

@@ -59,8 +59,12 @@ pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
         "; if it has a decimal comma, say `decimal = \",\"`"
     } else if decimal == Decimal::Comma && text.matches('.').count() == 1 && commas == 0 {
         "; commas are taken for decimal marks here: if it has a decimal point, say `decimal = \".\"`"
-    } else if text.contains([',', '.', '\'', ' ']) {
+    } else if !text.contains(|c: char| !(c.is_ascii_digit() || ",.' +-".contains(c))) {
         "; separators of thousands are not read, export without them"
+    } else if text.contains(':') || text.matches('/').count() > 1 {
+        "; dates and clocks are read as 2026-03-29 12:00:00.5 or 12:00:00.5"
+    } else if text.contains(|c: char| c.is_alphabetic() || "%°".contains(c)) {
+        "; a unit in the cell is not read, export it in the title"
     } else {
         ""
     }

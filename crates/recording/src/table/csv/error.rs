@@ -134,6 +134,21 @@ pub enum CsvError {
         /// The line.
         line: usize,
     },
+    /// A time without a unit that cannot be in seconds.
+    #[error(
+        "the time `{column}` of {} begins with {first}, which in s is thousands of years after 1970: say `time_unit = \"{unit}\"`, if it is in {unit} since 1970",
+        path.display()
+    )]
+    TimeMagnitude {
+        /// The file.
+        path: PathBuf,
+        /// The column of the time.
+        column: String,
+        /// The first time.
+        first: f64,
+        /// The unit in which it is a time of our days.
+        unit: &'static str,
+    },
     /// The unit of the time is none, or contradicts that of the scenario.
     #[error("the time `{column}` of {} is in [{unit}], {why}", path.display())]
     TimeUnit {
@@ -153,7 +168,9 @@ impl CsvError {
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match self {
-            CsvError::Ambiguous { column, .. } | CsvError::TimeUnit { column, .. } => Some(column),
+            CsvError::Ambiguous { column, .. }
+            | CsvError::TimeUnit { column, .. }
+            | CsvError::TimeMagnitude { column, .. } => Some(column),
             _ => None,
         }
     }

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::cell::Cell as Shared;
+use std::collections::HashMap;
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -138,14 +139,16 @@ impl<'a> CsvFile<'a> {
     }
 
     /// Refuses several columns of one title, whatever their units are.
-    pub fn only(&self, plain: &str) -> Result<(), CsvError> {
-        let titles = self.layout.titles.iter().enumerate();
-        let found: Vec<usize> =
-            titles.filter(|(_, it)| it.plain == plain).map(|(place, _)| place).collect();
-        match found[..] {
-            [] | [_] => Ok(()),
-            _ => Err(self.ambiguous(plain, &found)),
+    pub fn without_twins(&self) -> Result<(), CsvError> {
+        let mut first: HashMap<&str, usize> = HashMap::new();
+        for (place, title) in self.layout.titles.iter().enumerate().skip(1) {
+            if !title.plain.is_empty()
+                && let Some(twin) = first.insert(&title.plain, place)
+            {
+                return Err(self.ambiguous(&title.plain, &[twin, place]));
+            }
         }
+        Ok(())
     }
 
     fn ambiguous(&self, name: &str, found: &[usize]) -> CsvError {

@@ -114,6 +114,7 @@ impl<'a> Cells<'a> {
             false => {
                 let factor = self.time_factor(column, wanted.time_unit)?;
                 let mut stamps = self.complete(column)?;
+                self.seconds_are_plausible(column, wanted, &stamps)?;
                 if factor != 1.0 {
                     stamps.iter_mut().for_each(|stamp| *stamp *= factor);
                 }
@@ -159,6 +160,29 @@ impl<'a> Cells<'a> {
         };
         let (path, line, _) = self.place(self.file.begin_of(row + 1), column);
         Err(CsvError::TimeNotIncreasing { path, line, before, found, hint })
+    }
+
+    /// Refuses a time since 1970 in a smaller unit that nobody says.
+    fn seconds_are_plausible(
+        &self,
+        column: usize,
+        wanted: &Wanted,
+        stamps: &[f64],
+    ) -> Result<(), CsvError> {
+        /// From this time on [s] it is no year that a log is from: the first one in ms is of 1973, in us and ns likewise.
+        const UNITS: [(f64, &str); 3] = [(1e17, "ns"), (1e14, "us"), (1e11, "ms")];
+        let place = self.places[column];
+        let title = &self.file.layout.titles[place];
+        let is_said = wanted.time_unit.is_some() || self.file.unit(place)?.is_some();
+        let Some(&first) = stamps.first().filter(|_| !is_said) else { return Ok(()) };
+        let unit = UNITS.iter().find(|(least, _)| first >= *least);
+        match unit.filter(|_| unit_of_time(&title.plain).is_none()) {
+            None => Ok(()),
+            Some((_, unit)) => {
+                let (path, column) = (self.file.path.to_owned(), title.text.clone());
+                Err(CsvError::TimeMagnitude { path, column, first, unit })
+            }
+        }
     }
 
     /// The seconds in one unit of the time.

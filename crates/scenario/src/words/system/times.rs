@@ -60,8 +60,9 @@ pub(in crate::words) fn proposed(
         false => Origin::new(stop, "the DefaultExperiment of the FMU"),
     };
     let stop = stop.or_else(|| latest.map(proposed));
-    let Origin { value: stop, origin } =
-        stop.unwrap_or_else(|| Origin::new(start + 1.0, "nothing proposes a stop time"));
+    let Origin { value: stop, origin } = stop.unwrap_or_else(|| {
+        Origin::new(start + 1.0, "nothing proposes a stop time after the start")
+    });
     if stop <= start || !stop.is_finite() {
         return Err(Error::input(format!(
             "`{name}`: expected a stop time after the start time {start} s, found {stop} s ({origin})",
@@ -76,7 +77,7 @@ pub(in crate::words) fn proposed(
     });
     // The difference of two decimal times has errors in its last digits.
     let part = format!("{:.12e}", duration / STEPS).parse().unwrap_or(duration / STEPS);
-    let none = || Origin::new(part, format!("{STEPS} steps, since no FMU proposes one"));
+    let none = || Origin::new(part, format!("{STEPS} steps, since no FMU proposes one that fits"));
     let step = step.or(shortest).unwrap_or_else(none);
     let stop = match step.value > 0.0 {
         true => start + (duration / step.value).round().max(1.0) * step.value,
