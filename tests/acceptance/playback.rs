@@ -112,7 +112,7 @@ fn an_invalid_use_of_a_recording_is_reported_with_its_line() {
         ("/driver/outputs.F_x", "/driver/outputs.F_y", "F_y", &["no column", "it has", "outputs.delta, ", "did you mean", "outputs.F_x`?"]),
         ("/driver/outputs.F_x", "/diver/outputs.F_x", "/diver", &["did you mean", "outputs.F_x`?"]),
         ("/driver/outputs.F_x", "velocity", "velocity", &["no column `velocity`", "more"]),
-        ("/driver/outputs.F_x", "/log.message", "/log.message", &["log.message`", "is a string: expected a number"]),
+        ("/driver/outputs.F_x", "/log.message", "first/run.mcap", &["there is no message of `/log`"]),
         ("unit = \"N\"", "unit = \"kN\"", "\"kN\"", &["was recorded in [N], and is said to be in [kN]", "leave `unit` out"]),
         ("unit = \"N\"", "unit = \"m\"", "\"m\"", &["was recorded in [N], and is said to be in [m]"]),
         ("name = \"log\"", "name = \"log\"\ntime = \"t\"", "time = \"t\"", &["`log_time` or `publish_time`, found `t`"]),
