@@ -12,6 +12,7 @@ mod recover;
 mod replay;
 mod run;
 mod schema;
+mod standalone;
 mod submit;
 mod supervised;
 mod sweep;

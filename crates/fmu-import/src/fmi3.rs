@@ -259,10 +259,7 @@ fn elements(
     };
     let number = |name: &str| -> Option<f64> { of(name)?.trim().parse().ok() };
     let unit = of("unit").filter(|name| is_unit(name, units)).map(str::to_owned);
-    let measure = unit.as_deref().and_then(|name| match units.get(name) {
-        Some(Some(unit)) => Some(*unit),
-        _ => Unit::parse(name).ok(),
-    });
+    let measure = unit.as_deref().and_then(|name| measure(name, units));
     let is_relative = |word: &str| kind == Type::Real && matches!(word.trim(), "true" | "1");
     let relative = of("relativeQuantity").is_some_and(is_relative);
     let causality = words::causality(node)?;
@@ -316,6 +313,11 @@ fn elements(
         ..variable.clone()
     };
     Ok((0..count).map(element).collect())
+}
+
+/// The unit of a name: by the description's own definition, or else by what the name says.
+fn measure(name: &str, units: &Units) -> Option<Unit> {
+    units.get(name).copied().flatten().or_else(|| Unit::parse(name).ok())
 }
 
 fn starts(node: Node, storage: Storage) -> Vec<String> {

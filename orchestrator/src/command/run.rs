@@ -1,7 +1,5 @@
 //! `trackside run`: runs scenarios, shows their progress, and prints their reports.
 
-use std::fs::File;
-use std::io::{ErrorKind, Write as _};
 use std::net::IpAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -12,9 +10,9 @@ use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
-use scenario::words::{self, Algorithm};
+use scenario::words::Algorithm;
 
-use super::{print, progress, report_error, supervised, tell, this_program};
+use super::{print, progress, report_error, standalone, supervised, tell, this_program};
 
 /// Arguments of `trackside run`.
 #[derive(Args)]
@@ -171,7 +169,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let scenarios = arguments.all()?;
     suite::check_names(&scenarios)?;
     if let Some(file) = &arguments.save_scenario {
-        save_scenario(file, &scenarios, &options.overrides)?;
+        standalone::save(file, &scenarios, &options.overrides)?;
     }
     if !arguments.branch.is_empty() {
         options.latest_stop = orchestrator::latest_stop(&scenarios, arguments.variant.as_deref())?;
@@ -205,34 +203,6 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         }
     }
     Ok(worst)
-}
-
-/// Writes the scenario of the only FMU that runs.
-fn save_scenario(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result<(), Error> {
-    let [fmu] = runs.iter().filter(|path| words::is_fmu(path)).collect::<Vec<_>>()[..] else {
-        let error = Error::input("--save-scenario: expected one FMU that runs by itself");
-        return Err(error.help(
-            "a scenario that `extends` a system of SSP or another scenario changes that one",
-        ));
-    };
-    let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
-    let options =
-        words::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
-    let text = words::standalone(fmu, file, &options)?;
-    // A file of the user is lost in no case.
-    if std::fs::read_to_string(file).is_ok_and(|there| there == text) {
-        return Ok(());
-    }
-    let written = File::create_new(file).and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map_err(|error| match error.kind() {
-        ErrorKind::AlreadyExists => Error::input(format!(
-            "--save-scenario: expected the name of a new file, found {}, which is there already",
-            file.display()
-        )),
-        _ => Error::output(file, error),
-    })?;
-    tell(&format!("wrote the scenario {}", file.display()));
-    Ok(())
 }
 
 /// Frees the FMUs of a run, and tells what they say meanwhile.

@@ -1,0 +1,42 @@
+//! Writes the scenario of an FMU that runs by itself, for `trackside run --save-scenario`.
+
+use std::fs::File;
+use std::io::{ErrorKind, Write as _};
+use std::path::{Path, PathBuf};
+
+use diagnostics::Error;
+use scenario::resolve::Overrides;
+use scenario::words;
+
+use super::tell;
+
+/// Writes the scenario of the only FMU that runs.
+///
+/// # Errors
+/// When not one FMU runs, or the file is there with another text.
+pub(super) fn save(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result<(), Error> {
+    let [fmu] = runs.iter().filter(|path| words::is_fmu(path)).collect::<Vec<_>>()[..] else {
+        let error = Error::input("--save-scenario: expected one FMU that runs by itself");
+        return Err(error.help(
+            "a scenario that `extends` a system of SSP or another scenario changes that one",
+        ));
+    };
+    let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
+    let options =
+        words::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
+    let text = words::standalone(fmu, file, &options)?;
+    // A file of the user is lost in no case.
+    if std::fs::read_to_string(file).is_ok_and(|there| there == text) {
+        return Ok(());
+    }
+    let written = File::create_new(file).and_then(|mut file| file.write_all(text.as_bytes()));
+    written.map_err(|error| match error.kind() {
+        ErrorKind::AlreadyExists => Error::input(format!(
+            "--save-scenario: expected the name of a new file, found {}, which is there already",
+            file.display()
+        )),
+        _ => Error::output(file, error),
+    })?;
+    tell(&format!("wrote the scenario {}", file.display()));
+    Ok(())
+}
