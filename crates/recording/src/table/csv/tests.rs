@@ -189,7 +189,7 @@ fn a_wrong_file_is_refused_with_line_and_cure() {
         ("t,v\n0,1\n1,\n2,\n3,2\n", &["`v` has no value in 2 rows of log.csv, the first one in line 3", "gaps = \"hold\""]),
         ("t,v\n12:00:00,1\n12:0x:01,2\n", &["line 3 of log.csv: expected a clock or a date", "found \"12:0x:01\""]),
         ("t,v [m/s]\ns,km/h\n0,1\n", &["`v [m/s]` of log.csv is in [m/s] by its title and in [km/h] by line 2"]),
-        ("MDF     3.00", &["is an MDF measurement", "export it as CSV"]),
+        ("<h", &["is an AiM log", "export it as CSV in Race Studio"]),
         ("#ROSBAG V2.0\n", &["is a bag of ROS 1", "rosbags-convert"]),
         ("%DataLog%\nChannel : RPM\n0,1\n", &["is a Haltech log", "export it as MoTeC CSV"]),
         ("t\0,\0v\0", &["text in UTF-16", "UTF-8"]),
