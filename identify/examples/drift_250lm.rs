@@ -1,7 +1,7 @@
 //! Prints how far the tires of parts of one log scatter, over what their intervals say: `cargo run -p identify --example drift_250lm
 //! [-- --parts N] [--seconds S] [--task tires|closed_loop] [--details]`.
 //!
-//! The recording is described in docs/identification.md. The car is taken as known exactly, since its errors are the same in all parts.
+//! The recording is described in docs/identification_tasks.md. The car is taken as known exactly, since its errors are the same in all parts.
 
 #[path = "../tests/support/log_250lm.rs"]
 mod log_250lm;

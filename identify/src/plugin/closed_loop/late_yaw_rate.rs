@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::plugin::Identify;
 
-/// A Dallara AV-21 (docs/identification.md). Mass and places of the axles are the team's, the rest is unknown.
+/// A Dallara AV-21. Mass and places of the axles are the team's, the rest is unknown.
 const CAR: &str = "aero = \"none\"
 brake_front_share = 0.55
 [car.body]
