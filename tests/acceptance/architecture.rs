@@ -9,6 +9,7 @@ use super::harness::{Ended, ROOT};
 tests! {
     physics_and_filters_depend_on_neither_fmi_nor_files,
     crates_depend_on_lower_crates_only,
+    what_steps_and_records_knows_no_car,
     only_replay_depends_on_rerun,
     only_fmu_import_depends_on_fmi_rs,
     modules_of_a_crate_have_no_circular_dependencies,
@@ -135,6 +136,26 @@ fn crates_depend_on_lower_crates_only() {
     }
 }
 
+/// Cars and tires are known to the program in its command for tire files alone.
+fn what_steps_and_records_knows_no_car() {
+    let ours = ours();
+    let cars = ["car-file", "kalman", "tire", "tire-file", "tire-report", "track", "vehicle"];
+    for package in ["cosim", "expression", "recording", "replay", "scenario", "sweep", "system"] {
+        let known = cars.iter().find(|car| ours[package].contains(**car));
+        assert!(known.is_none(), "{package} depends on {known:?}");
+    }
+    let source = Path::new(ROOT).join("orchestrator/src");
+    for (path, text) in sources(&source) {
+        let module = modules(&source, &path).join("::");
+        let crates = imported(&code(&text)).into_iter().filter_map(|path| {
+            let first = path.split("::").next()?.replace('_', "-");
+            cars.contains(&first.as_str()).then_some(first)
+        });
+        let known: Vec<_> = crates.collect();
+        assert!(known.is_empty() || module.contains("tire"), "{module} uses {known:?}");
+    }
+}
+
 fn only_replay_depends_on_rerun() {
     for (package, uses) in dependencies() {
         let rerun = uses.iter().find(|name| *name == "rerun" || name.starts_with("re_"));
@@ -148,21 +169,15 @@ fn only_fmu_import_depends_on_fmi_rs() {
     }
 }
 
-/// Circles between modules that are there for now: all modules of one by package.
-const ALLOWED_CIRCLES: [(&str, &[&str]); 0] = [];
-
 fn modules_of_a_crate_have_no_circular_dependencies() {
     let (folders, mut wrong) = (folders(), Vec::new());
     let found: BTreeSet<_> = folders.iter().map(|(package, _)| package.clone()).collect();
     assert_eq!(found, dependencies().into_keys().collect());
     for (package, folder) in folders {
-        for circle in circles(&uses_of_modules(&folder.join("src"))) {
-            let known = |(of, modules): &(&str, &[&str])| {
-                *of == package && circle.iter().all(|module| modules.contains(&module.as_str()))
-            };
-            if !ALLOWED_CIRCLES.iter().any(known) {
-                wrong.push(format!("{package}: {}", circle.join(" -> ")));
-            }
+        for (parent, uses) in uses_of_modules(&read_modules(&folder.join("src"))) {
+            let parent = [vec![package.clone()], parent].concat().join("::");
+            let circles = circles(&uses).into_iter();
+            wrong.extend(circles.map(|circle| format!("{parent}: {}", circle.join(" -> "))));
         }
     }
     assert!(wrong.is_empty(), "modules use each other in circles:\n{}", wrong.join("\n"));
@@ -179,38 +194,74 @@ fn folders() -> Vec<(String, PathBuf)> {
     named.collect()
 }
 
-/// Which top-level modules of a crate each of them uses, tests left out.
-fn uses_of_modules(source: &Path) -> BTreeMap<String, BTreeSet<String>> {
-    let files: Vec<_> = match source.is_dir() {
-        true => sources(source).into_iter().map(|(path, text)| (modules(source, &path), text)),
-        false => return BTreeMap::new(),
+/// The code of each module of a crate by its path from the root, tests left out.
+fn read_modules(source: &Path) -> BTreeMap<Vec<String>, String> {
+    let files = match source.is_dir() {
+        true => sources(source),
+        false => Vec::new(),
+    };
+    let all = files.into_iter().map(|(path, text)| (modules(source, &path), code(&text)));
+    all.filter(|(path, _)| !path.iter().any(|name| name == "tests")).collect()
+}
+
+/// For each module with modules in it: which of these uses which other one, by name.
+fn uses_of_modules(
+    code: &BTreeMap<Vec<String>, String>,
+) -> BTreeMap<Vec<String>, BTreeMap<String, BTreeSet<String>>> {
+    let mut children: BTreeMap<&[String], BTreeSet<&String>> = BTreeMap::new();
+    for path in code.keys() {
+        for (depth, name) in path.iter().enumerate() {
+            children.entry(&path[..depth]).or_default().insert(name);
+        }
     }
-    .collect();
-    let all: BTreeSet<_> =
-        files.iter().filter_map(|(modules, _)| modules.first().cloned()).collect();
-    // A short name at the root stands for its module.
-    let root = files.iter().filter(|(modules, _)| modules.is_empty());
-    let shown = root.flat_map(|(_, text)| imported(&code(text)));
-    let shown: BTreeMap<_, _> = shown
-        .filter_map(|path| {
-            let path = path.trim_start_matches("crate::").trim_start_matches("self::").to_owned();
-            let (module, name) = (path.split("::").next()?, path.rsplit("::").next()?);
-            all.contains(module).then(|| (name.to_owned(), module.to_owned()))
-        })
-        .collect();
-    let mut uses: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for (modules, text) in files.iter().filter(|(it, _)| !it.iter().any(|it| it == "tests")) {
-        let Some(own) = modules.first() else { continue };
-        let text = code(text);
-        let up = "super::".repeat(modules.len());
-        let found = imported(&text).into_iter().chain(mentioned(&text)).filter_map(|path| {
-            let path = path.strip_prefix("crate::").or_else(|| path.strip_prefix(&up))?;
-            let first = path.split("::").next()?.to_owned();
-            shown.get(&first).cloned().or_else(|| all.contains(&first).then_some(first))
-        });
-        uses.entry(own.clone()).or_default().extend(found.filter(|module| module != own));
+    let is_child = |parent: &[String], name: &String| {
+        children.get(parent).is_some_and(|names| names.contains(name))
+    };
+    let from_root = |path: &String, module: &[String]| {
+        let first = path.split("::").next().unwrap_or_default().to_owned();
+        from_root(path, module, is_child(module, &first))
+    };
+    // What a module brings in from its own modules stands there under a short name.
+    let mut short: BTreeMap<(&[String], String), String> = BTreeMap::new();
+    for (module, text) in code {
+        for path in imported(text).iter().filter_map(|path| from_root(path, module)) {
+            let below = path.strip_prefix(module.as_slice());
+            if let Some([child, .., name]) = below.filter(|below| is_child(module, &below[0])) {
+                short.insert((module, name.clone()), child.clone());
+            }
+        }
+    }
+    let mut uses: BTreeMap<Vec<String>, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
+    for (module, text) in code {
+        let paths = imported(text).into_iter().chain(mentioned(text));
+        for path in paths.filter_map(|path| from_root(&path, module)) {
+            let common = module.iter().zip(&path).take_while(|(a, b)| a == b).count();
+            let (Some(user), Some(name)) = (module.get(common), path.get(common)) else { continue };
+            let parent = &module[..common];
+            let used = match is_child(parent, name) {
+                true => Some(name),
+                false => short.get(&(parent, name.clone())),
+            };
+            if let Some(used) = used.filter(|used| *used != user) {
+                let of_parent = uses.entry(parent.to_vec()).or_default();
+                of_parent.entry(user.clone()).or_default().insert(used.clone());
+            }
+        }
     }
     uses
+}
+
+/// The names of a path that stands in `module`, from the root of the crate; none of a path into another crate.
+fn from_root(path: &str, module: &[String], is_child: bool) -> Option<Vec<String>> {
+    let names: Vec<_> = path.split("::").map(str::to_owned).collect();
+    let up = names.iter().take_while(|name| *name == "super").count();
+    match names[0].as_str() {
+        "crate" => Some(names[1..].to_vec()),
+        "self" => Some([module, &names[1..]].concat()),
+        "super" => Some([&module[..module.len().checked_sub(up)?], &names[up..]].concat()),
+        _ if is_child => Some([module, &names].concat()),
+        _ => None,
+    }
 }
 
 /// The modules that a file is in, from the root of its crate.
@@ -297,10 +348,21 @@ fn circular_dependencies_are_detected() {
     for path in ["crate::b::C", "crate::d", "super::e::F", "super::g::h", "crate::i::j"] {
         assert!(paths.iter().any(|found| found == path), "{path} is not among {paths:?}");
     }
-    let uses = [("a", vec!["b"]), ("b", vec!["c"]), ("c", vec!["a"]), ("d", vec!["a"])];
     let text = |text: &str| text.to_owned();
+    let uses = [("a", vec!["b"]), ("b", vec!["c"]), ("c", vec!["a"]), ("d", vec!["a"])];
     let uses = uses.map(|(from, to)| (text(from), to.into_iter().map(text).collect()));
     assert_eq!(circles(&uses.into_iter().collect()), [["a", "b", "c"].map(text).to_vec()]);
+    // Two modules below `a`, of which one uses the other by a name that `a` brings in.
+    let nested = [
+        (vec!["a"], "pub use c::D;"),
+        (vec!["a", "b"], "use super::D;"),
+        (vec!["a", "c"], "fn f() { crate::a::b::g() }"),
+        (vec!["e"], "use crate::a::b::g;"),
+    ];
+    let nested = nested.map(|(path, code)| (path.into_iter().map(text).collect(), text(code)));
+    let uses = uses_of_modules(&nested.into_iter().collect());
+    assert_eq!(circles(&uses[&vec![text("a")]]), [["b", "c"].map(text).to_vec()]);
+    assert!(circles(&uses[&Vec::new()]).is_empty());
 }
 
 fn every_acceptance_test_is_listed() {

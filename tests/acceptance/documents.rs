@@ -11,7 +11,6 @@ tests! {
     python_recipes_of_the_documents_run: Python,
     every_page_has_a_tested_example,
     quotations_match_their_files,
-    the_readme_is_short_and_shows_a_whole_scenario,
     links_resolve,
 }
 
@@ -340,16 +339,6 @@ fn quotations_match_their_files() {
             assert!(text.contains(&block.text), "{}:{} is not in {file}", page.name, block.line);
         }
     }
-}
-
-fn the_readme_is_short_and_shows_a_whole_scenario() {
-    let readme = Page::read(&Path::new(ROOT).join("README.md"));
-    let lines = readme.text.lines().count();
-    assert!(lines <= 90, "README.md has {lines} lines");
-    let scenario = "scenarios/step_steer.toml";
-    let text = std::fs::read_to_string(Path::new(ROOT).join(scenario)).expect("a scenario");
-    let shown = readme.blocks().into_iter().find(|block| block.file() == Some(scenario));
-    assert_eq!(shown.expect("the README shows a scenario").text, text);
 }
 
 fn links_resolve() {
