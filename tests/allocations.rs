@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use allocation_counter::{AllocationInfo, measure};
-use cosim::check::Checks;
+use assessment::check::Checks;
 use cosim::master::{self, Progress};
 use cosim::node;
 use diagnostics::Error;
 use libtest_mimic::{Arguments, Trial};
 use orchestrator::package;
 use recording::{Event, Full, Notice, Recorded, Row, Selection, Sink};
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
 
@@ -49,24 +49,24 @@ impl Sink<Full> for Rows {
 
 /// What so many steps of a scenario with three FMUs, noise and checks allocate.
 fn allocated(scenario: &Scenario, built: &Built, steps: u64) -> AllocationInfo {
-    let mut system = System::resolve(scenario, built, &Overrides::default(), PathBuf::new())
+    let mut plan = RunPlan::resolve(scenario, built, &Overrides::default(), PathBuf::new())
         .expect("a sound scenario");
-    (system.clock.steps, system.announced_stop) = (steps, None);
-    system.leave_unneeded();
-    let mut nodes = node::instantiate(&mut system, None).expect("the FMUs load");
-    let mut checks = std::mem::take(&mut system.checks);
+    (plan.system.clock.steps, plan.system.announced_stop) = (steps, None);
+    plan.leave_unneeded();
+    let mut nodes = node::instantiate(&mut plan.system, None).expect("the FMUs load");
+    let mut checks = std::mem::take(&mut plan.checks);
     // The end of a check is an event, which has a text: all of them go on.
     checks.iter_mut().for_each(|check| check.during[1] = f64::MAX);
     let mut rows = Rows {
-        checks: Checks::new(checks, system.clock.step),
-        recorded: system.recorded.clone(),
+        checks: Checks::new(checks, plan.system.clock.step),
+        recorded: plan.recorded.clone(),
         row: Row::default(),
     };
-    let (mut coupling, mut progress) = (cosim::coupling::of(&system), Progress::default());
+    let (mut coupling, mut progress) = (cosim::coupling::of(&plan.system), Progress::default());
     let counted = measure(|| {
         let mut tick = |_| Ok(());
         master::run(
-            &mut system,
+            &mut plan.system,
             &mut nodes,
             coupling.as_mut(),
             &mut rows,

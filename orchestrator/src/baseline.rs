@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use cosim::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
+use assessment::BaselinePlan;
+use assessment::baseline::{BaselineOutcome, Baselines, Comparison, Deviation, SignalOutcome};
 use diagnostics::Error;
 use html_page::{Axis, Plot};
 use recording::{ColumnIndex, Golden};
 use scenario::Scenario;
-use scenario::plan::{BaselinePlan, System};
+use scenario::plan::RunPlan;
 
 use crate::fresh;
 use crate::report::{Ending, RunReport};
@@ -21,7 +22,7 @@ const POINTS: usize = 2000;
 ///
 /// # Errors
 /// At the word that names one, when it is not there or cannot be read.
-pub(crate) fn read(scenario: &Scenario, system: &System) -> Result<Baselines, Error> {
+pub(crate) fn read(scenario: &Scenario, plan: &RunPlan) -> Result<Baselines, Error> {
     let golden = |plan: &BaselinePlan| -> Result<(BaselinePlan, Golden), Error> {
         let wrong = |message: String| scenario.source.error(plan.place.clone(), message, "");
         if !plan.path.exists() {
@@ -36,13 +37,13 @@ pub(crate) fn read(scenario: &Scenario, system: &System) -> Result<Baselines, Er
             Err(error) => Err(wrong(error.to_string())),
         }
     };
-    let read = diagnostics::Mistakes::all(system.baselines.iter().map(golden))?;
-    Ok(Baselines::new(read, &system.columns, system.clock.step))
+    let read = diagnostics::Mistakes::all(plan.baselines.iter().map(golden))?;
+    Ok(Baselines::new(read, &plan.system.columns, plan.system.clock.step))
 }
 
 /// Whether a baseline is a table, for which the run has to write one.
-pub(crate) fn wants_csv(system: &System) -> bool {
-    system.baselines.iter().any(|plan| recorded_file(plan) == "run.csv")
+pub(crate) fn wants_csv(plan: &RunPlan) -> bool {
+    plan.baselines.iter().any(|plan| recorded_file(plan) == "run.csv")
 }
 
 /// The recording of a run that has the form of the baseline.
@@ -55,18 +56,18 @@ fn recorded_file(plan: &BaselinePlan) -> &'static str {
 ///
 /// # Errors
 /// When one cannot be written.
-pub(crate) fn bless(system: &System, report: &mut RunReport) -> Result<(), Error> {
-    if system.baselines.is_empty() {
+pub(crate) fn bless(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error> {
+    if plan.baselines.is_empty() {
         report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
     }
     if report.verdict != Ending::Pass {
-        let names = system.baselines.iter().map(|plan| {
+        let names = plan.baselines.iter().map(|plan| {
             format!("the baseline {} was not written: the run did not pass", plan.path.display())
         });
         report.warnings.extend(names);
         return Ok(());
     }
-    for plan in &system.baselines {
+    for plan in &plan.baselines {
         let path = &plan.path;
         let folder = path.parent().unwrap_or(Path::new(""));
         let partial: PathBuf = path.with_extension("partial");

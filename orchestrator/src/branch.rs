@@ -3,15 +3,18 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use cosim::checkpoint::{Checkpoint, States};
+use cosim::checkpoint::States;
+use cosim::clock::Clock;
 use cosim::node::Node;
+use cosim::system::{Body, Ports, System};
 use diagnostics::{Error, Mistakes};
 use scenario::Scenario;
-use scenario::plan::{Body, Clock, Ports, System};
+
+use crate::checkpoint_file::RunCheckpoint;
 
 /// The FMUs of a run with their states at a checkpoint.
 pub(crate) struct Held {
-    pub checkpoint: Checkpoint,
+    pub checkpoint: RunCheckpoint,
     pub states: Rc<States>,
     fmus: Vec<HeldFmu>,
 }
@@ -37,7 +40,7 @@ impl Held {
     pub fn keep(
         system: &System,
         nodes: &mut Vec<Box<dyn Node>>,
-        (checkpoint, states): (Checkpoint, States),
+        (checkpoint, states): (RunCheckpoint, States),
     ) -> Self {
         let each = system.nodes.iter().zip(nodes.drain(..));
         let fmus = each.filter_map(|(plan, node)| {

@@ -2,14 +2,16 @@
 
 use std::path::Path;
 
+use assessment::check::CheckMemory;
 use cosim::checkpoint::Checkpoint;
 use diagnostics::Error;
 use fmu_import::sha256;
+use serde::{Deserialize, Serialize};
 
 use crate::fresh;
 
 /// The first bytes of a file, with the version of what follows.
-const HEAD: &[u8] = b"trackside checkpoint 1\n";
+const HEAD: &[u8] = b"trackside checkpoint 2\n";
 /// The first bytes of all versions.
 const ANY_HEAD: &[u8] = b"trackside checkpoint ";
 /// The hash of the rest follows, as text.
@@ -17,11 +19,19 @@ const HASH: usize = 64;
 /// More than any memory that a state is in [B].
 const LARGEST: u64 = 64 << 30;
 
+/// A run at a communication point: its system, and its checks.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct RunCheckpoint {
+    pub system: Checkpoint,
+    /// What the checks remember.
+    pub checks: Vec<CheckMemory>,
+}
+
 /// Writes a checkpoint; a file of that name gives way once the new one is whole.
 ///
 /// # Errors
 /// When it cannot be written.
-pub(crate) fn write(path: &Path, checkpoint: &Checkpoint) -> Result<(), Error> {
+pub(crate) fn write(path: &Path, checkpoint: &RunCheckpoint) -> Result<(), Error> {
     let failed = |error: std::io::Error| Error::output(path, error);
     let content = postcard::to_stdvec(checkpoint)
         .map_err(|error| failed(std::io::Error::other(error.to_string())))?;
@@ -38,7 +48,7 @@ pub(crate) fn write(path: &Path, checkpoint: &Checkpoint) -> Result<(), Error> {
 ///
 /// # Errors
 /// When it cannot be read, or is none.
-pub(crate) fn read(path: &Path) -> Result<Checkpoint, Error> {
+pub(crate) fn read(path: &Path) -> Result<RunCheckpoint, Error> {
     let place = path.display();
     let bytes = diagnostics::read_bounded(path, LARGEST)
         .map_err(|error| Error::input(format!("--resume {place}: {error}")))?;

@@ -4,17 +4,19 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cosim::check::CheckMemory;
+use assessment::check::CheckMemory;
 use cosim::checkpoint::{Checkpoint, Difference, Fit, States, Wiring, check_able, differences};
+use cosim::clock::Clock;
 use cosim::coupling::{self, Coupling};
 use cosim::exchange::Exchange;
 use cosim::master::Along;
 use cosim::node::{self, Host, Node};
+use cosim::system::System;
 use diagnostics::{Error, Mistakes, rounded};
-use scenario::plan::{Clock, System};
+use scenario::plan::RunPlan;
 
 use crate::branch::Held;
-use crate::checkpoint_file;
+use crate::checkpoint_file::{self, RunCheckpoint};
 use crate::options::{Role, RunOptions};
 use crate::report::{PreviousRun, Resumed, RunReport};
 
@@ -36,7 +38,7 @@ pub(crate) struct Course {
 
 /// The checkpoint that a run goes on from.
 pub(crate) struct Origin {
-    pub checkpoint: Checkpoint,
+    pub checkpoint: RunCheckpoint,
     /// The states of its nodes, if these are those of the run that it comes from.
     pub states: Option<Rc<States>>,
     /// Where it comes from.
@@ -61,7 +63,7 @@ impl Wanted {
 
 /// A checkpoint that was taken, and its file, if it has one.
 struct Taken {
-    checkpoint: Checkpoint,
+    checkpoint: RunCheckpoint,
     states: States,
     file: Option<String>,
     complete: bool,
@@ -73,17 +75,17 @@ impl Course {
     /// # Errors
     /// When FMUs cannot do what checkpoints need, when a time is none of the run's, when the checkpoint to go on from cannot be read or
     /// is one of another system.
-    pub fn plan(system: &System, options: &RunOptions, held: Option<&Held>) -> Result<Self, Error> {
+    pub fn plan(plan: &RunPlan, options: &RunOptions, held: Option<&Held>) -> Result<Self, Error> {
         let alone = options.checkpoints.is_empty() && options.resume.is_none() && held.is_none();
         // Fingerprints of large tables take their time.
-        let wiring = if alone { Wiring::default() } else { Wiring::of(system) };
+        let wiring = if alone { Wiring::default() } else { Wiring::of(&plan.system) };
         let in_bytes = options.role == Role::Alone;
         let mut mistakes = Mistakes::default();
         if !options.checkpoints.is_empty() {
-            mistakes.take(check_able(system, in_bytes));
+            mistakes.take(check_able(&plan.system, in_bytes));
         }
         let mut warnings = Vec::new();
-        let wanted = options.checkpoints.iter().map(|time| wanted(*time, system.clock));
+        let wanted = options.checkpoints.iter().map(|time| wanted(*time, plan.system.clock));
         let wanted = mistakes.take(Mistakes::all(wanted)).unwrap_or_default();
         let mut wanted: Vec<Wanted> = wanted
             .into_iter()
@@ -94,22 +96,22 @@ impl Course {
             .collect();
         wanted.sort_by_key(|it| it.tick);
         wanted.dedup_by_key(|it| it.tick);
-        let origin = mistakes.take(origin(system, &wiring, options, held)).flatten();
+        let origin = mistakes.take(origin(plan, &wiring, options, held)).flatten();
         mistakes.finish()?;
-        let before = origin.as_ref().map_or(0, |origin| origin.checkpoint.tick);
+        let before = origin.as_ref().map_or(0, |origin| origin.checkpoint.system.tick);
         if let Some(early) = wanted.iter().find(|it| it.tick < before) {
-            let [early, begin] = [early.time, system.clock.at(before)].map(rounded);
+            let [early, begin] = [early.time, plan.system.clock.at(before)].map(rounded);
             return Err(Error::input(format!(
                 "--checkpoint {early}: the run begins at {begin} s, where its checkpoint is"
             )));
         }
         Ok(Course {
-            scenario: system.header.scenario.clone(),
+            scenario: plan.header.scenario.clone(),
             wiring,
             origin,
             wanted,
             taken: Vec::new(),
-            folder: system.header.folder.clone(),
+            folder: plan.header.folder.clone(),
             remembered: Remembered::default(),
             role: options.role,
             warnings,
@@ -118,7 +120,7 @@ impl Course {
 
     /// The first communication point of the run.
     pub fn first(&self) -> u64 {
-        self.origin.as_ref().map_or(0, |origin| origin.checkpoint.tick)
+        self.origin.as_ref().map_or(0, |origin| origin.checkpoint.system.tick)
     }
 
     /// Refuses to replace files of others: those of an earlier run are set aside by now.
@@ -143,7 +145,7 @@ impl Course {
     }
 
     /// The checkpoint that it goes on from.
-    pub fn origin(&self) -> Option<&Checkpoint> {
+    pub fn origin(&self) -> Option<&RunCheckpoint> {
         self.origin.as_ref().map(|origin| &origin.checkpoint)
     }
 
@@ -157,8 +159,8 @@ impl Course {
         let Origin { checkpoint, place, fit, .. } = self.origin.as_ref()?;
         Some(Resumed {
             checkpoint: place.clone(),
-            scenario: checkpoint.scenario.clone(),
-            time: rounded(checkpoint.time),
+            scenario: checkpoint.system.scenario.clone(),
+            time: rounded(checkpoint.system.time),
             changes: fit.changes.clone(),
         })
     }
@@ -175,7 +177,7 @@ impl Course {
     }
 
     /// The last checkpoint, for runs that go on in this process.
-    pub fn into_last(mut self) -> Option<(Checkpoint, States)> {
+    pub fn into_last(mut self) -> Option<(RunCheckpoint, States)> {
         self.taken.pop().map(|taken| (taken.checkpoint, taken.states))
     }
 
@@ -210,7 +212,7 @@ impl Course {
                     taken.rehearse_apart(system, nodes, coupling.as_mut(), host)
                 }
             };
-            let time = taken.checkpoint.time;
+            let time = taken.checkpoint.system.time;
             self.warnings.extend(match tried {
                 Ok(found) => Difference::told(&found, time),
                 Err(error) => Some(format!(
@@ -237,7 +239,13 @@ impl Taken {
         nodes: &mut [Box<dyn Node>],
         coupling: &mut dyn Coupling,
     ) -> Result<Vec<Difference>, Error> {
-        cosim::checkpoint::rehearse(&self.checkpoint, system, nodes, coupling, Some(&self.states))
+        cosim::checkpoint::rehearse(
+            &self.checkpoint.system,
+            system,
+            nodes,
+            coupling,
+            Some(&self.states),
+        )
     }
 
     fn rehearse_apart(
@@ -248,8 +256,13 @@ impl Taken {
         host: &Host,
     ) -> Result<Vec<Difference>, Error> {
         let mut twins = node::apart(system, nodes, host)?;
-        let found =
-            cosim::checkpoint::rehearse(&self.checkpoint, system, &mut twins, coupling, None);
+        let found = cosim::checkpoint::rehearse(
+            &self.checkpoint.system,
+            system,
+            &mut twins,
+            coupling,
+            None,
+        );
         node::return_sources(system, nodes, twins);
         found
     }
@@ -277,7 +290,7 @@ fn wanted(time: f64, clock: Clock) -> Result<(Wanted, Option<String>), Error> {
 
 /// The checkpoint that the options name, if it fits.
 fn origin(
-    system: &System,
+    plan: &RunPlan,
     wiring: &Wiring,
     options: &RunOptions,
     held: Option<&Held>,
@@ -285,14 +298,19 @@ fn origin(
     let (checkpoint, place, states, mut misfits) = match (options.role, held, &options.resume) {
         (Role::End { .. }, Some(held), _) => {
             let (checkpoint, states) = (held.checkpoint.clone(), Rc::clone(&held.states));
-            (checkpoint, held.checkpoint.scenario.clone(), Some(states), held.misfits(system))
+            (
+                checkpoint,
+                held.checkpoint.system.scenario.clone(),
+                Some(states),
+                held.misfits(&plan.system),
+            )
         }
         (_, _, Some(path)) => {
             let inside = std::fs::canonicalize(path)
                 .ok()
-                .zip(std::fs::canonicalize(&system.header.folder).ok());
+                .zip(std::fs::canonicalize(&plan.header.folder).ok());
             if inside.is_some_and(|(file, folder)| file.starts_with(folder)) {
-                let (file, folder) = (path.display(), system.header.folder.display());
+                let (file, folder) = (path.display(), plan.header.folder.display());
                 let message =
                     format!("--resume {file}: it is in {folder}, whose files this run replaces");
                 return Err(
@@ -303,20 +321,20 @@ fn origin(
         }
         _ => return Ok(None),
     };
-    let fit = wiring.fit(&checkpoint.wiring, system);
+    let fit = wiring.fit(&checkpoint.system.wiring, &plan.system);
     misfits.extend(fit.misfits.iter().cloned());
-    let time = rounded(checkpoint.time);
-    if checkpoint.tick > system.clock.steps {
+    let time = rounded(checkpoint.system.time);
+    if checkpoint.system.tick > plan.system.clock.steps {
         misfits.push(format!(
             "it is at {time} s, after the end of this run at {} s",
-            rounded(system.clock.stop())
+            rounded(plan.system.clock.stop())
         ));
     }
     if misfits.is_empty() {
         let same = fit.changes.is_empty();
         return Ok(Some(Origin { checkpoint, states, place, fit, same }));
     }
-    let scenario = &checkpoint.scenario;
+    let scenario = &checkpoint.system.scenario;
     let message = format!(
         "the checkpoint of `{scenario}` at {time} s ({place}) does not fit: {}",
         misfits.join("; ")
@@ -334,8 +352,8 @@ impl Along for Course {
             coupling.initialise(exchange)?;
         }
         let Some(Origin { checkpoint, states, fit, .. }) = &self.origin else { return Ok(0) };
-        checkpoint.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;
-        Ok(checkpoint.tick)
+        checkpoint.system.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;
+        Ok(checkpoint.system.tick)
     }
 
     fn reach(
@@ -346,7 +364,7 @@ impl Along for Course {
     ) -> Result<(), Error> {
         self.compare(tick, exchange);
         for taken in self.taken.iter_mut().filter(|taken| !taken.complete) {
-            taken.complete = !taken.checkpoint.follow(exchange.row());
+            taken.complete = !taken.checkpoint.system.follow(exchange.row());
             if taken.complete {
                 taken.write(&self.folder)?;
             }
@@ -355,9 +373,9 @@ impl Along for Course {
         let wanted = self.wanted.remove(place);
         let (about, in_bytes) = ((self.scenario.as_str(), &self.wiring), self.role == Role::Alone);
         let taken = Checkpoint::take(exchange, coupling, about, tick, in_bytes)?;
-        let (mut checkpoint, states) = taken;
+        let (system, states) = taken;
         let mut remembered = self.remembered.lock().unwrap_or_else(PoisonError::into_inner);
-        checkpoint.checks = std::mem::take(&mut *remembered);
+        let checkpoint = RunCheckpoint { system, checks: std::mem::take(&mut *remembered) };
         let file = in_bytes.then(|| wanted.file());
         if let Some(file) = &file {
             // It has this name until it is whole.
@@ -380,9 +398,9 @@ impl Course {
     /// Compares the run with the one that it comes from, as long as nothing is to be another.
     fn compare(&mut self, tick: u64, exchange: &Exchange) {
         let Some(origin) = self.origin.as_mut().filter(|origin| origin.same) else { return };
-        let Some(index) = tick.checked_sub(origin.checkpoint.tick + 1) else { return };
+        let Some(index) = tick.checked_sub(origin.checkpoint.system.tick + 1) else { return };
         let now = exchange.row();
-        let then = origin.checkpoint.following_in(index as usize, now, exchange);
+        let then = origin.checkpoint.system.following_in(index as usize, now, exchange);
         let Some(then) = then else {
             origin.same = false;
             return;
@@ -390,6 +408,6 @@ impl Course {
         let time = exchange.clock().at(tick);
         let found = differences(exchange.columns(), (&then, now), time);
         origin.same = found.is_empty();
-        self.warnings.extend(Difference::told(&found, origin.checkpoint.time));
+        self.warnings.extend(Difference::told(&found, origin.checkpoint.system.time));
     }
 }

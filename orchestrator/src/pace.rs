@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use cosim::clock::Clock;
 use diagnostics::Error;
-use scenario::plan::Clock;
 
 /// A run that waits looks this often whether it has to end.
 const NAP: Duration = Duration::from_millis(50);

@@ -2,15 +2,15 @@
 
 use std::sync::PoisonError;
 
-use cosim::baseline::Baselines;
-use cosim::check::Checks;
-use cosim::collected::CollectedValues;
-use cosim::fault::Faults;
+use assessment::baseline::Baselines;
+use assessment::check::Checks;
+use assessment::collected::CollectedValues;
+use cosim::fault_report::Faults;
 use diagnostics::{Error, rounded};
 use recording::{
     BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
 };
-use scenario::plan::{AnalysisPlan, System};
+use scenario::plan::{AnalysisPlan, RunPlan};
 
 use crate::analysis::{self, Collected};
 use crate::course::{Course, Remembered};
@@ -55,33 +55,30 @@ macro_rules! each_sink {
 
 impl Recorder {
     pub fn new(
-        system: &mut System,
+        plan: &mut RunPlan,
         baselines: Baselines,
         options: &RunOptions,
     ) -> Result<Self, Error> {
-        let recordings = Recordings::open(system, options)?;
-        let mut recorder = Self::into(recordings, system, baselines);
+        let recordings = Recordings::open(plan, options)?;
+        let mut recorder = Self::into(recordings, plan, baselines);
         recorder.forward()?;
         Ok(recorder)
     }
 
     /// Judges a run, and records nothing.
-    pub fn judge(system: &mut System) -> Self {
-        let recordings = Recordings {
-            selection: system.recorded.clone(),
-            row: Row::default(),
-            sinks: Vec::new(),
-        };
-        Self::into(recordings, system, Baselines::default())
+    pub fn judge(plan: &mut RunPlan) -> Self {
+        let recordings =
+            Recordings { selection: plan.recorded.clone(), row: Row::default(), sinks: Vec::new() };
+        Self::into(recordings, plan, Baselines::default())
     }
 
-    fn into(recordings: Recordings, system: &mut System, baselines: Baselines) -> Self {
+    fn into(recordings: Recordings, plan: &mut RunPlan, baselines: Baselines) -> Self {
         Recorder {
             recordings,
-            values: CollectedValues::new(std::mem::take(&mut system.collected)),
-            collected: Collected::new(&system.analyses),
-            faults: Faults::new(system),
-            checks: Checks::new(std::mem::take(&mut system.checks), system.clock.step),
+            values: CollectedValues::new(std::mem::take(&mut plan.collected)),
+            collected: Collected::new(&plan.analyses),
+            faults: Faults::new(&plan.system),
+            checks: Checks::new(std::mem::take(&mut plan.checks), plan.system.clock.step),
             baselines,
             messages: Messages::default(),
             notices: Vec::new(),
@@ -91,19 +88,19 @@ impl Recorder {
     }
 
     /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. The report says so.
-    pub fn follow(&mut self, course: &Course, system: &System, report: &mut RunReport) {
+    pub fn follow(&mut self, course: &Course, plan: &RunPlan, report: &mut RunReport) {
         self.remembers = course.remembers();
         report.resumed = course.resumed();
         let Some(origin) = course.origin() else { return };
-        let late = self.checks.recall(&origin.checks, (origin.tick, origin.time));
-        let from = format!("from {} s on, where the run begins", rounded(origin.time));
+        let late = self.checks.recall(&origin.checks, (origin.system.tick, origin.system.time));
+        let from = format!("from {} s on, where the run begins", rounded(origin.system.time));
         let checks = late.iter().map(|name| {
             format!("the check `{name}` is judged {from}: the checkpoint does not know it")
         });
-        let baselines = system.baselines.iter();
+        let baselines = plan.baselines.iter();
         let baselines =
             baselines.map(|it| format!("the baseline `{}` is compared {from}", it.name));
-        let analyses = system.analyses.iter();
+        let analyses = plan.analyses.iter();
         let analyses =
             analyses.map(|it| format!("the analysis `{}` gets the signals {from}", it.name));
         report.warnings.extend(checks.chain(baselines).chain(analyses));
@@ -247,13 +244,13 @@ struct Recordings {
 }
 
 impl Recordings {
-    fn open(system: &System, options: &RunOptions) -> Result<Self, Error> {
-        let header = &system.header;
+    fn open(plan: &RunPlan, options: &RunOptions) -> Result<Self, Error> {
+        let header = &plan.header;
         std::fs::create_dir_all(&header.folder)
             .map_err(|error| Error::output(&header.folder, error))?;
         let opened = SINKS.iter().filter_map(|kind| (kind.open)(header, options).transpose());
         Ok(Recordings {
-            selection: system.recorded.clone(),
+            selection: plan.recorded.clone(),
             row: Row::default(),
             sinks: opened.collect::<Result<_, _>>()?,
         })

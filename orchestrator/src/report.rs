@@ -9,23 +9,23 @@ mod told;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use cosim::baseline::BaselineOutcome;
-use cosim::check::Verdict;
+use assessment::baseline::BaselineOutcome;
+use assessment::check::Verdict;
 use cosim::coupling::Account;
 use cosim::exchange::Effort;
 use cosim::master::Progress;
+use cosim::system::NodePlan;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
-use scenario::plan::{NodePlan, REPORT, System};
+use scenario::plan::{REPORT, RunPlan};
 use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::fresh;
 use crate::messages::{self, NodeMessage};
+pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
-
-pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -228,12 +228,12 @@ impl NodeReport {
 impl RunReport {
     /// What is known before the run: everything but how it went.
     #[must_use]
-    pub fn new(scenario: &Scenario, system: &System) -> Self {
+    pub fn new(scenario: &Scenario, plan: &RunPlan) -> Self {
         let node = |plan: &NodePlan| NodeReport::new(&plan.name);
         RunReport {
-            scenario: system.header.scenario.clone(),
+            scenario: plan.header.scenario.clone(),
             identity: None,
-            title: system.header.title.clone(),
+            title: plan.header.title.clone(),
             verdict: Ending::Error,
             error: None,
             resumed: None,
@@ -249,12 +249,12 @@ impl RunReport {
             realtime_factor: 0.0,
             late_points: None,
             // Connectors, which come last, do nothing that takes effort.
-            nodes: system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
+            nodes: plan.system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
             coupling: Account::default(),
-            provenance: Provenance::new(scenario, system),
+            provenance: Provenance::new(scenario, plan),
             files: Vec::new(),
-            folder: system.header.folder.clone(),
-            warnings: system.warnings.clone(),
+            folder: plan.header.folder.clone(),
+            warnings: plan.system.warnings.clone(),
             messages: Vec::new(),
         }
     }

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use cosim::baseline::{BaselineOutcome, Baselines};
-use cosim::check::Verdict;
+use assessment::baseline::{BaselineOutcome, Baselines};
+use assessment::check::Verdict;
 use cosim::coupling;
 use cosim::master::{self, Progress};
 use cosim::node::{self, Host, Node};
+use cosim::system::System;
 use diagnostics::{Error, Mistakes};
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{Built, Scenario, words};
 
@@ -144,7 +145,7 @@ pub fn run(
 fn unbuilt(scenario: &Scenario, options: &RunOptions, error: Error) -> Error {
     let mut mistakes = Mistakes::from_iter([error]);
     let nothing = Built::default();
-    mistakes.take(System::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
+    mistakes.take(RunPlan::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
     mistakes.finish().err().unwrap_or_else(Error::follow_up)
 }
 
@@ -160,33 +161,34 @@ impl Job<'_> {
     /// Runs the scenario, and then the validations of its results.
     fn run(self, folder: PathBuf, remains: &mut Remains, events: Events) -> Result<Run, Error> {
         let overrides = &self.options.overrides;
-        let mut system = System::resolve(self.scenario, self.built, overrides, folder)?;
+        let mut plan = RunPlan::resolve(self.scenario, self.built, overrides, folder)?;
         if let Some(latest) = self.options.latest_stop {
-            system.announced_stop = system.announced_stop.map(|stop| stop.max(latest));
+            let announced = &mut plan.system.announced_stop;
+            *announced = announced.map(|stop| stop.max(latest));
         }
-        validation::rehearse(self.scenario, self.built, &system)?;
-        system.leave_unneeded();
-        let (baselines, options) = self.compared(&system)?;
+        validation::rehearse(self.scenario, self.built, &plan.system)?;
+        plan.leave_unneeded();
+        let (baselines, options) = self.compared(&plan)?;
         let host = remains.host(self.options);
-        let mut course = Course::plan(&system, self.options, remains.held.as_ref())?;
-        let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
+        let mut course = Course::plan(&plan, self.options, remains.held.as_ref())?;
+        let mut nodes = remains.nodes_of(&mut plan.system, &course, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::note_requests_to_end();
         let begin = Instant::now();
-        let folder = RunFolder::claim(&system.header.folder)?;
-        let mut report = RunReport::new(self.scenario, &system);
+        let folder = RunFolder::claim(&plan.header.folder)?;
+        let mut report = RunReport::new(self.scenario, &plan);
         report.identity.clone_from(&self.options.identity);
         let mut recorder = folder.replace(|| {
             // A killed run leaves no file that nothing accounts for.
             report.sketch(&self.scenario.document.validation).and_then(|()| course.claim())?;
-            Recorder::new(&mut system, baselines, &options)
+            Recorder::new(&mut plan, baselines, &options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        recorder.follow(&course, &system, &mut report);
-        let mut pace = Pace::new(system.clock, course.first(), self.options.realtime);
+        recorder.follow(&course, &plan, &mut report);
+        let mut pace = Pace::new(plan.system.clock, course.first(), self.options.realtime);
         let mut progress = Progress { deadline: pace.deadline(), ..Progress::default() };
         // Nobody sees more than a hundred of them, and each costs more than a short step.
-        let (steps, mut next) = (system.clock.steps, 0);
+        let (steps, mut next) = (plan.system.clock.steps, 0);
         let mut tick = |done| {
             if done >= next {
                 events(ProgressEvent::Steps(done, steps));
@@ -195,14 +197,14 @@ impl Job<'_> {
             pace.wait(done, || remains.check())
         };
         let along = (&mut tick as &mut dyn FnMut(u64) -> _, &mut course);
-        let outcome = simulate(&mut system, &mut nodes, (&mut recorder, &mut progress), along);
+        let outcome = simulate(&mut plan.system, &mut nodes, (&mut recorder, &mut progress), along);
         let outcome = outcome.map_err(|error| remains.why(error));
-        course.conclude(&mut system, &mut nodes, host.as_ref(), outcome.is_ok())?;
+        course.conclude(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
         course.tell(&mut report);
-        remains.keep(&system, nodes, course);
+        remains.keep(&plan.system, nodes, course);
         let outcome = outcome
-            .and_then(|()| analyse(&system, &mut recorder, &mut report, (remains, &mut *events)))
-            .and_then(|()| self.validate_all(&system, &mut report, remains, events));
+            .and_then(|()| analyse(&plan, &mut recorder, &mut report, (remains, &mut *events)))
+            .and_then(|()| self.validate_all(&plan.system, &mut report, remains, events));
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
         }
@@ -210,10 +212,10 @@ impl Job<'_> {
         let verdicts = judge(&recorder, &mut report);
         baseline::draw(&recorder.baselines, &mut report)?;
         report.late_points = pace.late_points();
-        report.conclude(&progress, system.clock.step, verdicts, failure.as_ref());
+        report.conclude(&progress, plan.system.clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
         if options.bless {
-            baseline::bless(&system, &mut report)?;
+            baseline::bless(&plan, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
         report.warnings.extend(fmu_import::changed_surroundings());
@@ -229,13 +231,13 @@ impl Job<'_> {
     }
 
     /// What the run is compared with, and its options with the recordings that this needs.
-    fn compared(self, system: &System) -> Result<(Baselines, RunOptions), Error> {
+    fn compared(self, plan: &RunPlan) -> Result<(Baselines, RunOptions), Error> {
         let bless = self.options.bless;
         let baselines = match bless {
             true => Baselines::default(),
-            false => baseline::read(self.scenario, system)?,
+            false => baseline::read(self.scenario, plan)?,
         };
-        let csv = self.options.csv || (bless && baseline::wants_csv(system));
+        let csv = self.options.csv || (bless && baseline::wants_csv(plan));
         Ok((baselines, RunOptions { csv, ..self.options.clone() }))
     }
 
@@ -319,12 +321,12 @@ fn simulate(
 }
 
 fn analyse(
-    system: &System,
+    run_plan: &RunPlan,
     recorder: &mut Recorder,
     report: &mut RunReport,
     (remains, events): (&Remains, Events),
 ) -> Result<(), Error> {
-    system.analyses.iter().try_for_each(|plan| {
+    run_plan.analyses.iter().try_for_each(|plan| {
         remains.check()?;
         let outcome = recorder.analyse(plan, report, &|| remains.check().is_ok(), events);
         // An analysis that is called off says something else.

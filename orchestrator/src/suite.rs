@@ -7,7 +7,7 @@ mod process;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use cosim::check::Verdict;
+use assessment::check::Verdict;
 use diagnostics::{Error, signal_name};
 use rayon::prelude::*;
 use scenario::plan::REPORT;

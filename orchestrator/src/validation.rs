@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use cosim::system::{Body, NodePlan, Start, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, hexadecimal};
-use scenario::plan::{Body, NodePlan, Start, System};
+use scenario::plan::RunPlan;
 use scenario::resolve::{Override, Overrides};
 use scenario::words::Validation;
 use scenario::{Built, Scenario};
@@ -21,8 +22,8 @@ pub fn rehearse(scenario: &Scenario, built: &Built, system: &System) -> Result<(
     let all = scenario.document.validation.iter().zip(&scenario.validations);
     let rehearsed = all.map(|(validation, child)| {
         let overrides = overrides(scenario, validation, system, None)?;
-        let system = System::resolve(child, built, &overrides, PathBuf::new())?;
-        rehearse(child, built, &system)
+        let plan = RunPlan::resolve(child, built, &overrides, PathBuf::new())?;
+        rehearse(child, built, &plan.system)
     });
     Mistakes::all(rehearsed).map(drop)
 }

@@ -102,8 +102,9 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "ros-bag", "units"]),
-    ("scenario", &["diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
-    ("cosim", &["archive", "diagnostics", "expression", "fmu-import", "isolation", "manoeuvre", "recording", "scenario"]),
+    ("assessment", &["diagnostics", "expression", "recording", "units"]),
+    ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording"]),
+    ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),
     ("drive-doctor", &["numerics", "preparation"]),
@@ -122,7 +123,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("plant-dual-fmu", &["car-file", "fmu-export", "tire", "tire-file", "vehicle"]),
     ("friction-fmu", &["fmu-export", "vehicle"]),
     ("estimator", &["fmu-export", "kalman", "tire", "tire-file", "vehicle"]),
-    ("orchestrator", &["archive", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
+    ("orchestrator", &["archive", "assessment", "cosim", "diagnostics", "expression", "fmu-conformance", "fmu-export", "fmu-import", "html-page", "isolation", "manoeuvre", "plugin", "python", "python-model", "recording", "replay", "scenario", "sweep", "system", "tire", "tire-file", "tire-report", "unified-features", "units"]),
 ];
 
 fn crates_depend_on_lower_crates_only() {

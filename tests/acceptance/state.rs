@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use cosim::clock::Clock;
 use cosim::node::{FmuNode, Node};
+use cosim::system::{Group, Ports, Start};
 use fmu_import::{Causality, Fmu, Storage, Value};
-use scenario::plan::{Clock, Group, Ports, Start};
 
 use super::fmus::ours;
 

@@ -1,4 +1,4 @@
-//! Holds all that a run needs to go on from a communication point: states of nodes, values, what connections and checks remember.
+//! Holds all that a run needs to go on from a communication point: states of nodes, values, what connections remember.
 
 mod rehearsal;
 mod values;
@@ -9,19 +9,17 @@ use std::collections::HashMap;
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::{Body, ChainMemory, NodePlan, System};
 use serde::{Deserialize, Serialize};
-
-use crate::check::CheckMemory;
-use crate::coupling::Coupling;
-use crate::course::Moving;
-use crate::exchange::{Exchange, failure, get};
-use crate::node::{Node, NodeState};
 
 pub use self::rehearsal::{Difference, differences, rehearse};
 use self::values::Missing;
 pub use self::values::{Names, Values};
 pub use self::wiring::{Fit, Wiring};
+use crate::coupling::Coupling;
+use crate::course::Moving;
+use crate::exchange::{Exchange, failure, get};
+use crate::node::{Node, NodeState};
+use crate::system::{Body, ChainMemory, NodePlan, System};
 
 /// So many communication points after a checkpoint are remembered with it, so that one can see whether a run goes on in the same way.
 pub const FOLLOWING: usize = 10;
@@ -37,8 +35,6 @@ pub struct Checkpoint {
     pub time: f64,
     /// What the system is made of.
     pub wiring: Wiring,
-    /// What the checks remember.
-    pub checks: Vec<CheckMemory>,
     /// The values at the communication points after it.
     pub following: Vec<Values>,
     names: Names,
@@ -126,7 +122,6 @@ impl Checkpoint {
             tick,
             time,
             wiring: wiring.clone(),
-            checks: Vec::new(),
             following: Vec::new(),
             names: Names::of(exchange.plans, exchange.columns),
             values: Values::of(exchange.row()),

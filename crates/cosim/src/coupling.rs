@@ -11,11 +11,10 @@ mod looped;
 mod solver;
 
 use diagnostics::Error;
-use scenario::plan::System;
-use scenario::words::Algorithm;
 
 use crate::exchange::{Exchange, Interruption};
-
+use crate::system::Algorithm;
+use crate::system::System;
 pub use account::{Account, ConnectionError, DivisionAccount, LoopAccount};
 use divided::Divided;
 pub use gauss_seidel::GaussSeidel;

@@ -1,7 +1,31 @@
 //! Follows the values of an input over time, and continues them by a polynomial.
 
-use scenario::words::{At, Extrapolate};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::clock::At;
+
+/// Course of an input within a step: on from its last values, which are those at the start of this step and the ones before it, with
+/// `at = "end"` that at its end, too. An FMU that takes no slopes gets the mean over each step of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Extrapolate {
+    /// A straight line through the last two values.
+    Linear,
+    /// A parabola through the last three values.
+    Quadratic,
+}
+
+impl Extrapolate {
+    /// The order of the polynomial.
+    #[must_use]
+    pub fn order(self) -> usize {
+        match self {
+            Extrapolate::Linear => 1,
+            Extrapolate::Quadratic => 2,
+        }
+    }
+}
 
 /// The polynomial `c_0 + c_1 (t - t_0) + c_2 (t - t_0)^2` of the time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -16,11 +16,6 @@ use std::time::Duration;
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Columns, Full, Row};
-use scenario::plan::{Body, Clock, NodePlan, ResolvedConnection, System};
-use scenario::words::At;
-
-use crate::course::{Course, Moving};
-use crate::node::{Node, SAME};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
@@ -29,6 +24,11 @@ use self::judge::{accept, check_numbers};
 pub(crate) use self::loops::{check_failures, lacking, unsolved};
 use self::route::Routes;
 pub use self::snapshot::Snapshot;
+use crate::clock::At;
+use crate::clock::Clock;
+use crate::course::{Course, Moving};
+use crate::node::{Node, SAME};
+use crate::system::{Body, NodePlan, ResolvedConnection, System};
 
 /// Why a step did not come to its end.
 #[derive(Debug)]

@@ -1,82 +1,62 @@
-//! Reports when faults begin and end.
+//! Breaks a number on its way to an input for a while.
+//!
+//! A new kind of fault is a file with its words and its action, its `mod` line, and a line in `for_each_fault`.
 
-use diagnostics::Error;
-use recording::{Event, Full, Level, Notice, Row, Sink, Status, StatusChange, StatusTrack};
-use scenario::plan::System;
+mod bias;
+mod call;
+mod freeze;
+mod gain;
+mod value;
 
-/// The inputs and nodes of a run that have faults.
-#[derive(Debug, Default)]
-pub struct Faults {
-    faulty: Vec<Faulty>,
-    notices: Vec<Notice>,
-    /// Whether there was a row before.
-    seen: bool,
-}
+use std::fmt::Debug;
 
-#[derive(Debug)]
-struct Faulty {
-    /// The name of the input or the node.
-    name: String,
-    /// For each fault the first communication point of it and the first one after it [s].
-    windows: Vec<[f64; 2]>,
-    acts: bool,
-}
+pub use bias::Bias;
+pub use call::{CallFault, CallFaultKind};
+pub use freeze::Freeze;
+pub use gain::Gain;
+pub use value::Value;
 
-impl Faults {
-    /// The faults of all connections and of all calls.
-    #[must_use]
-    pub fn new(system: &System) -> Self {
-        let connections =
-            system.nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
-        let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-        let faulty = faulty.map(|(link, input)| Faulty {
-            name: system.columns[input].name(),
-            windows: link.input_chain.faults.iter().map(|it| [it.from, it.until]).collect(),
-            acts: false,
-        });
-        let nodes = system.nodes.iter().filter(|node| !node.faults.is_empty());
-        let nodes = nodes.map(|node| Faulty {
-            name: node.name.clone(),
-            windows: node.faults.iter().map(|it| [it.from, it.until]).collect(),
-            acts: false,
-        });
-        Faults { faulty: faulty.chain(nodes).collect(), notices: Vec::new(), seen: false }
-    }
-}
-
-impl Sink<Full> for Faults {
-    /// Notices what begins or ends at the communication point.
-    #[inline]
-    fn row(&mut self, tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
-        for it in &mut self.faulty {
-            let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
-            if acts == std::mem::replace(&mut it.acts, acts) {
-                continue;
-            }
-            // A run that goes on from a checkpoint has no row in which it began.
-            let before = it.windows.iter().any(|[from, until]| *from < time && time < *until);
-            let begun = tick > 0 && !self.seen && before;
-            let (status, what) = match (acts, begun) {
-                (true, true) => (Status::Active, "goes on"),
-                (true, false) => (Status::Active, "begins"),
-                (false, _) => (Status::Idle, "ends"),
-            };
-            let track = StatusTrack::Fault(it.name.clone());
-            self.notices.push(Notice::Status(StatusChange { time, track, status }));
-            self.notices.push(Notice::Event(Event {
-                time,
-                level: Level::Warning,
-                source: "fault".to_owned(),
-                message: format!("the fault of {} {what}", it.name),
-                again: 0,
-            }));
+/// Calls a macro with the key and the words of each kind of fault.
+#[macro_export]
+macro_rules! for_each_fault {
+    ($make:ident) => {
+        $make! {
+            freeze: $crate::fault::Freeze,
+            value: $crate::fault::Value,
+            bias: $crate::fault::Bias,
+            gain: $crate::fault::Gain,
         }
-        self.seen = true;
-        Ok(())
+    };
+}
+
+/// The words of a kind of fault.
+pub trait FaultWords {
+    /// Its action; none when the words switch it off.
+    fn action(&self) -> Option<Box<dyn FaultAction>>;
+}
+
+/// The action of a fault on a value, with its state.
+pub trait FaultAction: Debug + Send + Sync {
+    /// Observes a value before the fault begins.
+    fn observe(&mut self, _value: f64) {}
+
+    /// The value that the input gets while the fault lasts.
+    fn apply(&mut self, value: f64) -> f64;
+
+    /// What it remembers; none if that is nothing.
+    fn memory(&self) -> Option<f64> {
+        None
     }
 
-    #[inline]
-    fn notices(&mut self) -> Vec<Notice> {
-        std::mem::take(&mut self.notices)
+    /// Goes on with what an action of its kind remembered.
+    fn recall(&mut self, _memory: f64) {}
+
+    /// A copy with the same state.
+    fn boxed(&self) -> Box<dyn FaultAction>;
+}
+
+impl Clone for Box<dyn FaultAction> {
+    fn clone(&self) -> Self {
+        self.as_ref().boxed()
     }
 }

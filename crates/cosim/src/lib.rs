@@ -1,17 +1,20 @@
-//! A checked plan goes in; its nodes are made and stepped. The row of each communication point comes out to a sink, and a verdict on
-//! each check at the end.
+//! Couples nodes: FMUs, signals and tables step from communication point to communication point, and exchange their values by a coupling
+//! algorithm. The row of each communication point goes to a sink.
 #![forbid(unsafe_code)]
 
-pub mod baseline;
-pub mod check;
 pub mod checkpoint;
-pub mod collected;
+pub mod clock;
 pub mod coupling;
 pub mod course;
+pub mod effect;
 pub mod exchange;
 pub mod fault;
+pub mod fault_report;
 pub mod master;
 pub mod node;
+pub mod order;
+pub mod signal;
+pub mod system;
 
 #[cfg(test)]
 mod testing;

@@ -5,11 +5,11 @@ use std::time::Duration;
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Message, MessageLevel, SUMMARY};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
-use scenario::plan::System;
 
 use crate::coupling::{Account, Coupling};
 use crate::exchange::{Effort, Exchange, Interruption, failure};
 use crate::node::{Node, SAME};
+use crate::system::System;
 
 /// How far a run came, and what it cost.
 #[derive(Debug, Clone, Default)]

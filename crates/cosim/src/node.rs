@@ -16,9 +16,11 @@ use std::any::Any;
 
 use diagnostics::{Error, Mistakes};
 use fmu_import::{CallError, Instance, Message};
-use scenario::plan::{Body, CallFault, Clock, Isolation, NodePlan, Start, System};
 
+use crate::clock::Clock;
 use crate::course::Course;
+use crate::fault::CallFault;
+use crate::system::{Body, Isolation, NodePlan, Start, System};
 pub use apart::{apart, return_sources};
 use driver::DriverNode;
 pub use faulty::{Provocation, with_faults};

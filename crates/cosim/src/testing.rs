@@ -2,21 +2,20 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Message, MessageLevel};
-use recording::view::View;
 use recording::{
-    Column, Columns, Direction, Event, Full, NumberIndex, NumberRange, Row, RunHeader, Selection,
-    Sink, ValueKind,
+    Column, Columns, Direction, Event, Full, NumberIndex, NumberRange, Row, Sink, ValueKind,
 };
-use scenario::effect::Chain;
-use scenario::plan::{
-    Accepts, Body, Clock, CouplingPlan, ExactPlan, InputChain, NodePlan, ResolvedConnection,
-    Source, System, TextPlan,
-};
-use scenario::words::At;
 
+use crate::clock::At;
+use crate::clock::Clock;
 use crate::coupling;
+use crate::effect::Chain;
 use crate::master::{Progress, run};
 use crate::node::Node;
+use crate::system::{
+    Accepts, Body, CouplingPlan, ExactPlan, InputChain, NodePlan, ResolvedConnection, Source,
+    System, TextPlan,
+};
 
 /// A node with one output: what a closure makes of the end of the step and the inputs.
 pub(crate) struct Mock<F> {
@@ -101,21 +100,7 @@ pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u6
         }
     });
     let plans: Vec<_> = plans.collect();
-    let header = RunHeader {
-        scenario: String::new(),
-        title: String::new(),
-        source: diagnostics::Source::default(),
-        given: Vec::new(),
-        step: STEP,
-        stop: STEP * steps as f64,
-        seed: 1,
-        columns: Columns::default(),
-        status_tracks: Vec::new(),
-        view: View::default(),
-        folder: std::path::PathBuf::new(),
-    };
     System {
-        texts: Vec::new(),
         coupling: CouplingPlan::default(),
         clock: Clock { start: 0.0, step: STEP, steps },
         announced_stop: None,
@@ -123,12 +108,6 @@ pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u6
         nodes: plans,
         order: (0..nodes).collect(),
         columns: columns(next, ValueKind::Real),
-        analyses: Vec::new(),
-        checks: Vec::new(),
-        collected: Vec::new(),
-        baselines: Vec::new(),
-        recorded: Selection::default(),
-        header,
         warnings: Vec::new(),
     }
 }

@@ -9,6 +9,7 @@ mod values;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use cosim::system::{Body, NodePlan, System};
 use diagnostics::Error;
 use ssp::Experiment;
 use ssp::write::{
@@ -18,7 +19,6 @@ use ssp::write::{
 
 use crate::build_request::Built;
 use crate::bundle::{self, Bundle, Layout};
-use crate::plan::{Body, NodePlan, System};
 use crate::words::{Algorithm, Annotated, Scenario};
 use definitions::Definitions;
 use ends::Ends;

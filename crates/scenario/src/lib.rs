@@ -4,15 +4,12 @@
 
 mod build_request;
 pub mod bundle;
-pub mod effect;
 pub mod export;
-pub mod fault;
 pub mod pattern;
 pub mod plan;
 pub mod reference;
 pub mod resolve;
 pub mod schema;
-pub mod signal;
 mod text_of;
 pub mod words;
 

@@ -41,6 +41,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use assessment::{CheckPlan, Condition};
+use cosim::clock::Clock;
+use cosim::system::{NodePlan, System};
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
 use recording::{Columns, Full, Recorded, RunHeader, StatusTrack};
@@ -54,7 +57,7 @@ use self::signal_units::SignalUnits;
 pub use self::sweep::sweep;
 pub use self::view::layout;
 use crate::build_request::Built;
-use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
+use crate::plan::RunPlan;
 use crate::words::{Algorithm, Scenario, Time};
 pub use overrides::Override;
 
@@ -110,7 +113,7 @@ impl Overrides {
     }
 }
 
-impl System {
+impl RunPlan {
     /// Checks a scenario against its FMUs, tables and plugins. `built` holds what the scenario names by
     /// `crate`; recordings are to go to `folder`.
     ///
@@ -184,7 +187,7 @@ impl System {
         let (coupling, order) = order.looped(coupling);
         let graph = view::graph(&nodes, &order, &coupling);
         let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
-        Ok(System {
+        let system = System {
             coupling,
             clock,
             announced_stop: Some(clock.announced_stop()),
@@ -192,6 +195,10 @@ impl System {
             nodes,
             order,
             columns,
+            warnings,
+        };
+        Ok(RunPlan {
+            system,
             analyses,
             checks,
             collected,
@@ -199,7 +206,6 @@ impl System {
             recorded,
             texts: parameters.texts.files(),
             header: RunHeader { view, ..header },
-            warnings,
         })
     }
 }

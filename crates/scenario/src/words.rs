@@ -15,6 +15,7 @@ mod place;
 mod read;
 mod recorded_file;
 mod results;
+mod signal;
 mod sizes;
 mod standalone;
 mod subsystem;
@@ -26,29 +27,30 @@ mod view;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
+pub use cosim::clock::At;
+pub use cosim::course::Extrapolate;
+pub use cosim::system::{Algorithm, ErrorEstimate, Method, OnFailure};
 use diagnostics::{Error, Source, Spanned};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::schema;
-use crate::signal::Part;
 pub(crate) use aliases::Aliases;
 pub(crate) use annotated::Annotated;
 pub use baseline::{Baseline, Tube};
 pub(crate) use change::{Change, Misfit, converted, quantity};
-pub use connect::{At, Connect, Convert, Transform};
-pub use coupling::{
-    Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Loops, Method, OnDiscard,
-};
+pub use connect::{Connect, Convert, Transform};
+pub use coupling::{Bond, Coupling, Iteration, Loops, OnDiscard};
 pub use fault::Fault;
 pub use manoeuvre::Manoeuvre;
-pub use nodes::{Fmu, OnFailure, Table, Unconnected, Unused};
+pub use nodes::{Fmu, Table, Unconnected, Unused};
 pub use one_or_more::OneOrMore;
 use one_or_more::one_or_more;
 pub(crate) use read::merged;
 pub(crate) use recorded_file::RecordedFile;
 pub use recorded_file::{Column, ColumnWord};
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
+pub use signal::{Part, SignalError};
 pub use standalone::{StandaloneOptions, is_fmu, standalone};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use cosim::system::{Body, NodePlan, System};
 use diagnostics::{Error, Mistakes, suggest};
 use fmu_export::description::{Capabilities, Described, Table};
 use fmu_export::{Causality, Cell, Depends, Info, Initial, Row, Variability};
@@ -10,7 +11,7 @@ use fmu_import::Value;
 use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
 use scenario::pattern::matches;
-use scenario::plan::{Body, NodePlan, System};
+use scenario::plan::RunPlan;
 use scenario::words::quoted;
 
 use crate::interface::{Exposed, Interface, Role};
@@ -156,7 +157,7 @@ fn known_inputs(system: &System) -> Vec<Known> {
 /// # Errors
 /// When a choice is no output, or nothing is left that the FMU shows.
 pub fn interface(
-    system: &mut System,
+    RunPlan { system, header, .. }: &mut RunPlan,
     choice: &Choice,
     inputs: &[ChosenInput],
 ) -> Result<(Interface, Table, Vec<String>), Error> {
@@ -197,7 +198,7 @@ pub fn interface(
     }
     let clock = system.clock;
     let name: &'static str = choice.name.clone().leak();
-    let title: &'static str = system.header.title.clone().leak();
+    let title: &'static str = header.title.clone().leak();
     let info = Info::new(name, title, clock.step).start(clock.start).stop(clock.stop());
     let fmus = || {
         system.nodes.iter().filter_map(|plan| match &plan.body {

@@ -2,10 +2,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use cosim::clock::Clock;
 use cosim::node::{Node, NodeState};
 use diagnostics::Error;
 use fmu_import::{CallError, Message};
-use scenario::plan::Clock;
 
 /// Values from outside for some outputs of one node.
 #[derive(Debug, Clone, Default)]

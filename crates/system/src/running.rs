@@ -5,11 +5,12 @@ use std::path::Path;
 use cosim::coupling::{self, Coupling};
 use cosim::exchange::{Exchange, Interruption, Memory, failure};
 use cosim::node::{self, Node};
+use cosim::system::{Body, System};
 use diagnostics::Error;
 use fmu_export::{Cell, Course, FmiResult, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::plan::{Body, System};
+use scenario::plan::RunPlan;
 use scenario::resolve::{Override, Overrides};
 use scenario::{Built, Scenario};
 
@@ -78,7 +79,8 @@ impl Running {
             ..Overrides::default()
         };
         let folder = resources.to_owned();
-        let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
+        let plan = RunPlan::resolve(&scenario, &Built::default(), &overrides, folder)?;
+        let mut system = plan.system;
         system.clock.start = course.now;
         system.announced_stop = course.stop;
         let mut nodes = node::instantiate(&mut system, None)?;

@@ -9,7 +9,7 @@ use orchestrator::inspect;
 use orchestrator::package::{self, BuildProgress};
 use recording::table;
 use scenario::Scenario;
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::{AnalysisLoading, Overrides};
 
 use super::progress::BuildLine;
@@ -73,11 +73,11 @@ fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {
     let built = package::build_fmus(&scenario, &mut progress)?;
     let folder = Path::new("target/runs").to_owned();
     let overrides = Overrides { analyses: AnalysisLoading::Skip, ..Overrides::default() };
-    let system = System::resolve(&scenario, &built, &overrides, folder)?;
+    let plan = RunPlan::resolve(&scenario, &built, &overrides, folder)?;
     match (arguments.json, arguments.dot) {
-        (true, _) => print_json(&inspect::scenario::json(&scenario, &system)),
-        (_, true) => print(&inspect::scenario::dot(&system)),
-        _ => print(&inspect::scenario::lines(&scenario, &system)),
+        (true, _) => print_json(&inspect::scenario::json(&scenario, &plan)),
+        (_, true) => print(&inspect::scenario::dot(&plan.system)),
+        _ => print(&inspect::scenario::lines(&scenario, &plan)),
     }
     Ok(0)
 }

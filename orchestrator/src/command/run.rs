@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
+use cosim::system::Algorithm;
 use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
 use scenario::resolve::{Isolate, Override, Overrides};
-use scenario::words::Algorithm;
 
 use super::{print, progress, report_error, standalone, supervised, tell, this_program};
 

@@ -3,20 +3,22 @@
 
 use std::fmt::Write as _;
 
+use cosim::clock::At;
+use cosim::system::{Block, Body, Link, Loop, NodePlan, System};
 use fmu_import::Causality;
 use scenario::Scenario;
-use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
-use scenario::words::{Analysis, At};
+use scenario::plan::RunPlan;
+use scenario::words::Analysis;
 use serde_json::{Value, json};
 
 /// The order, the connections, the loops and the analyses of a scenario, as lines for a terminal.
 #[must_use]
-pub fn lines(scenario: &Scenario, system: &System) -> String {
+pub fn lines(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> String {
     let mut text = String::new();
     let plan = &system.coupling;
     let clock = system.clock;
     // Writing into a string cannot fail.
-    let _ = writeln!(text, "{:<10} {}", "scenario", system.header.title);
+    let _ = writeln!(text, "{:<10} {}", "scenario", header.title);
     let _ = writeln!(
         text,
         "{:<10} {} s, {} times from {} s on",
@@ -72,7 +74,7 @@ fn code_of(analysis: &Analysis) -> String {
 
 /// The same as JSON.
 #[must_use]
-pub fn json(scenario: &Scenario, system: &System) -> Value {
+pub fn json(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> Value {
     let name = |node: &usize| name(system, &system.nodes[*node]);
     let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
     let node = |node: &usize| {
@@ -92,8 +94,8 @@ pub fn json(scenario: &Scenario, system: &System) -> Value {
     };
     let analysis = |it: &Analysis| json!({ "name": it.name.get_ref(), "code": code_of(it) });
     json!({
-        "scenario": system.header.scenario,
-        "title": system.header.title,
+        "scenario": header.scenario,
+        "title": header.title,
         "step": system.clock.step,
         "steps": system.clock.steps,
         "coupling": system.coupling.told(),

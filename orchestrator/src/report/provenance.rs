@@ -4,9 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use cosim::system::{Body, NodePlan, System};
 use fmu_import::sha256;
 use scenario::Scenario;
-use scenario::plan::{Body, System};
+use scenario::plan::RunPlan;
 use serde::Serialize;
 
 /// The argument by which `trackside test` ties a run to itself.
@@ -77,13 +78,13 @@ pub struct FmuReport {
 impl Provenance {
     /// What the run of a scenario is made with.
     #[must_use]
-    pub fn new(scenario: &Scenario, system: &System) -> Self {
+    pub fn new(scenario: &Scenario, plan: &RunPlan) -> Self {
         let sources = scenario.source.files().map(|file| FileReport {
             path: file.path.clone(),
             sha256: sha256(file.text.as_bytes()),
         });
         let data = scenario.read_files().map(|word| scenario.source.resolve(word));
-        let data = data.chain(system.texts.iter().cloned());
+        let data = data.chain(plan.texts.iter().cloned());
         let begun = SystemTime::now().duration_since(UNIX_EPOCH);
         Provenance {
             command: std::env::args_os()
@@ -91,28 +92,28 @@ impl Provenance {
                 // Between this program and its parent; nobody can repeat it.
                 .filter(|word| word != SUPERVISED)
                 .collect(),
-            set: system.header.given.clone(),
+            set: plan.header.given.clone(),
             process: std::process::id(),
             begun: begun.map(|time| time.as_secs()).unwrap_or_default(),
             versions: Versions {
                 trackside: env!("CARGO_PKG_VERSION"),
-                fmi: fmi(system),
+                fmi: fmi(&plan.system),
                 plugin_interface: plugin::abi::VERSION,
                 os: std::env::consts::OS,
                 arch: std::env::consts::ARCH,
             },
-            seed: system.header.seed,
+            seed: plan.header.seed,
             generator: "Pcg64",
             sources: sources.collect(),
             data: data.filter_map(|path| hashed(&path)).collect(),
-            fmus: fmus(system),
-            plugins: system.analyses.iter().filter_map(|plan| hashed(&plan.library)).collect(),
+            fmus: fmus(&plan.system),
+            plugins: plan.analyses.iter().filter_map(|plan| hashed(&plan.library)).collect(),
         }
     }
 }
 
 fn fmus(system: &System) -> Vec<FmuReport> {
-    let fmu = |node: &scenario::plan::NodePlan| match &node.body {
+    let fmu = |node: &NodePlan| match &node.body {
         Body::Fmu { fmu, .. } => Some(FmuReport {
             name: node.name.clone(),
             guid: fmu.description.guid.clone(),
@@ -125,7 +126,7 @@ fn fmus(system: &System) -> Vec<FmuReport> {
 
 /// The versions of FMI of all FMUs, each once.
 fn fmi(system: &System) -> String {
-    let version = |node: &scenario::plan::NodePlan| match &node.body {
+    let version = |node: &NodePlan| match &node.body {
         Body::Fmu { fmu, .. } => Some(fmu.description.version.to_string()),
         _ => None,
     };

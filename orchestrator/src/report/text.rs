@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 
-use cosim::check::Verdict;
+use assessment::check::Verdict;
 use diagnostics::in_markdown;
-
-use crate::messages::{self, Severity};
 
 use super::told::{Told, WIDEST};
 use super::{Ending, RunReport, Validated};
+use crate::messages::{self, Severity};
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.

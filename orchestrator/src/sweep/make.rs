@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use ::sweep::table::{Groups, Writer};
+use cosim::system::{Body, System};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
-use scenario::plan::{Body, SweepPlan, System};
+use scenario::plan::{RunPlan, SweepPlan};
 use scenario::resolve::{self, Overrides};
 use scenario::words::Recorded;
 use scenario::{Built, Scenario};
@@ -59,10 +60,10 @@ pub fn make(
     let folder = options.out.clone().unwrap_or_else(default);
     let built = package::build(&scenario, progress)?;
     // All that is wrong is told with its places in the files of the user.
-    let system = try_out(&scenario, &built, &words, options)?;
+    let plan = try_out(&scenario, &built, &words, options)?;
     let made = folder.with_extension("plan.partial");
     clear(&made)?;
-    let result = write(&made, &scenario, &built, (&words, &system), options, program);
+    let result = write(&made, &scenario, &built, (&words, &plan), options, program);
     let result = result.and_then(|about| place(&made, &folder, &about, options));
     let _ = std::fs::remove_dir_all(&made);
     result?;
@@ -75,7 +76,7 @@ fn try_out(
     built: &Built,
     words: &SweepPlan,
     options: &PlanOptions,
-) -> Result<System, Error> {
+) -> Result<RunPlan, Error> {
     let assignment = Assignment::new(words, &options.set)?;
     let folder = scenario.source.path().parent().unwrap_or(Path::new(""));
     let place = |name: &str| {
@@ -87,7 +88,7 @@ fn try_out(
     let resolve = |last: bool| {
         let settings = Plan::settings(&assignment.end(last), 0);
         let overrides = overrides(&options.overrides, &settings, folder, place);
-        System::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())
+        RunPlan::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())
     };
     let mut mistakes = Mistakes::default();
     let first = mistakes.take(resolve(false));
@@ -103,7 +104,7 @@ fn write(
     folder: &Path,
     scenario: &Scenario,
     built: &Built,
-    (words, system): (&SweepPlan, &System),
+    (words, plan): (&SweepPlan, &RunPlan),
     options: &PlanOptions,
     program: &Path,
 ) -> Result<About, Error> {
@@ -128,13 +129,13 @@ fn write(
         writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
     }
     writer.finish()?;
-    let mut warnings = system.warnings.clone();
+    let mut warnings = plan.system.warnings.clone();
     warnings.extend(left_out(scenario, gathered.notes, &assignment));
     let Recorded { worst, best, failed, every } = words.recorded;
     let mut about = About {
         version: VERSION,
         scenario: scenario.name.clone(),
-        title: system.header.title.clone(),
+        title: plan.header.title.clone(),
         digest: String::new(),
         program: digest_of_program(program)?,
         variants,
@@ -145,10 +146,10 @@ fn write(
         tolerance: options.overrides.tolerance,
         blocks: assignment.blocks(),
         also: assignment.also().map(str::to_owned).collect(),
-        units: units(scenario, system, assignment.names()),
+        units: units(scenario, &plan.system, assignment.names()),
         is_search,
-        checks: system.checks.iter().map(|check| check.name.clone()).collect(),
-        collected: system
+        checks: plan.checks.iter().map(|check| check.name.clone()).collect(),
+        collected: plan
             .collected
             .iter()
             .map(|it| (it.name.clone(), it.unit.as_ref().map(|(unit, _)| unit.clone())))

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use scenario::plan::WordPlace;
+use cosim::system::WordPlace;
 use scenario::resolve::{Override, Overrides};
 use serde::{Deserialize, Serialize};
 

@@ -8,7 +8,7 @@ use cosim::master::{self, Progress};
 use cosim::node::{self, Host, Kept};
 use diagnostics::Error;
 use recording::{Event, Full, Row, Sink, StatusChange};
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::{Opened, Overrides};
 use scenario::{Built, Scenario};
 use serde::{Deserialize, Serialize};
@@ -127,47 +127,47 @@ impl Bench {
         let stop = Stop::within(self.limit);
         let folder = self.folder.clone();
         let Bench { scenario, built, opened, program, .. } = self;
-        let mut system = System::resolve_again(scenario, built, overrides, folder, opened)?;
-        system.leave_unneeded();
+        let mut plan = RunPlan::resolve_again(scenario, built, overrides, folder, opened)?;
+        plan.leave_unneeded();
         let program = (program.clone(), vec!["isolated".to_owned()]);
         let host = Host { program, patience: PATIENCE, give_up: stop.patience() };
-        let mut nodes = node::instantiate_again(&mut system, Some(&host), kept)
+        let mut nodes = node::instantiate_again(&mut plan.system, Some(&host), kept)
             .map_err(|error| stop.or(error))?;
-        let mut recorder = Recorder::judge(&mut system);
+        let mut recorder = Recorder::judge(&mut plan);
         let mut progress = Progress::default();
         let mut watch = Watch { recorder: &mut recorder, fingerprint };
-        let mut coupling = coupling::of(&system);
+        let mut coupling = coupling::of(&plan.system);
         let mut tick = |_| stop.check();
         let done = if nodes.is_empty() {
             Ok(())
         } else {
-            let (system, nodes) = (&mut system, nodes.as_mut_slice());
+            let (system, nodes) = (&mut plan.system, nodes.as_mut_slice());
             master::run(system, nodes, coupling.as_mut(), &mut watch, &mut progress, &mut tick)
         };
         outcome.steps = progress.steps;
         done.map_err(|error| stop.or(error))?;
-        self.judge(&system, &mut recorder, &stop, outcome)?;
-        kept.keep(&system, nodes);
+        self.judge(&plan, &mut recorder, &stop, outcome)?;
+        kept.keep(&plan.system, nodes);
         Ok(())
     }
 
     /// Analyses and verdicts.
     fn judge(
         &self,
-        system: &System,
+        run_plan: &RunPlan,
         recorder: &mut Recorder,
         stop: &Stop,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
         let mut report = None;
-        for plan in &system.analyses {
-            let report = report.get_or_insert_with(|| RunReport::new(&self.scenario, system));
+        for plan in &run_plan.analyses {
+            let report = report.get_or_insert_with(|| RunReport::new(&self.scenario, run_plan));
             stop.check()?;
             clear(&self.folder)?;
             recorder.analyse(plan, report, &|| stop.check().is_ok(), &mut |_| {})?;
         }
         let mut results = report.map(|report| report.analyses).unwrap_or_default();
-        let nodes = system.nodes.iter().filter(|it| !it.is_connector());
+        let nodes = run_plan.system.nodes.iter().filter(|it| !it.is_connector());
         let names = nodes.map(|it| it.name.as_str());
         let (name, counts) = messages::results(&recorder.messages.list(), names);
         results.entry(name).or_insert(counts);

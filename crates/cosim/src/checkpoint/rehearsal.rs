@@ -2,12 +2,12 @@
 
 use diagnostics::{Error, rounded};
 use recording::{Columns, Direction, Full, Row};
-use scenario::plan::System;
 
 use super::{Checkpoint, Fit, States};
 use crate::coupling::Coupling;
 use crate::exchange::{Exchange, Interruption, failure};
 use crate::node::Node;
+use crate::system::System;
 
 /// A value that is not what it was.
 #[derive(Debug, Clone, PartialEq)]

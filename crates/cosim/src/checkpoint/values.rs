@@ -3,8 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use recording::{Column, Columns, Direction, Full, NumberIndex, Row, TextIndex};
-use scenario::plan::{Body, NodePlan};
 use serde::{Deserialize, Serialize};
+
+use crate::system::{Body, NodePlan};
 
 /// The values of a row.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -4,9 +4,10 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Debug, Write as _};
 
 use fmu_import::{Causality, Description, Value, Variability};
-use scenario::plan::{Body, InputChain, NodePlan, Start, System};
-use scenario::words::At;
 use serde::{Deserialize, Serialize};
+
+use crate::clock::At;
+use crate::system::{Body, InputChain, NodePlan, Start, System};
 
 /// What a system is made of, before its first step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

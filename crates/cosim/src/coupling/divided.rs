@@ -2,14 +2,15 @@
 
 use diagnostics::{Error, rounded};
 use recording::{Full, NumberIndex, Row};
-use scenario::plan::{Body, Clock, Division, NodePlan, System};
-use scenario::words::ErrorEstimate;
 use serde::{Deserialize, Serialize};
 
 use super::account::{Account, ConnectionError, DivisionAccount};
 use super::energy::Energy;
 use super::{Coupling, postcard_error};
+use crate::clock::Clock;
 use crate::exchange::{Exchange, Interruption, Snapshot, check_failures, lacking, unsolved};
+use crate::system::ErrorEstimate;
+use crate::system::{Body, Division, NodePlan, System};
 
 /// A communication step is halved at most so often [-].
 const DEEPEST: u32 = 20;

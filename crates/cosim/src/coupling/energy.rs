@@ -1,8 +1,7 @@
 //! Estimates the error of the coupling by the energy that connections lose or add (Sadjina et al. 2017, ECCO).
 
-use scenario::plan::BondPlan;
-
 use crate::exchange::Exchange;
+use crate::system::BondPlan;
 
 /// The connections that carry power.
 #[derive(Debug, Default)]

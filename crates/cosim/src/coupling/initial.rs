@@ -1,10 +1,10 @@
 //! Solves the loops of the initialisation, in which values go round without a step in between.
 
 use diagnostics::{Error, rounded};
-use scenario::plan::{Block, Iteration, System, Tear};
 
 use super::solver::Solver;
 use crate::exchange::Exchange;
+use crate::system::{Block, Iteration, System, Tear};
 
 /// Passes after the first one that fits [-].
 const POLISH: u32 = 4;

@@ -1,13 +1,13 @@
 //! Iterated coupling: the nodes of a loop repeat a step until it fits, all others step once.
 
 use diagnostics::Error;
-use scenario::plan::{Accepts, System, Tear};
 
 use super::account::Account;
 use super::initial::Initial;
 use super::looped::{Kept, Loop};
 use super::{Coupling, postcard_error};
 use crate::exchange::{Exchange, Interruption, check_failures, lacking};
+use crate::system::{Accepts, System, Tear};
 
 /// Steps the blocks of the system one after the other.
 pub(super) struct Iterate {
@@ -22,7 +22,7 @@ enum Part {
 
 impl Iterate {
     pub fn new(system: &System, initial: Initial) -> Self {
-        let part = |block: &scenario::plan::Block| {
+        let part = |block: &crate::system::Block| {
             let link = |tear: &Tear| &system.nodes[tear.node].connections[tear.place];
             let smooth = |tear: &Tear| matches!(link(tear).input_chain.accepts, Accepts::Real);
             let name = |tear: &Tear| {

@@ -1,13 +1,13 @@
 //! Repeats the step of a loop until what its nodes get fits what they give.
 
 use diagnostics::rounded;
-use scenario::plan::{Block, Iteration};
-use scenario::words::Method;
 use serde::{Deserialize, Serialize};
 
 use super::account::LoopAccount;
 use super::solver::Solver;
 use crate::exchange::{Exchange, Interruption, Snapshot, unsolved};
+use crate::system::Method;
+use crate::system::{Block, Iteration};
 
 /// Nodes that get values from each other within a step.
 pub(super) struct Loop {

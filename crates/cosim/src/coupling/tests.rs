@@ -5,11 +5,14 @@ mod mass;
 use fmu_import::CallError;
 use nalgebra::{Matrix4, Vector4};
 use recording::NumberRange;
-use scenario::plan::{Block, Clock, Division, Iteration, Pace, System, Tear};
-use scenario::words::{Algorithm, At, ErrorEstimate, Extrapolate, Method};
 
 use self::mass::Mass;
+use crate::clock::At;
+use crate::clock::Clock;
+use crate::course::Extrapolate;
 use crate::node::{Node, NodeState};
+use crate::system::{Algorithm, ErrorEstimate, Method};
+use crate::system::{Block, Division, Iteration, Pace, System, Tear};
 use crate::testing::{Record, link, play, play_at, system};
 
 /// Two masses of 1 kg in a row: position and speed of the first one go to the second one, its force comes back. Rows are `x_1`, `v_1`,
@@ -23,7 +26,7 @@ fn two_masses(algorithm: Algorithm, step: f64, stop: f64) -> System {
     system.columns = crate::testing::columns(11, recording::ValueKind::Real);
     let at = if algorithm == Algorithm::Jacobi { At::Start } else { At::End };
     let course = (algorithm == Algorithm::Iterate).then_some(Extrapolate::Linear);
-    let link = |source| scenario::plan::ResolvedConnection { course, ..link(source, at) };
+    let link = |source| crate::system::ResolvedConnection { course, ..link(source, at) };
     for (place, (outputs, inputs, sources)) in
         [(0..3, 6..9, vec![6, 6, 5]), (3..6, 9..11, vec![0, 1])].into_iter().enumerate()
     {
@@ -158,7 +161,7 @@ fn a_tolerance_divides_steps_until_the_error_is_small() {
 fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
     let play = |tolerance| {
         let mut system = two_masses(Algorithm::GaussSeidel, 0.05, 2.0);
-        let bond = scenario::plan::BondPlan {
+        let bond = crate::system::BondPlan {
             name: "F, v".to_owned(),
             effort: Tear { node: 0, place: 2 },
             flow: Tear { node: 1, place: 1 },

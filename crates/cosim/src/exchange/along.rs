@@ -2,10 +2,9 @@
 
 use std::mem::take;
 
-use scenario::plan::NodePlan;
-
 use super::{Exchange, Interruption, set_others};
 use crate::course::Moving;
+use crate::system::NodePlan;
 
 /// The inputs of a node that have courses within a step.
 pub(super) fn moving(plan: &NodePlan) -> Vec<Moving> {

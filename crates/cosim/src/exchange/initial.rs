@@ -5,10 +5,10 @@ use std::collections::BTreeSet;
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::{Body, NodePlan, ResolvedConnection, Tear};
 
 use super::{Exchange, accept, check_numbers, exact, failure, get, set};
 use crate::node::Node;
+use crate::system::{Body, NodePlan, ResolvedConnection, Tear};
 
 /// Values of connections that lead back in loops.
 pub type Solved = Vec<(Tear, f64)>;

@@ -3,9 +3,9 @@
 use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Version};
 use recording::{Columns, Full, NumberIndex, Row};
-use scenario::plan::{Body, InputChain, NodePlan};
 
 use super::failure;
+use crate::system::{Body, InputChain, NodePlan};
 
 /// A NaN spoils everything that it reaches, so the run ends where it appears.
 #[inline]

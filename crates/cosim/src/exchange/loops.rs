@@ -2,10 +2,11 @@
 
 use diagnostics::Error;
 use recording::{Full, NumberIndex};
-use scenario::plan::{Accepts, Body, Tear};
-use scenario::words::{At, OnFailure};
 
 use super::{Exchange, Interruption};
+use crate::clock::At;
+use crate::system::OnFailure;
+use crate::system::{Accepts, Body, Tear};
 
 impl Exchange<'_> {
     /// Puts the inputs of a node into the row as [`feed`](Self::feed) does; those of some connections, by their places, are given.

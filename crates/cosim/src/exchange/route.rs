@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use recording::{Full, NumberIndex, NumberRange};
-use scenario::plan::{Accepts, Body, NodePlan};
-use scenario::words::At;
 
 use super::Exchange;
+use crate::clock::At;
+use crate::system::{Accepts, Body, NodePlan};
 
 /// How the values of a node go.
 #[derive(Debug, Clone)]

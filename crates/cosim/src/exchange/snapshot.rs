@@ -2,11 +2,11 @@
 
 use fmu_import::CallError;
 use recording::{Full, Row};
-use scenario::plan::InputChain;
 
 use super::{Exchange, Interruption};
 use crate::course::Moving;
 use crate::node::NodeState;
+use crate::system::InputChain;
 
 /// Nodes at a communication point.
 pub struct Snapshot {

@@ -1,13 +1,14 @@
 //! Checks each row of nodes made of closures: values, their times, and the ends of runs.
 
 use recording::{NumberRange, TextIndex, TextRange, ValueKind};
-use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
-use scenario::plan::{Accepts, Clock, FaultPlan, Source, TextPlan};
-use scenario::words::{Algorithm, At};
-
-use crate::testing::{Record, STEP, columns, mock, play, system};
 
 use super::*;
+use crate::clock::At;
+use crate::clock::Clock;
+use crate::fault::{Bias, FaultWords, Freeze, Gain, Value};
+use crate::system::Algorithm;
+use crate::system::{Accepts, FaultPlan, Source, TextPlan};
+use crate::testing::{Record, STEP, columns, mock, play, system};
 
 /// A clock and two nodes that add one to what they get.
 fn chain() -> Vec<Box<dyn Node>> {

@@ -1,12 +1,12 @@
 //! Makes the FMUs of a run a second time, each in a process of its own, where nothing of the first time is left.
 
 use diagnostics::Error;
-use scenario::plan::{Body, Isolation, System};
-use scenario::signal::Signal;
 
 use super::faulty::with_faults;
 use super::isolated::{Host, IsolatedNode, Making};
 use super::{Node, SourceNode, paced};
+use crate::signal::Signal;
+use crate::system::{Body, Isolation, System};
 
 /// The second FMUs do what the first did, so a call that lasts longer than this does not return [s].
 const PATIENCE: f64 = 60.0;

@@ -2,10 +2,11 @@
 
 use fmu_import::CallError;
 use manoeuvre::{Driver, OUTPUTS, Remembered};
-use scenario::plan::{Clock, DriverPlan};
 use serde::{Deserialize, Serialize};
 
 use super::{Node, NodeState, state_error};
+use crate::clock::Clock;
+use crate::system::DriverPlan;
 
 /// The driver of a manoeuvre.
 #[derive(Debug)]

@@ -4,10 +4,12 @@ use std::time::Duration;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Instance, Message, MessageLevel, Version};
-use scenario::plan::{Body, CallFault, CallFaultKind, Clock, Start, System};
 
 use super::{Node, NodeState};
+use crate::clock::Clock;
 use crate::course::Course;
+use crate::fault::{CallFault, CallFaultKind};
+use crate::system::{Body, Start, System};
 
 /// What a node does in its next step on demand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,7 +39,7 @@ pub fn with_faults(system: &System, nodes: &mut [Box<dyn Node>], others: bool) {
         if plan.faults.is_empty() != others {
             continue;
         }
-        let nothing = || Box::new(super::SourceNode::new(Vec::<scenario::signal::Signal>::new()));
+        let nothing = || Box::new(super::SourceNode::new(Vec::<crate::signal::Signal>::new()));
         let mut faulty = FaultyNode {
             node: std::mem::replace(node, nothing()),
             version: fmu.description.version,

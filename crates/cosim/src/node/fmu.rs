@@ -11,17 +11,17 @@ use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value, Variable};
-use scenario::plan::{Clock, Ports, Start};
 
 use self::events::Events;
 use self::plain::Plain;
 use self::ports::Memory;
 use self::slopes::Slopes;
 pub(in crate::node) use self::state::Bytes;
-
 use super::refusal::Refusal;
 use super::{Node, NodeState, SAME, means};
+use crate::clock::Clock;
 use crate::course::Course;
+use crate::system::{Ports, Start};
 
 /// An FMU as a node.
 pub struct FmuNode {

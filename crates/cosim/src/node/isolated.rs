@@ -15,14 +15,15 @@ use archive::Folder;
 use diagnostics::{Error, rounded, shown};
 use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
 use isolation::{End, Guest, NOTE, Talk};
-use scenario::plan::{Clock, Isolation, Ports, Start};
-use scenario::words::OnFailure;
 
 pub use self::guest::serve;
 use self::talk::{Answer, Done, Others, Question, Setup, Task};
 use super::NodeState;
 use super::faulty::Provocation;
 use super::refusal::Refusal;
+use crate::clock::Clock;
+use crate::system::OnFailure;
+use crate::system::{Isolation, Ports, Start};
 
 /// What processes for FMUs need of the program that starts them.
 #[derive(Clone)]

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use fmu_import::{Causality, Fmu, Instance};
-use scenario::plan::{Body, Start, System};
 
 use super::Node;
+use crate::system::{Body, Start, System};
 
 /// Instances of runs that are over, by the names of their nodes and the digests of their archives.
 #[derive(Default)]

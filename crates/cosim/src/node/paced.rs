@@ -2,12 +2,13 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Instance, Message};
-use scenario::plan::{Clock, NodePlan, Pace, Start};
-use scenario::words::At;
 
 use super::faulty::Provocation;
 use super::{Node, NodeState};
+use crate::clock::At;
+use crate::clock::Clock;
 use crate::course::Course;
+use crate::system::{NodePlan, Pace, Start};
 
 /// A node with a step of its own.
 pub(super) struct Paced {

@@ -2,8 +2,9 @@
 
 use diagnostics::Error;
 use fmu_import::CallError;
-use scenario::plan::Start;
 use serde::{Deserialize, Serialize};
+
+use crate::system::Start;
 
 /// What an FMU refused before the first step.
 #[derive(Debug, Clone, Serialize, Deserialize)]

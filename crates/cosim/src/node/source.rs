@@ -2,10 +2,10 @@
 
 use fmu_import::CallError;
 use recording::table::{Reading, Table};
-use scenario::plan::Clock;
-use scenario::signal::Signal;
 
 use super::{Node, NodeState, state_error};
+use crate::clock::Clock;
+use crate::signal::Signal;
 
 /// Values over time, without memory.
 pub trait Source: Send {

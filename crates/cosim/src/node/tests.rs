@@ -3,10 +3,11 @@
 use std::io::Write as _;
 
 use recording::table::{Table, Wanted};
-use scenario::plan::Clock;
-use scenario::signal::Part;
 
 use super::{Node, NodeState, SourceNode};
+use crate::clock::Clock;
+use crate::signal::shape::{Chirp, Multisine, ShapeParameters};
+use crate::signal::{Signal, SignalPart, Window};
 
 const CLOCK: Clock = Clock { start: 0.0, step: 0.01, steps: 20 };
 
@@ -37,13 +38,18 @@ fn restores(mut node: impl Node, outputs: usize) {
 
 #[test]
 fn signals_repeat_their_steps_from_a_saved_state() {
-    let parts = [
-        "multisine = { peak = 0.5, frequencies = [0.3, 4.1] }",
-        "chirp = { amplitude = 1.0, f_start = 0.1, f_end = 9.0, duration = 0.2 }",
-    ];
-    let signals = parts.map(|text| {
-        let part: Part = toml::from_str(text).expect("a signal");
-        part.build(1, CLOCK.stop()).expect("a signal")
+    let multisine = Multisine {
+        peak: 0.5,
+        frequencies: vec![0.3, 4.1],
+        weights: None,
+        phases: None,
+        seed: None,
+    };
+    let chirp = Chirp { amplitude: 1.0, f_start: 0.1, f_end: 9.0, duration: 0.2, phase: 0.0 };
+    let shapes: [&dyn ShapeParameters; 2] = [&multisine, &chirp];
+    let signals = shapes.map(|shape| {
+        let part = SignalPart::new(shape, Window::whole(CLOCK.stop()), 1).expect("a shape");
+        Signal::new(vec![part])
     });
     restores(SourceNode::new(signals.to_vec()), 2);
 }

@@ -1,5 +1,6 @@
 //! Writes connections with their transformations.
 
+use cosim::system::InputChain;
 use fmu_import::Variable;
 use fmu_import::description::Type;
 use ssp::write::{DraftComponent, DraftConnection};
@@ -7,7 +8,6 @@ use ssp::{Transformation, Unit};
 
 use super::definitions::Definitions;
 use super::ends::{End, Ends, Link};
-use crate::plan::InputChain;
 
 /// The connections between components. What has no words in the standard is left out, with a note. So are signals and tables,
 /// since tools refuse connectors of the system itself; their first values are start values.

@@ -1,5 +1,6 @@
 //! Finds the ends of connections, and the connectors of components and of the system.
 
+use cosim::system::{Body, InputChain, NodePlan, ResolvedConnection, System};
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction, Full, NumberIndex, TextIndex};
 use ssp::Kind;
@@ -7,7 +8,6 @@ use ssp::write::DraftConnector;
 use units::Unit;
 
 use super::definitions::Definitions;
-use crate::plan::{Body, InputChain, NodePlan, ResolvedConnection, System};
 
 /// A connection of two elements, by the columns of the run.
 pub(super) struct Link<'a> {

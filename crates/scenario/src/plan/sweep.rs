@@ -1,9 +1,5 @@
 //! The variants of a scenario, by names and numbers.
 
-use expression::Expression;
-use recording::Full;
-
-use super::ResultName;
 use crate::words::{Design, Limit, Recorded};
 
 /// How the variants of a scenario are made, and what is asked of them.
@@ -81,24 +77,4 @@ pub enum Goal {
         /// The check.
         check: Option<String>,
     },
-}
-
-/// A value that a run leaves in the table of a sweep.
-#[derive(Debug)]
-pub struct CollectPlan {
-    /// Its name.
-    pub name: String,
-    /// Its unit, and the factor to it.
-    pub unit: Option<(String, f64)>,
-    /// Where it comes from.
-    pub origin: Collected,
-}
-
-/// Where a collected value comes from.
-#[derive(Debug)]
-pub enum Collected {
-    /// Reductions of signals.
-    Run(Expression<Full>),
-    /// A result of an analysis.
-    Result(ResultName),
 }

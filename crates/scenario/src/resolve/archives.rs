@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use cosim::system::Body;
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
 use super::nodes::UnplacedNode;
 use super::starts::{Given, sizes};
 use crate::build_request::BuildRequest;
-use crate::plan::Body;
 use crate::words::{self, Scenario};
 
 /// The archive of an FMU, with the word that gives it.

@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
+use assessment::{BaselinePlan, BaselineSignal, TubeSize};
+use cosim::clock::Clock;
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Column, ColumnIndex, Columns, Full, ValueKind};
 
 use crate::pattern::matches;
-use crate::plan::{BaselinePlan, BaselineSignal, Clock, TubeSize};
 use crate::words::{Baseline, Scenario, Tube};
 
 pub(super) fn resolve(

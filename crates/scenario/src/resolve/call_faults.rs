@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
+use cosim::effect::stream_seed;
+use cosim::fault::{CallFault, CallFaultKind};
+use cosim::system::{Body, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full, ValueKind};
 
-use crate::effect::stream_seed;
 use crate::pattern;
-use crate::plan::{Body, CallFault, CallFaultKind, NodePlan};
 use crate::words::{Fault, Scenario};
 
 /// Gives nodes the faults of their calls; the nodes with their columns.

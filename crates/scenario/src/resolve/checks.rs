@@ -2,13 +2,15 @@
 
 use std::collections::BTreeSet;
 
+use assessment::{CheckPlan, Condition, ResultName, Results};
+use cosim::clock::Clock;
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex};
 use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
 
 use super::manoeuvres;
 use super::signal_units::{SignalUnits, cure};
-use crate::plan::{CheckPlan, Clock, Condition, MESSAGES, ResultName, Results};
+use crate::plan::MESSAGES;
 use crate::words::{Check, Scenario};
 
 /// The columns of the run and their units.

@@ -1,12 +1,12 @@
 //! Turns `[sweep.collect]` into expressions over columns.
 
+use assessment::{CollectPlan, Collected};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, Signal};
 use recording::{Column, Columns, Full};
 
 use super::checks::{inside, known_messages, result_name};
 use super::signal_units::SignalUnits;
-use crate::plan::{CollectPlan, Collected};
 use crate::words::Scenario;
 
 /// The values that the scenario collects.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cosim::system::Body;
 use diagnostics::{Error, Mistakes, Spanned};
 use expression::SignalUnit;
 use units::Unit;
@@ -11,7 +12,6 @@ use super::port::{Side, find};
 use super::ports::Port;
 use super::signal_units::{cure, key, signal_unit};
 use super::unit;
-use crate::plan::Body;
 use crate::words::{Connect, Scenario, Transform};
 
 /// Variables that a message lists.

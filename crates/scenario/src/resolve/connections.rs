@@ -2,6 +2,9 @@
 
 use std::collections::HashSet;
 
+use cosim::clock::Clock;
+use cosim::effect::{Context, stream_seed};
+use cosim::system::{Accepts, Body, FaultPlan, InputChain};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Type;
 
@@ -10,8 +13,6 @@ use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
 use super::{coupling, manoeuvres, types};
-use crate::effect::{Context, stream_seed};
-use crate::plan::{Accepts, Body, Clock, FaultPlan, InputChain};
 use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
 
 /// The connection of each input of each node; `None` without one.

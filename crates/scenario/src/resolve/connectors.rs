@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use cosim::system::Body;
 use diagnostics::{Error, Mistakes};
 
 use super::nodes::{Names, UnplacedNode};
 use super::port::{Side, find};
 use super::ports::Port;
 use super::{Notes, arrays, manoeuvres, terminals, types, unit};
-use crate::plan::Body;
 use crate::words::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
 
 /// The connections of a scenario, each of one output and one input; connectors join the nodes. Connections that lead on from an

@@ -1,10 +1,11 @@
 //! Checks the words of `[coupling]` and those of steps: courses of inputs, steps of FMUs, the division of communication steps.
 
+use cosim::clock::Clock;
+use cosim::system::{Body, BondPlan, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};
 
 use super::ports::Port;
-use crate::plan::{Body, BondPlan, Clock, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
 use crate::words::{Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario};
 
 /// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use cosim::clock::Clock;
+use cosim::system::Body;
+
 use super::nodes::UnplacedNode;
-use crate::plan::{Body, Clock};
 
 /// Start times that differ by less are the same [s].
 const SAME: f64 = 1e-9;

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use cosim::system::{Body, Isolation};
 use diagnostics::{Error, Mistakes};
 
 use super::Overrides;
 use super::nodes::UnplacedNode;
-use crate::plan::{Body, Isolation};
 use crate::words::{Fmu, Scenario};
 
 /// Which FMUs run in processes of their own, where the scenario does not say it.

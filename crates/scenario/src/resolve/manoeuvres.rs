@@ -4,6 +4,10 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use assessment::ResultName;
+use cosim::clock::Clock;
+use cosim::effect::stream_seed;
+use cosim::system::{Body, DriverPlan, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use manoeuvre::{Common, Manoeuvre, Output, Wrong};
 use recording::{Columns, Full, NumberIndex};
@@ -12,8 +16,7 @@ use units::Unit;
 use super::nodes::{Names, UnplacedNode};
 use super::port::{Side, find};
 use super::ports::Port;
-use crate::effect::stream_seed;
-use crate::plan::{Analyser, AnalysisPlan, Body, Clock, DriverPlan, Origin, ResultName, Wired};
+use crate::plan::{Analyser, AnalysisPlan, Origin, Wired};
 use crate::words::{self, Connect, Scenario};
 
 /// The drivers of all manoeuvres.
@@ -201,7 +204,7 @@ pub(super) fn has_car(scenario: &Scenario, node: &str) -> bool {
 /// The analyses of what the drivers did.
 pub(super) fn analyses(
     scenario: &Scenario,
-    nodes: &[crate::plan::NodePlan],
+    nodes: &[NodePlan],
     columns: &Columns<Full>,
 ) -> Vec<AnalysisPlan> {
     let words = scenario.document.manoeuvre.iter();

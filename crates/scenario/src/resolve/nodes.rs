@@ -6,6 +6,9 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use cosim::clock::Clock;
+use cosim::signal::Signal;
+use cosim::system::{Body, Ports};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Interval, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
@@ -20,9 +23,7 @@ use super::starts::{Given, starts};
 use super::{Notes, isolation, manoeuvres, overrides, readings};
 use crate::build_request::BuildRequest;
 use crate::pattern::matches;
-use crate::plan::{Body, Clock, Ports};
-use crate::signal::{Part, Signal};
-use crate::words::{self, Scenario};
+use crate::words::{self, Part, Scenario};
 
 /// A node before its inputs are connected.
 #[derive(Debug)]

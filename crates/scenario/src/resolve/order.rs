@@ -1,54 +1,18 @@
-//! Finds the loops of the connections and the order of the nodes in a step: each gets its inputs as fresh as it needs them.
-
-mod components;
-mod delays;
+//! Finds the order of the nodes of a scenario and the loops of their connections, and says which connections form a loop.
 
 use std::collections::HashSet;
 
+use cosim::clock::At;
+use cosim::order::{Delay, Edge, Graph, Order, delays};
+use cosim::system::Body;
 use diagnostics::Error;
+use diagnostics::suggest::shortened;
 
-use self::components::components;
 use super::Notes;
 use super::connections::Connections;
 use super::nodes::UnplacedNode;
 use super::ports::Port;
-use crate::plan::{Block, Body, CouplingPlan, Link, Loop, Tear};
-use crate::words::{At, Connect, Loops, Scenario};
-
-/// A wish that one node steps before another.
-#[derive(Debug, Clone, PartialEq)]
-struct Edge {
-    from: usize,
-    to: usize,
-    /// An output of the receiver follows the input without a step in between. If none does, the value
-    /// acts during the step only, and the one from the start of the step serves as well.
-    needed: bool,
-    at: At,
-    /// The place of the connection among those of numbers of the receiver.
-    place: Option<usize>,
-    /// The output of the producer and the input of the receiver, by their places there.
-    ports: (usize, usize),
-    /// `producer.output -> consumer.input`.
-    label: String,
-}
-
-/// How the nodes step one after the other, and which of them form loops.
-#[derive(Debug, Default)]
-pub(super) struct Order {
-    pub nodes: Vec<usize>,
-    /// The same in blocks, if the algorithm solves loops.
-    pub blocks: Vec<Block>,
-    pub initial: Vec<Block>,
-    pub loops: Vec<Loop>,
-}
-
-impl Order {
-    /// The coupling with its loops, and the order of the nodes.
-    pub fn looped(self, coupling: CouplingPlan) -> (CouplingPlan, Vec<usize>) {
-        let Order { nodes, blocks, initial, loops } = self;
-        (CouplingPlan { blocks, initial, loops, ..coupling }, nodes)
-    }
-}
+use crate::words::{Connect, Loops, Scenario};
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
 /// fresh value goes first, then the one that comes first in the file. Connections of loops are delayed, if the scenario wants that.
@@ -66,18 +30,37 @@ pub(super) fn order(
             let bodies = (&unplaced[edge.from].body, &unplaced[edge.to].body);
             matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
         };
-        for delay in delays::delays(&all, &hands_on) {
-            warnings.push(delay.told(&all));
+        for delay in delays(&all, &hands_on) {
+            warnings.push(delayed(&delay, &all));
             for edge in delay.edges {
                 let edge = &mut all[edge];
                 edge.at = At::Start;
-                if let Some(connection) = &mut connections[edge.to][edge.ports.1] {
+                if let Some(connection) = &mut connections[edge.to][edge.input] {
                     connection.at = At::Start;
                 }
             }
         }
     }
-    mistakes.take(sorted(scenario, connects, unplaced, all))
+    mistakes.take(sorted(scenario, connects, unplaced, &all))
+}
+
+/// The warning about connections of a loop that are delayed.
+fn delayed(delay: &Delay, edges: &[Edge]) -> String {
+    let listed = |places: &[usize]| {
+        let labels: Vec<_> = places.iter().map(|it| edges[*it].label.as_str()).collect();
+        shortened(&labels)
+    };
+    let (all, late) = (listed(&delay.all), listed(&delay.edges));
+    let other = delay.other.and_then(|it| edges[it].label.split(" -> ").nth(1));
+    let other = other.map_or(String::new(), |to| {
+        format!(
+            "; a scenario that `extends` this one delays another connection: [[connect]] to = \"{to}\" and at = \"start\""
+        )
+    });
+    format!(
+        "these connections form a loop: {all}; delayed by a step, with the value of its start: {late}. To choose otherwise: \
+         `--coupling jacobi` delays all connections, `--coupling iterate` solves the loop{other}"
+    )
 }
 
 /// The order of nodes with these edges.
@@ -85,30 +68,20 @@ fn sorted(
     scenario: &Scenario,
     connects: &[Connect],
     unplaced: &[UnplacedNode],
-    all: Vec<Edge>,
+    edges: &[Edge],
 ) -> Result<Order, Error> {
-    let fresh: Vec<_> = all.iter().filter(|edge| edge.at == At::End).cloned().collect();
-    // A connector that may go delays nobody.
-    let mut left: Vec<usize> = (0..unplaced.len()).collect();
-    left.sort_by_key(|&node| !unplaced[node].is_connector());
     let solves_loops = scenario.document.coupling.algorithm.rules().solves_loops;
-    let is_connector = |node: usize| unplaced[node].is_connector();
-    let (nodes, blocks) = match solves_loops {
-        true => {
-            let blocks = blocks(&left, &fresh, &is_connector);
-            (blocks.iter().flat_map(|block| block.nodes.iter().copied()).collect(), blocks)
-        }
-        false => {
-            (sort(left, &fresh).map_err(|it| looped(scenario, connects, &fresh, it))?, Vec::new())
-        }
+    let graph = Graph {
+        nodes: unplaced.len(),
+        edges,
+        is_connector: &|node| unplaced[node].is_connector(),
+        follows: &|before, behind| {
+            let node = &unplaced[before.to];
+            let (output, input) = (&node.outputs[behind.output], &node.inputs[before.input]);
+            output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
+        },
     };
-    let follows = |before: &Edge, behind: &Edge| {
-        let node = &unplaced[before.to];
-        let (output, input) = (&node.outputs[behind.ports.0], &node.inputs[before.ports.1]);
-        output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
-    };
-    let loops = loops(unplaced.len(), &all, &follows);
-    Ok(Order { initial: initial(&nodes, &all), loops, nodes, blocks })
+    Order::of(&graph, solves_loops).map_err(|it| looped(scenario, connects, edges, it))
 }
 
 /// The error of a loop that nothing breaks.
@@ -155,11 +128,10 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
         let mut numbers = 0;
         for (port, (input, connection)) in unplaced_node.inputs.iter().zip(own).enumerate() {
             let Some(connection) = connection else { continue };
-            let ports = (connection.from.1, port);
             let place = connection.input_chain.is_some().then_some(numbers);
             numbers += usize::from(place.is_some());
-            let (from, output) = connection.from;
-            let output = &unplaced[from].outputs[output];
+            let (from, given) = connection.from;
+            let output = &unplaced[from].outputs[given];
             let needed = match (&unplaced[from].body, &unplaced_node.body) {
                 (Body::Inlet, _) | (_, Body::Outlet) => true,
                 // An inlet waits as its receivers would.
@@ -167,9 +139,18 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
                 _ => followed[to].has(input),
             };
             let names = [&unplaced[from].name, &output.name, &unplaced_node.name, &input.name];
-            let [from_node, output, to_node, input] = names;
-            let label = format!("{from_node}.{output} -> {to_node}.{input}");
-            edges.push(Edge { from, to, needed, at: connection.at, place, ports, label });
+            let [giver, output, taker, input] = names;
+            let label = format!("{giver}.{output} -> {taker}.{input}");
+            edges.push(Edge {
+                from,
+                to,
+                output: given,
+                input: port,
+                needed,
+                at: connection.at,
+                place,
+                label,
+            });
         }
     }
     edges
@@ -187,208 +168,4 @@ fn is_followed(
         });
         fed.into_iter().any(|(input, _)| followed.has(input))
     })
-}
-
-/// The node that may go, of those that are left: the first one that waits for none of them, else the first one that can do without
-/// what it waits for.
-fn ready(left: &[usize], edges: &[Edge]) -> Option<usize> {
-    let waits = |node: usize, needed: bool| {
-        let mut into = edges.iter().filter(|edge| edge.to == node);
-        into.any(|edge| (edge.needed || !needed) && left.contains(&edge.from))
-    };
-    let ready = left.iter().position(|&node| !waits(node, false));
-    ready.or_else(|| left.iter().position(|&node| !waits(node, true)))
-}
-
-/// The order of the nodes that are left, or else the edges of a loop in the order of the flow.
-fn sort(mut left: Vec<usize>, edges: &[Edge]) -> Result<Vec<usize>, Vec<usize>> {
-    let mut order = Vec::with_capacity(left.len());
-    while !left.is_empty() {
-        let Some(ready) = ready(&left, edges) else { return Err(cycle(&left, edges)) };
-        order.push(left.remove(ready));
-    }
-    Ok(order)
-}
-
-/// Blocks of nodes in the order in which they step. Those that get fresh values from each other are in one.
-fn blocks(nodes: &[usize], edges: &[Edge], is_connector: &dyn Fn(usize) -> bool) -> Vec<Block> {
-    let (links, own) = links(edges.iter());
-    let found = components(nodes, &links);
-    let order = found.into_iter().map(|mut left| {
-        if !is_loop(&left, &own) {
-            return Block { nodes: left, tears: Vec::new() };
-        }
-        let inner: Vec<_> =
-            edges.iter().filter(|it| left.contains(&it.from) && left.contains(&it.to)).collect();
-        let inner: Vec<Edge> = inner.into_iter().cloned().collect();
-        let mut order = Vec::with_capacity(left.len());
-        while !left.is_empty() {
-            // A connector has no value of its own to begin with.
-            let cut = || left.iter().position(|&node| !is_connector(node));
-            let next = ready(&left, &inner).or_else(cut).unwrap_or(0);
-            order.push(left.remove(next));
-        }
-        Block { tears: tears(&order, &inner), nodes: order }
-    });
-    order.collect()
-}
-
-/// The ends of edges, and the nodes that lead to themselves.
-fn links<'e>(edges: impl Iterator<Item = &'e Edge>) -> (Vec<(usize, usize)>, HashSet<usize>) {
-    let links: Vec<_> = edges.map(|edge| (edge.from, edge.to)).collect();
-    let own = links.iter().filter(|(from, to)| from == to).map(|(node, _)| *node).collect();
-    (links, own)
-}
-
-fn is_loop(component: &[usize], own: &HashSet<usize>) -> bool {
-    component.len() > 1 || component.iter().any(|node| own.contains(node))
-}
-
-/// The edges that lead back, among nodes in this order.
-fn tears(order: &[usize], edges: &[Edge]) -> Vec<Tear> {
-    let position = |node: usize| order.iter().position(|it| *it == node);
-    let back = edges.iter().filter(|edge| {
-        let ends = position(edge.from).zip(position(edge.to));
-        ends.is_some_and(|(from, to)| from >= to)
-    });
-    back.filter_map(|edge| Some(Tear { node: edge.to, place: edge.place? })).collect()
-}
-
-/// The loops of the initialisation, at which no step is in between and no value from the start of one.
-fn initial(order: &[usize], all: &[Edge]) -> Vec<Block> {
-    let needed: Vec<_> = all.iter().filter(|edge| edge.needed).cloned().collect();
-    let (links, own) = links(needed.iter());
-    let found = components(order, &links).into_iter().filter(|nodes| is_loop(nodes, &own));
-    found.map(|nodes| Block { tears: tears(&nodes, &needed), nodes }).collect()
-}
-
-/// All loops, also those that `at = "start"` breaks. `follows` says whether the output of the second connection follows the input of
-/// the first one, both of one node, without a step in between.
-fn loops(nodes: usize, all: &[Edge], follows: &dyn Fn(&Edge, &Edge) -> bool) -> Vec<Loop> {
-    let members: Vec<_> = (0..nodes).collect();
-    let (ends, own) = links(all.iter());
-    let found = components(&members, &ends).into_iter().filter(|nodes| is_loop(nodes, &own));
-    let loops = found.map(|nodes| {
-        let inside = |edge: &&Edge| nodes.contains(&edge.from) && nodes.contains(&edge.to);
-        let edges: Vec<_> = all.iter().filter(inside).collect();
-        let is_algebraic = goes_round(&edges, follows);
-        let link = |edge: &&Edge| {
-            let Edge { label, at, needed, from, to, .. } = (*edge).clone();
-            Link { label, ends: (from, to), at, needed }
-        };
-        Loop { links: edges.iter().map(link).collect(), nodes, is_algebraic }
-    });
-    loops.collect()
-}
-
-/// Whether a value goes round by connections without a step in between.
-fn goes_round(edges: &[&Edge], follows: &dyn Fn(&Edge, &Edge) -> bool) -> bool {
-    let mut links = Vec::new();
-    for (place, before) in edges.iter().enumerate() {
-        let behind = edges.iter().enumerate().filter(|(_, it)| it.from == before.to);
-        let behind = behind.filter(|(_, behind)| follows(before, behind));
-        links.extend(behind.map(|(behind, _)| (place, behind)));
-    }
-    let own = links.iter().filter(|(from, to)| from == to).map(|(it, _)| *it).collect();
-    let all: Vec<_> = (0..edges.len()).collect();
-    components(&all, &links).iter().any(|component| is_loop(component, &own))
-}
-
-/// A loop among nodes that all wait for another one of them.
-fn cycle(left: &[usize], edges: &[Edge]) -> Vec<usize> {
-    let mut path: Vec<usize> = Vec::new();
-    let mut node = left[0];
-    loop {
-        if let Some(start) = path.iter().position(|&edge| edges[edge].to == node) {
-            let mut cycle = path.split_off(start);
-            cycle.reverse();
-            return cycle;
-        }
-        // Every node that is left waits for another one, so there is such an edge.
-        let Some(edge) = edges
-            .iter()
-            .position(|edge| edge.to == node && edge.needed && left.contains(&edge.from))
-        else {
-            return path;
-        };
-        path.push(edge);
-        node = edges[edge].from;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    pub(super) fn edge(from: usize, to: usize, needed: bool) -> Edge {
-        Edge {
-            from,
-            to,
-            needed,
-            at: At::End,
-            place: Some(0),
-            ports: (0, 0),
-            label: format!("{from} -> {to}"),
-        }
-    }
-
-    #[test]
-    fn producers_go_first_and_the_file_decides_the_rest() {
-        assert_eq!(sort((0..3).collect(), &[]), Ok(vec![0, 1, 2]));
-        assert_eq!(
-            sort((0..3).collect(), &[edge(2, 0, true), edge(0, 1, true)]),
-            Ok(vec![2, 0, 1])
-        );
-        assert_eq!(sort((0..3).collect(), &[edge(2, 1, false)]), Ok(vec![0, 2, 1]));
-    }
-
-    #[test]
-    fn a_loop_is_cut_where_an_input_acts_only_during_the_step() {
-        assert_eq!(sort((0..2).collect(), &[edge(0, 1, true), edge(1, 0, false)]), Ok(vec![0, 1]));
-        assert_eq!(sort((0..2).collect(), &[edge(0, 1, false), edge(1, 0, true)]), Ok(vec![1, 0]));
-    }
-
-    #[test]
-    fn a_loop_of_needed_values_is_named_edge_by_edge() {
-        let edges = [edge(0, 1, true), edge(1, 2, true), edge(2, 1, true), edge(0, 3, true)];
-        let cycle = sort((0..4).collect(), &edges).expect_err("there is a loop");
-        let (first, last) = (&edges[cycle[0]], &edges[cycle[cycle.len() - 1]]);
-        assert_eq!(last.to, first.from);
-        assert_eq!(cycle.len(), 2);
-        assert_eq!(sort((0..1).collect(), &[edge(0, 0, true)]), Err(vec![0]));
-    }
-
-    #[test]
-    fn blocks_are_the_loops_in_the_order_of_the_flow_with_the_connections_that_lead_back() {
-        let edges = [
-            edge(3, 1, true),
-            edge(1, 2, true),
-            edge(2, 1, true),
-            edge(2, 0, true),
-            edge(4, 4, true),
-        ];
-        let found = blocks(&[0, 1, 2, 3, 4], &edges, &|_| false);
-        let nodes: Vec<_> = found.iter().map(|block| block.nodes.as_slice()).collect();
-        assert_eq!(nodes, [&[3][..], &[1, 2], &[0], &[4]]);
-        let tears: Vec<_> =
-            found.iter().map(|it| it.tears.iter().map(|it| it.node).collect::<Vec<_>>()).collect();
-        assert_eq!(tears, [vec![], vec![1], vec![], vec![4]]);
-        // The connector goes where its value is.
-        let found = blocks(&[1, 2], &[edge(1, 2, true), edge(2, 1, true)], &|node| node == 1);
-        assert_eq!(found[0].nodes, [2, 1]);
-    }
-
-    #[test]
-    fn a_loop_is_algebraic_when_no_step_is_on_the_way_round() {
-        let follows = |before: &Edge, _: &Edge| before.needed;
-        let step = loops(2, &[edge(0, 1, true), edge(1, 0, false)], &follows);
-        let edges = [edge(0, 1, true), edge(1, 0, true), edge(1, 2, true)];
-        let algebraic = loops(3, &edges, &follows);
-        // The output of the loop may follow another input than that of the loop.
-        let apart = loops(3, &edges, &|before, behind| (before.to, behind.to) != (1, 0));
-        assert_eq!((step[0].is_algebraic, step[0].links.len()), (false, 2));
-        assert_eq!((algebraic.len(), algebraic[0].is_algebraic), (1, true));
-        assert!(!apart[0].is_algebraic);
-        assert_eq!(algebraic[0].nodes, [0, 1]);
-    }
 }

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use cosim::system::WordPlace;
 use diagnostics::suggest::{self, Unknown};
 use diagnostics::{Error, Mistakes};
 
 use super::Overrides;
 use super::starts::flatten;
-use crate::plan::WordPlace;
 use crate::text_of;
 use crate::words::{Change, Misfit, Scenario};
 

@@ -5,13 +5,13 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use cosim::system::Body;
 use diagnostics::{Error, Mistakes, Source, TextFile, suggest};
 use fmu_import::description::Variable;
 use serde::Deserialize as _;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::nodes::UnplacedNode;
-use crate::plan::Body;
 use crate::text_of::{self, Texts};
 use crate::words::{self, Scenario, Unused};
 

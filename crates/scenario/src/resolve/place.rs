@@ -2,6 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use cosim::system::{
+    Accepts, Body, ExactConnection, ExactPlan, NodePlan, ResolvedConnection, Source, TextPlan,
+};
 use recording::{
     Column, ColumnIndex, Columns, Direction, Full, IntegerRange, NumberRange, TextRange,
 };
@@ -10,9 +13,6 @@ use super::connections::{Connection, Connections};
 use super::nodes::UnplacedNode;
 use super::ports::{Port, references};
 use super::types::recorded_kind;
-use crate::plan::{
-    Accepts, Body, ExactConnection, ExactPlan, NodePlan, ResolvedConnection, Source, TextPlan,
-};
 
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
 pub(super) fn place(

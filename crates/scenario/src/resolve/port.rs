@@ -1,11 +1,11 @@
 //! Finds the node and the port that a word names.
 
+use cosim::system::Body;
 use diagnostics::{Error, Spanned, suggest};
 use fmu_import::{Causality, Variability};
 
 use super::nodes::UnplacedNode;
 pub(super) use super::ports::Side;
-use crate::plan::Body;
 use crate::words::Scenario;
 
 /// The node and the port that a word names.

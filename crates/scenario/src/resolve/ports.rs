@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
+use cosim::system::{Group, Ports};
 use fmu_import::description::{Item, Storage, Type, Variable};
 use fmu_import::{Causality, Variability};
 use recording::ValueKind;
 use units::Unit;
 
 use super::types::recorded_kind;
-use crate::plan::{Group, Ports};
 
 /// The side of a node that a port is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -5,13 +5,13 @@ use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
 
+use cosim::system::{Start, WordPlace};
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Storage, Type, Variable, list};
 use fmu_import::{Causality, Value, Variability, bytes};
 
 use super::parameters::{Parameter, Parameters};
 use super::{Override, Overrides};
-use crate::plan::{Start, WordPlace};
 use crate::text_of::{self, Texts};
 use crate::words::{self, Scenario, converted, quantity};
 

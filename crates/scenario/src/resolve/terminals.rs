@@ -5,6 +5,7 @@ mod matching;
 use std::collections::HashSet;
 use std::ops::Range;
 
+use cosim::system::{Body, Start};
 use diagnostics::suggest::{self, shortened};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Variable;
@@ -12,7 +13,6 @@ use fmu_import::{Causality, Fmu, Terminal, Value};
 
 use super::Notes;
 use super::nodes::UnplacedNode;
-use crate::plan::{Body, Start};
 use crate::words::{Connect, Scenario};
 
 /// The connections of a scenario, with those of the members in place of those of terminals. An input that has a connection of its own

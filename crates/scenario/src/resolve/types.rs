@@ -1,11 +1,11 @@
 //! Checks the types of connections and gives the values that an input accepts.
 
+use cosim::system::Accepts;
 use diagnostics::Error;
 use fmu_import::description::{Storage, Type, list};
 use recording::ValueKind;
 
 use super::ports::Port;
-use crate::plan::Accepts;
 use crate::words::{Connect, Convert, Scenario};
 
 /// The kind in which values of a type travel and are recorded: enumerations are integers.

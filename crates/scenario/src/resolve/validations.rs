@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use cosim::system::NodePlan;
 use diagnostics::{Error, Mistakes, Spanned};
 
-use crate::plan::{NodePlan, is_reserved};
+use crate::plan::is_reserved;
 use crate::words::Scenario;
 
 /// Makes sure that each validation has a name of its own, which a folder can have.

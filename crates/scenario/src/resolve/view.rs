@@ -1,5 +1,7 @@
 //! Turns `[view]` into a layout by columns.
 
+use assessment::{CheckPlan, Condition};
+use cosim::system::{CouplingPlan, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{TableError, columns};
 use recording::view::{
@@ -11,7 +13,6 @@ use recording::{RunHeader, Selection};
 use super::plots::{by_unit, plot};
 use super::quantity::Names;
 use super::signal_units::SignalUnits;
-use crate::plan::{CheckPlan, Condition, CouplingPlan, NodePlan};
 use crate::words::{self, Scenario};
 
 /// A graph of more nodes shows nothing.

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use cosim::clock::At;
+use cosim::course::Extrapolate;
+use cosim::effect::Effect;
+use cosim::for_each_effect;
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use super::coupling::Extrapolate;
-use crate::effect::{Bias, Delay, Dropout, Effect, Gain, Hold, Noise, Quantise, for_each_effect};
 
 macro_rules! connect {
     ($($key:ident: $words:ty,)*) => {
@@ -91,16 +92,6 @@ macro_rules! connect {
     };
 }
 for_each_effect!(connect);
-
-/// End of the receiver's step at which a value is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum At {
-    /// The value at the communication point where the step starts.
-    Start,
-    /// The value at the communication point where the step ends.
-    End,
-}
 
 /// What becomes of a number in place of a conversion of units, from the first step and in the initialisation: `factor * value +
 /// offset`, then the other number of a pair of `map`.

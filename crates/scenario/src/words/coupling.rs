@@ -1,5 +1,6 @@
 //! The words of `[coupling]`.
 
+use cosim::system::{Algorithm, ErrorEstimate, Method};
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,20 +43,6 @@ pub struct Coupling {
     pub on_discard: Option<Spanned<OnDiscard>>,
 }
 
-/// Coupling algorithm.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Algorithm {
-    /// The nodes step one after the other; each sees the new values of the nodes before it.
-    #[default]
-    GaussSeidel,
-    /// All nodes step with the values from the start of the step, so their order does not matter.
-    Jacobi,
-    /// The nodes of a loop repeat the step until what they get fits what they give. Continuous inputs go evenly from their value at
-    /// the start of the step to that at its end, or have the mean of both where the FMU takes no slopes. That is of second order.
-    Iterate,
-}
-
 /// What becomes of a loop of connections.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -91,34 +78,6 @@ pub struct Iteration {
     pub passes: Option<Spanned<u32>>,
 }
 
-/// Method that solves a loop.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// Newton's method. The derivatives come from the FMUs where all of a loop give them, else from differences; between two steps and
-    /// two passes they are corrected by what was seen (Broyden).
-    #[default]
-    Newton,
-    /// Each pass takes the values of the one before. Converges where the loop gain is below 1.
-    FixedPoint,
-    /// Fixed point with a factor from the last two passes (Aitken).
-    Aitken,
-    /// Fixed point with the best combination of the last five passes (Anderson).
-    Anderson,
-}
-
-/// Estimate of the error of the coupling.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ErrorEstimate {
-    /// Each step is done once as a whole and once in two halves, which count (Richardson). All FMUs have to save and restore their
-    /// states.
-    #[default]
-    Richardson,
-    /// From the energy that the connections in `bond` lose or add. No step is repeated, so FMUs need no states.
-    Energy,
-}
-
 /// Two connections that carry power between two nodes: an effort one way, the flow the other way.
 ///
 /// ```toml
@@ -145,26 +104,4 @@ pub enum OnDiscard {
     End,
     /// All nodes go back to the start of the step and do it in halves. All FMUs have to save and restore their states.
     Halve,
-}
-
-/// Course of an input within a step: on from its last values, which are those at the start of this step and the ones before it, with
-/// `at = "end"` that at its end, too. An FMU that takes no slopes gets the mean over each step of its own.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Extrapolate {
-    /// A straight line through the last two values.
-    Linear,
-    /// A parabola through the last three values.
-    Quadratic,
-}
-
-impl Extrapolate {
-    /// The order of the polynomial.
-    #[must_use]
-    pub fn order(self) -> usize {
-        match self {
-            Extrapolate::Linear => 1,
-            Extrapolate::Quadratic => 2,
-        }
-    }
 }

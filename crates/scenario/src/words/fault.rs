@@ -1,10 +1,10 @@
 //! The words of `[[fault]]`: of an input, and of the calls of a node.
 
+use cosim::fault::{FaultAction, FaultWords};
+use cosim::for_each_fault;
 use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
-
-use crate::fault::{Bias, FaultAction, FaultWords, Freeze, Gain, Value, for_each_fault};
 
 macro_rules! fault {
     ($($key:ident: $words:ty,)*) => {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use cosim::system::OnFailure;
 use diagnostics::Spanned;
 use recording::table::Interpolation;
 use schemars::JsonSchema;
@@ -94,20 +95,6 @@ pub struct Fmu {
     #[serde(default)]
     #[schemars(example = ["maps"])]
     pub may_read: Vec<Spanned<String>>,
-}
-
-/// What a failure of an isolated FMU does.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum OnFailure {
-    /// It ends the run.
-    #[default]
-    End,
-    /// The outputs keep their values until the end of the run.
-    Hold,
-    /// The FMU starts again in a new process, with its start values and the inputs of the moment, at the time where it failed. A
-    /// second failure in the same step ends the run.
-    Restart,
 }
 
 /// What becomes of inputs without a connection and a start value.

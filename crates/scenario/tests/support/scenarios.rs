@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use damage::Target;
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
 
@@ -124,8 +124,8 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     };
     let _ = scenario.values();
     let out = folder.join("out");
-    match System::resolve(&scenario, &Built::default(), &Overrides::default(), out) {
-        Ok(system) => {
+    match RunPlan::resolve(&scenario, &Built::default(), &Overrides::default(), out) {
+        Ok(RunPlan { system, .. }) => {
             assert!(system.clock.step > 0.0 && system.clock.steps > 0 || system.nodes.is_empty());
             true
         }

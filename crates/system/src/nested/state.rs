@@ -3,13 +3,12 @@
 use cosim::course::Moving;
 use cosim::exchange::Memory;
 use cosim::node::NodeState;
+use cosim::system::{Body, ChainMemory, InputChain, NodePlan};
 use fmu_export::{Cell, Course, FmiResult, reject};
 use fmu_import::CallError;
-use scenario::plan::{Body, ChainMemory, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
 
 use super::Nested;
-
 use crate::running::Running;
 
 /// The nodes of an instance between two resets.

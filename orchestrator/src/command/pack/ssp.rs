@@ -7,7 +7,7 @@ use orchestrator::package::{self, BuildProgress};
 use orchestrator::{suite, validation};
 use scenario::Scenario;
 use scenario::export::export;
-use scenario::plan::System;
+use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 
 use crate::command::progress::BuildLine;
@@ -51,9 +51,9 @@ fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
     let scenario = Scenario::read(path)?;
     let mut building = BuildLine::default();
     let built = package::build(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
-    let system = System::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    validation::rehearse(&scenario, &built, &system)?;
-    let exported = export(&scenario, &built, &system, archive)?;
+    let plan = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
+    validation::rehearse(&scenario, &built, &plan.system)?;
+    let exported = export(&scenario, &built, &plan.system, archive)?;
     for note in &exported.notes {
         tell(&format!("note: {note}"));
     }

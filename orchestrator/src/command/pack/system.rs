@@ -6,11 +6,12 @@ use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use ::system::expose::{self, Choice};
+use cosim::system::{Body, NodePlan, System};
 use diagnostics::Error;
 use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
-use scenario::plan::{Body, NodePlan, System};
+use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{Built, Scenario};
 
@@ -55,12 +56,12 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let mut building = BuildLine::default();
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
-    let original = System::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    separable(&original)?;
+    let original = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
+    separable(&original.system)?;
     let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
-    let made = gather((&scenario, &original), &built, &order.choice, folder.path())?;
+    let made = gather((&scenario, &original.system), &built, &order.choice, folder.path())?;
     let Made { mut interface, table, left_out, resources } = made;
     let (version, out) = (order.version, order.out);
     let sealed = Sealed { name, version, out, table: &table, library: &library };
@@ -139,7 +140,7 @@ fn gather(
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;
-    let mut plan = System::resolve(&guided, &Built::default(), &overrides, PathBuf::new())?;
+    let mut plan = RunPlan::resolve(&guided, &Built::default(), &overrides, PathBuf::new())?;
     let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
     let names = bundle.files.keys().map(String::as_str).chain([SCENARIO, ::system::SCENARIO]);
     let read = |name: &str| {

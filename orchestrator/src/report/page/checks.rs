@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cosim::check::Verdict;
+use assessment::check::Verdict;
 use expression::{TracePoint, Traced};
 use html_page::{Axis, Plot, escape};
 

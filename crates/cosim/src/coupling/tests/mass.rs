@@ -1,8 +1,8 @@
 //! Makes a mass on a spring a node: half of a system whose closed form is known.
 
 use fmu_import::CallError;
-use scenario::plan::Clock;
 
+use crate::clock::Clock;
 use crate::course::Course;
 use crate::node::{Node, NodeState};
 

@@ -2,12 +2,13 @@
 //! section 4.2).
 
 use fmu_import::{CallError, Instance, Storage};
-use scenario::plan::{Clock, Group};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
 use super::clocks::Clocks;
+use crate::clock::Clock;
 use crate::node::SAME;
+use crate::system::Group;
 
 /// An event may take this many updates, and a step may stand still this often.
 const MOST: usize = 1000;

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use fmu_import::{CallError, Instance, Storage};
-use scenario::plan::{Group, Ports};
 
 use super::events::is_clock;
+use crate::system::{Group, Ports};
 
 /// The calls of a step: without events, and without arithmetic, which depends on how numbers are rounded.
 #[derive(Debug)]

@@ -1,11 +1,11 @@
 //! Hands values to an FMU and takes them from it, by groups of variables of one form.
 
 use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadecimal};
-use scenario::plan::Group;
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
 use super::events::{Events, is_clock};
+use crate::system::Group;
 
 /// Memory for the values of each group of one side.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]

@@ -1,10 +1,10 @@
 //! Hands slopes of inputs to an FMU, and asks it for derivatives of its outputs.
 
 use fmu_import::{CallError, Causality, Instance, Storage, Variability};
-use scenario::plan::{Group, Ports};
 
 use super::FmuNode;
 use crate::course::Course;
+use crate::system::{Group, Ports};
 
 /// The real numbers of an FMU by their places among the numbers that travel.
 #[derive(Debug, Default)]

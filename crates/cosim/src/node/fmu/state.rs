@@ -1,7 +1,6 @@
 //! Saves and restores an FMU with what its node keeps for it: values between events, and clocks.
 
 use fmu_import::{CallError, Causality, FmuState};
-use scenario::plan::Start;
 use serde::{Deserialize, Serialize};
 
 use super::events::Events;
@@ -9,6 +8,7 @@ use super::ports::Memory;
 use super::{FmuNode, give, variables};
 use crate::node::refusal::Refusal;
 use crate::node::state_error;
+use crate::system::Start;
 
 /// A state of the FMU and of its node.
 pub(super) struct Saved {

@@ -7,11 +7,11 @@ use std::time::Duration;
 use diagnostics::{Error, shown};
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
 use isolation::{Line, Sandbox, Talk};
-use scenario::plan::Ports;
 
 use super::talk::{Answer, Done, Others, Question, Setup, Task};
 use crate::node::refusal::Refusal;
 use crate::node::{FmuNode, Node, NodeState};
+use crate::system::Ports;
 
 /// Serves `host`, the number of the process that started this one, until it asks this one to leave.
 ///

@@ -2,15 +2,16 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Message};
-use scenario::plan::{Clock, Start};
 
 use super::talk::{Done, Others, Task};
 use super::{IsolatedNode, nonsense};
+use crate::clock::Clock;
 use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
 use crate::node::{Node, NodeState, means};
-use scenario::words::OnFailure;
+use crate::system::OnFailure;
+use crate::system::Start;
 
 /// The outputs of an FMU that has failed.
 struct HeldState((Vec<f64>, Others));

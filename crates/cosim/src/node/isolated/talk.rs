@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use fmu_import::{Message, Place};
-use scenario::plan::{Clock, Ports, Start};
 use serde::{Deserialize, Serialize};
 
+use crate::clock::Clock;
 use crate::course::Course;
 use crate::node::refusal::Refusal;
+use crate::system::{Ports, Start};
 
 /// What the node is made of.
 #[derive(Debug, Clone, Serialize, Deserialize)]

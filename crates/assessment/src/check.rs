@@ -1,0 +1,267 @@
+//! Judges a run while it happens: a sink that ends in verdicts.
+
+mod memory;
+mod plan;
+pub(crate) mod results;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use diagnostics::Error;
+use expression::{Monitor, Outcome, Trace};
+use recording::{Full, Notice, Row, Sink, Status, StatusChange, StatusTrack, fits_number};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+pub use self::memory::CheckMemory;
+pub use self::plan::{CheckPlan, Condition, ResultName, Results};
+
+/// Share of its window in which the verdict of a check on a window as a whole is shown at least.
+const DECIDED: f64 = 0.02;
+
+/// What became of a check.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Verdict {
+    /// What the check is called.
+    pub name: String,
+    /// What had to hold.
+    pub that: String,
+    /// The file that it is written in.
+    pub file: PathBuf,
+    /// Its line there, from 1 on.
+    pub line: usize,
+    /// Whether it did.
+    pub passed: bool,
+    /// First and last moment of the window [s].
+    pub during: [f64; 2],
+    /// By how much a comparison was allowed to be off.
+    pub tolerance: f64,
+    /// Samples in the window.
+    pub samples: u64,
+    /// How far the worst sample was from failing, tolerance included; negative when it failed.
+    pub margin: Option<f64>,
+    /// The time of the worst sample [s].
+    pub at: Option<f64>,
+    /// The time of the first sample at which it did not hold [s]; none for a check on its window as a whole.
+    pub first: Option<f64>,
+    /// The left side of the comparison there.
+    pub value: Option<f64>,
+    /// The right side of the comparison there.
+    pub limit: Option<f64>,
+    /// The unit of both sides, if they have one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub unit: Option<String>,
+    /// Why it failed, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// What was compared over time, for a picture.
+    #[serde(skip)]
+    pub trace: Trace,
+}
+
+/// The judge of a check: of the samples of the run, or of results by these names.
+enum Judge {
+    Run(Monitor<Full>),
+    Results(Monitor<Results>, Vec<ResultName>),
+}
+
+/// All checks of a run.
+pub struct Checks {
+    checks: Vec<(CheckPlan, Judge)>,
+    /// The status of each check.
+    states: Vec<Status>,
+    /// Why a check cannot be judged.
+    unjudged: Vec<Option<String>>,
+    notices: Vec<Notice>,
+    /// The last communication point so far [s].
+    reached: f64,
+    /// The communication point that checks which went on have seen before.
+    seen: Option<(u64, Vec<bool>)>,
+    /// Half a communication step [s]: windows include the points at their ends whatever their digits.
+    slack: f64,
+}
+
+impl Checks {
+    /// Takes the checks of a system whose communication step is `step` [s].
+    #[must_use]
+    pub fn new(plans: Vec<CheckPlan>, step: f64) -> Self {
+        let judged = |plan: CheckPlan| {
+            let judge = match &plan.condition {
+                Condition::Run(condition) => {
+                    Judge::Run(Monitor::new(condition.clone(), plan.tolerance))
+                }
+                Condition::Results(condition, names) => {
+                    Judge::Results(Monitor::new(condition.clone(), plan.tolerance), names.clone())
+                }
+            };
+            (plan, judge)
+        };
+        Checks {
+            states: vec![Status::Idle; plans.len()],
+            unjudged: vec![None; plans.len()],
+            checks: plans.into_iter().map(judged).collect(),
+            notices: Vec::new(),
+            reached: 0.0,
+            seen: None,
+            slack: 0.5 * step,
+        }
+    }
+
+    /// Notices the status of the conditions on a window as a whole, from the moment that decided them.
+    pub fn conclude(&mut self, verdicts: &[Verdict]) {
+        let judged = self.checks.iter().zip(verdicts).filter(|((plan, _), _)| {
+            matches!(&plan.condition, Condition::Run(condition) if condition.is_reduction())
+        });
+        let both = |(_, verdict): (_, &Verdict)| {
+            let state = if verdict.passed { Status::Holds } else { Status::Violated };
+            let [from, to] = verdict.during;
+            // Without a moment the end decides. A block of no width would not be seen.
+            let moment = verdict.at.unwrap_or(to).min(to - DECIDED * (to - from)).max(from);
+            [(moment, state), (to, Status::Idle)]
+                .map(|(time, state)| change(&verdict.name, time, state))
+        };
+        self.notices.extend(judged.flat_map(both));
+    }
+
+    /// The verdicts, in the order of the file, given the results of analyses and validations.
+    #[must_use]
+    pub fn verdicts(&self, results: &BTreeMap<String, Value>) -> Vec<Verdict> {
+        let verdict = |((plan, judge), unjudged): (&(CheckPlan, Judge), &Option<String>)| {
+            let monitor = match judge {
+                Judge::Run(monitor) => monitor,
+                Judge::Results(monitor, names) => {
+                    return judge_results(plan, monitor.clone(), results::look_up(results, names));
+                }
+            };
+            let mut verdict = verdict(plan, &monitor.verdict());
+            verdict.trace = monitor.trace().clone();
+            if let Some(reason) = unjudged {
+                (verdict.passed, verdict.margin) = (false, None);
+                verdict.reason = Some(reason.clone());
+            }
+            if plan.windowed && self.reached < plan.during[1] - self.slack {
+                verdict.passed = false;
+                let reached = self.reached;
+                verdict.reason =
+                    Some(format!("the run ended at {reached:.3} s, before the window did"));
+            }
+            verdict
+        };
+        self.checks.iter().zip(&self.unjudged).map(verdict).collect()
+    }
+}
+
+impl Sink<Full> for Checks {
+    #[inline]
+    fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
+        self.reached = time;
+        if !self.checks.is_empty() {
+            self.judge(tick, time, row);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn notices(&mut self) -> Vec<Notice> {
+        std::mem::take(&mut self.notices)
+    }
+}
+
+impl Checks {
+    fn judge(&mut self, tick: u64, time: f64, row: &Row<Full>) {
+        let seen = self.seen.take().filter(|(at, _)| *at == tick).map(|(_, seen)| seen);
+        let seen = |place: usize| seen.as_ref().is_some_and(|seen| seen[place]);
+        let checks = self.checks.iter_mut().zip(&mut self.states).zip(&mut self.unjudged);
+        for (place, (((plan, judge), state), unjudged)) in checks.enumerate() {
+            let Judge::Run(monitor) = judge else { continue };
+            let [from, to] = plan.during;
+            let inside = time > from - self.slack && time < to + self.slack;
+            if inside && unjudged.is_none() {
+                *unjudged = rounded_integer(plan, time, row);
+            }
+            let sampled = inside.then(|| match seen(place) {
+                true => monitor.clone().sample(time, row),
+                false => monitor.sample(time, row),
+            });
+            let now = match sampled {
+                None => Status::Idle,
+                Some(_) if unjudged.is_some() => Status::Violated,
+                Some(None) => Status::Pending,
+                Some(Some(true)) => Status::Holds,
+                Some(Some(false)) => Status::Violated,
+            };
+            if now != std::mem::replace(state, now) {
+                self.notices.push(change(&plan.name, time, now));
+            }
+        }
+    }
+}
+
+/// Says which integer of a check no number holds.
+fn rounded_integer(plan: &CheckPlan, time: f64, row: &Row<Full>) -> Option<String> {
+    let (index, name) = plan.integers.iter().find(|(index, _)| !fits_number(row[*index]))?;
+    let value = row[*index];
+    Some(format!("`{name}` is {value} at {time:.3} s, which no number of checks holds exactly"))
+}
+
+fn change(name: &str, time: f64, status: Status) -> Notice {
+    Notice::Status(StatusChange { time, track: StatusTrack::Check(name.to_owned()), status })
+}
+
+/// Judges the results that a check is about, or says why there are none.
+fn judge_results(
+    plan: &CheckPlan,
+    mut monitor: Monitor<Results>,
+    found: Result<Row<Results>, String>,
+) -> Verdict {
+    if let Ok(row) = &found {
+        monitor.sample(0.0, row);
+    }
+    let verdict = verdict(plan, &Outcome { at: None, first: None, ..monitor.verdict() });
+    match found {
+        Ok(_) => verdict,
+        Err(reason) => Verdict { reason: Some(reason), ..verdict },
+    }
+}
+
+/// Six decimals; a number too long to be read has an exponent.
+fn digits(value: &f64) -> String {
+    if value.abs() < 1e9 { format!("{value:.6}") } else { format!("{value:.6e}") }
+}
+
+fn verdict(plan: &CheckPlan, outcome: &Outcome) -> Verdict {
+    let unit = plan.condition.compared_unit().map(str::to_owned);
+    let reason =
+        match outcome {
+            Outcome { passed: true, .. } => None,
+            Outcome { samples: 0, .. } => Some("the run has no sample in the window".to_owned()),
+            Outcome { nan: true, .. } => Some("it is not a number".to_owned()),
+            Outcome { value: Some(value), limit: Some(limit), at, .. } => {
+                let place = at.map(|at| format!(" at {at:.3} s")).unwrap_or_default();
+                let [value, limit] = [value, limit].map(digits);
+                let unit = unit.iter().map(|unit| format!(" {unit}")).collect::<String>();
+                Some(format!("{value} against {limit}{unit}{place}"))
+            }
+            Outcome { at, .. } => Some(at.map_or("it does not hold".to_owned(), |at| {
+                format!("it does not hold at {at:.3} s")
+            })),
+        };
+    Verdict {
+        name: plan.name.clone(),
+        that: plan.that.clone(),
+        file: plan.file.clone(),
+        line: plan.line,
+        passed: outcome.passed,
+        during: plan.during,
+        tolerance: plan.tolerance,
+        samples: outcome.samples,
+        margin: outcome.margin,
+        at: outcome.at,
+        first: outcome.first,
+        value: outcome.value,
+        limit: outcome.limit,
+        unit,
+        reason,
+        trace: Trace::default(),
+    }
+}

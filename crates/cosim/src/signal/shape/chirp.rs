@@ -1,0 +1,53 @@
+//! Oscillates with a frequency that changes linearly.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Shape, ShapeParameters};
+use crate::signal::rules;
+use crate::signal::window::Window;
+
+/// Shape: a frequency that changes linearly, `chirp = { amplitude = 0.05, f_start = 0.2, f_end = 4.0, duration = 20.0 }`.
+/// After `duration` it stays at `f_end`.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Chirp {
+    /// Largest absolute value.
+    #[schemars(example = 0.05)]
+    pub amplitude: f64,
+    /// Frequency at the beginning of the window [Hz].
+    #[schemars(example = 0.2)]
+    pub f_start: f64,
+    /// Frequency after `duration` [Hz].
+    #[schemars(example = 4.0)]
+    pub f_end: f64,
+    /// Duration of the change of frequency [s].
+    #[schemars(example = 20.0)]
+    pub duration: f64,
+    /// Phase at the beginning of the window [rad].
+    #[serde(default)]
+    #[schemars(example = 0.0)]
+    pub phase: f64,
+}
+
+impl ShapeParameters for Chirp {
+    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
+        rules::finite(&[("amplitude", self.amplitude), ("phase", self.phase)])?;
+        rules::frequencies(&[("f_start", self.f_start), ("f_end", self.f_end)])?;
+        rules::positive("duration", self.duration)?;
+        Ok(Arc::new(self.clone()))
+    }
+}
+
+impl Shape for Chirp {
+    fn value(&self, time: f64) -> f64 {
+        let rising = time.min(self.duration);
+        let turns = self.f_start * rising
+            + (self.f_end - self.f_start) * rising * rising / (2.0 * self.duration)
+            + self.f_end * (time - rising);
+        self.amplitude * (TAU * turns + self.phase).sin()
+    }
+}

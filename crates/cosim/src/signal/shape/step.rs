@@ -1,0 +1,40 @@
+//! Jumps from one value to another.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Shape, ShapeParameters};
+use crate::signal::EDGE;
+use crate::signal::rules;
+use crate::signal::window::Window;
+
+/// Shape: a jump, `step = { at = 0.5, after = 100.0 }`.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Time of the jump after the beginning of the window [s].
+    #[schemars(example = 0.5)]
+    pub at: f64,
+    /// Value before the jump.
+    #[serde(default)]
+    #[schemars(example = 0.0)]
+    pub before: f64,
+    /// Value from the jump on.
+    #[schemars(example = 100.0)]
+    pub after: f64,
+}
+
+impl ShapeParameters for Step {
+    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
+        rules::finite(&[("at", self.at), ("before", self.before), ("after", self.after)])?;
+        Ok(Arc::new(self.clone()))
+    }
+}
+
+impl Shape for Step {
+    fn value(&self, time: f64) -> f64 {
+        if time + EDGE >= self.at { self.after } else { self.before }
+    }
+}

@@ -1,0 +1,60 @@
+//! Has given values at given times.
+
+use std::sync::Arc;
+
+use recording::table::Interpolation;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Shape, ShapeParameters};
+use crate::signal::EDGE;
+use crate::signal::rules;
+use crate::signal::window::Window;
+
+/// Shape: values at given times, `table = { time = [0.0, 1.0, 4.0], value = [0.0, 2.0, 0.0] }`. Before the first and after the
+/// last time it has their values.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Samples {
+    /// Times after the beginning of the window, increasing [s].
+    #[schemars(example = [0.0, 1.0, 4.0])]
+    pub time: Vec<f64>,
+    /// One value per time.
+    #[schemars(example = [0.0, 2.0, 0.0])]
+    pub value: Vec<f64>,
+    /// Values between the times.
+    #[serde(default)]
+    #[schemars(example = &"hold")]
+    pub interpolation: Interpolation,
+}
+
+impl ShapeParameters for Samples {
+    fn build(&self, _: &Window, _: u64) -> Result<Arc<dyn Shape>, String> {
+        rules::lengths("value", self.value.len(), "time", self.time.len())?;
+        if self.time.is_empty() {
+            return Err("expected at least one time and value, found none".to_owned());
+        }
+        rules::list("time", &self.time)?;
+        rules::list("value", &self.value)?;
+        if let Some(pair) = self.time.windows(2).find(|pair| pair[1] <= pair[0]) {
+            let (before, found) = (pair[0], pair[1]);
+            return Err(format!(
+                "expected increasing numbers in `time`, found {found} after {before}"
+            ));
+        }
+        Ok(Arc::new(self.clone()))
+    }
+}
+
+impl Shape for Samples {
+    fn value(&self, time: f64) -> f64 {
+        let after = self.time.partition_point(|t| *t <= time + EDGE);
+        let here = after.saturating_sub(1);
+        let is_outside = after == 0 || after == self.time.len();
+        if is_outside || self.interpolation == Interpolation::Hold {
+            return self.value[here];
+        }
+        let share = (time - self.time[here]) / (self.time[after] - self.time[here]);
+        self.value[here] + share.max(0.0) * (self.value[after] - self.value[here])
+    }
+}

@@ -1,0 +1,271 @@
+//! A system of coupled nodes: what each node is, where its values are in the row, and how they are connected. A graph of indices, in
+//! which no look-up by name can fail.
+
+mod accepts;
+mod coupling;
+mod driver;
+mod input_chain;
+mod isolation;
+mod needed;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use diagnostics::Error;
+use fmu_import::{Causality, Fmu, Storage, Value};
+use recording::table::Table;
+use recording::{
+    Columns, Full, IntegerIndex, IntegerRange, NumberIndex, NumberRange, TextIndex, TextRange,
+};
+use serde::{Deserialize, Serialize};
+
+use crate::clock::{At, Clock};
+use crate::course::Extrapolate;
+use crate::fault::CallFault;
+use crate::signal::Signal;
+pub use accepts::Accepts;
+pub use coupling::{
+    Algorithm, Block, BondPlan, CouplingPlan, CouplingRules, Division, ErrorEstimate, Iteration,
+    Link, Loop, Method, Pace, Tear,
+};
+pub use driver::DriverPlan;
+pub use input_chain::{ChainMemory, FaultPlan, InputChain};
+pub use isolation::{Isolation, OnFailure};
+pub use needed::Needed;
+
+/// Variables of one form, which are read and written at once: all elements of arrays.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Group {
+    /// The form.
+    pub storage: Storage,
+    /// The value references.
+    pub references: Vec<u32>,
+    /// Number of elements in all.
+    pub elements: usize,
+    /// Whether they are inputs that change at events only, and the FMU has event mode.
+    pub discrete: bool,
+    /// Whether they are tunable parameters: the FMU is told of changes only, since it may work long on each.
+    pub tunable: bool,
+    /// The value references of the clocks at whose ticks alone they have values.
+    pub clocks: Vec<u32>,
+    /// Places of the values that travel among all elements, in the order in which they travel.
+    pub places: Vec<usize>,
+    /// Whether somebody uses one of the values; else nobody asks for them.
+    pub needed: bool,
+}
+
+impl Group {
+    /// Whether all elements travel.
+    #[must_use]
+    #[inline]
+    pub fn is_whole(&self) -> bool {
+        self.places.len() == self.elements
+    }
+
+    /// Whether the values are integers of 64 bits, which travel exactly.
+    #[must_use]
+    #[inline]
+    pub fn is_exact(&self) -> bool {
+        matches!(self.storage, Storage::Int64 | Storage::UInt64)
+    }
+}
+
+/// Variables of an FMU, in the order in which their values travel.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ports {
+    /// Those of numbers.
+    pub numbers: Vec<Group>,
+    /// Those of texts and bytes, which travel beside the numbers; each is one variable.
+    pub texts: Vec<Group>,
+}
+
+/// A start value of an FMU.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Start {
+    /// The variable.
+    pub name: String,
+    /// Its value reference.
+    pub reference: u32,
+    /// The form of its values.
+    pub storage: Storage,
+    /// Its place in an array, and the number of elements there.
+    pub element: (usize, usize),
+    /// Who determines it during the run.
+    pub causality: Causality,
+    /// The value, of the variable's type.
+    pub value: Value,
+    /// Its place in a scenario; none when the command line gives it.
+    #[serde(skip)]
+    pub place: Option<WordPlace>,
+}
+
+/// A place in the files of a scenario.
+pub type WordPlace = (Arc<diagnostics::Source>, Range<usize>);
+
+impl Start {
+    /// The error of an FMU called `node` that refuses the value, at the word that gives it.
+    #[must_use]
+    pub fn refused(&self, node: &str, what: &str) -> Error {
+        let name = &self.name;
+        match &self.place {
+            Some((source, place)) => {
+                source.error(place.clone(), format!("`{node}` refuses `{name}`: {what}"), "")
+            }
+            None => Error::input(format!("--set {node}.{name}: the FMU refuses it: {what}")),
+        }
+    }
+}
+
+/// The kind of a node with its contents.
+#[derive(Debug)]
+pub enum Body {
+    /// An FMU with its start values and its recorded and connected variables.
+    Fmu {
+        /// The opened archive.
+        fmu: Arc<Fmu>,
+        /// The start values.
+        starts: Vec<Start>,
+        /// The connected inputs.
+        inputs: Ports,
+        /// All outputs.
+        outputs: Ports,
+        /// Whether it logs all it has to say.
+        log: bool,
+        /// How it is kept apart from the others; without it, it is not.
+        isolation: Option<Isolation>,
+    },
+    /// Generated signals, one for each output.
+    Signals(Vec<Signal>),
+    /// A table, one column for each output.
+    Table(Table),
+    /// The driver of a manoeuvre.
+    Driver(DriverPlan),
+    /// A connector, whose input is its output. It takes its value before the nodes that it leads to step.
+    Inlet,
+    /// The same; it takes its value after the node that it comes from has stepped.
+    Outlet,
+}
+
+impl Body {
+    /// Whether it knows more than its inputs and the time.
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        matches!(self, Body::Fmu { .. } | Body::Driver(_))
+    }
+}
+
+/// A node, and where its values are in the row.
+#[derive(Debug)]
+pub struct NodePlan {
+    /// Its name.
+    pub name: String,
+    /// Its kind.
+    pub body: Body,
+    /// Its own step, if that is not the communication step.
+    pub pace: Option<Pace>,
+    /// Its outputs that are numbers.
+    pub outputs: NumberRange<Full>,
+    /// Those of them that somebody uses, none of which may be NaN.
+    pub needed: Vec<NumberIndex<Full>>,
+    /// Its connected inputs that are numbers.
+    pub inputs: NumberRange<Full>,
+    /// The connection of each of these inputs.
+    pub connections: Vec<ResolvedConnection>,
+    /// The same for texts.
+    pub texts: TextPlan,
+    /// The same for integers of 64 bits, which are among the numbers, too.
+    pub exact: ExactPlan,
+    /// The faults of its calls.
+    pub faults: Vec<CallFault>,
+}
+
+/// Indices of a node's integers of 64 bits in the row.
+#[derive(Debug, Default)]
+pub struct ExactPlan {
+    /// Its outputs.
+    pub outputs: IntegerRange<Full>,
+    /// The number of each output.
+    pub numbers: Vec<NumberIndex<Full>>,
+    /// Its connected inputs.
+    pub inputs: IntegerRange<Full>,
+    /// The connections with such an integer at one end or at both.
+    pub connections: Vec<ExactConnection>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
+}
+
+/// What a connection of numbers is for an integer of 64 bits.
+#[derive(Debug)]
+pub struct ExactConnection {
+    /// Its place among the node's connections of numbers.
+    pub place: usize,
+    /// The output, if it is such an integer.
+    pub source: Option<IntegerIndex<Full>>,
+    /// The input, if it is such an integer.
+    pub input: Option<IntegerIndex<Full>>,
+    /// The integers that the input accepts when they arrive as they are; without it they go through the number, which has to
+    /// hold them.
+    pub as_it_is: Option<Accepts>,
+}
+
+impl NodePlan {
+    /// Whether it hands on a value and does nothing else.
+    #[must_use]
+    pub fn is_connector(&self) -> bool {
+        matches!(self.body, Body::Inlet | Body::Outlet)
+    }
+}
+
+/// Indices of a node's texts in the row.
+#[derive(Debug, Default)]
+pub struct TextPlan {
+    /// Its outputs.
+    pub outputs: TextRange<Full>,
+    /// Its connected inputs.
+    pub inputs: TextRange<Full>,
+    /// The source of each connected input.
+    pub connections: Vec<Source<TextIndex<Full>>>,
+    /// Whether nobody uses any of its outputs.
+    pub unneeded: bool,
+}
+
+/// Source of the value of an input.
+#[derive(Debug, Clone, Copy)]
+pub struct Source<I> {
+    /// The index of the output.
+    pub index: I,
+    /// Which end of the step the value is taken at.
+    pub at: At,
+}
+
+/// A connection of numbers: source, unit conversion, effects and faults.
+#[derive(Debug, Clone)]
+pub struct ResolvedConnection {
+    /// Source of the number.
+    pub source: Source<NumberIndex<Full>>,
+    /// Its way to the input.
+    pub input_chain: InputChain,
+    /// The course of the input within a step; without one it holds its value.
+    pub course: Option<Extrapolate>,
+}
+
+/// Coupled nodes: what the master works with.
+#[derive(Debug)]
+pub struct System {
+    /// The coupling.
+    pub coupling: CouplingPlan,
+    /// The communication points.
+    pub clock: Clock,
+    /// The stop time that FMUs are told [s]; none when nobody knows it.
+    pub announced_stop: Option<f64>,
+    /// Relative tolerance that all FMUs are told [-].
+    pub tolerance: Option<f64>,
+    /// The nodes, in the order of the file.
+    pub nodes: Vec<NodePlan>,
+    /// The order in which they step.
+    pub order: Vec<usize>,
+    /// The variables of the run.
+    pub columns: Columns<Full>,
+    /// Warnings.
+    pub warnings: Vec<String>,
+}
