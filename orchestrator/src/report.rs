@@ -16,8 +16,8 @@ use cosim::exchange::Effort;
 use cosim::master::Progress;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
+use scenario::document::Validation;
 use scenario::plan::{NodePlan, REPORT, System};
-use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::fresh;

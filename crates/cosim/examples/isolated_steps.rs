@@ -10,8 +10,8 @@ use cosim::exchange::Exchange;
 use cosim::node::{self, Host};
 use diagnostics::Error;
 use scenario::plan::{Body, System};
-use scenario::resolve::{Isolate, Overrides};
-use scenario::{Built, Scenario};
+use scenario::resolve::{IsolationPolicy, Overrides};
+use scenario::{BuildArtifacts, Scenario};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -47,9 +47,9 @@ fn measure(path: &Path, rounds: usize) -> Result<(), Box<dyn std::error::Error>>
 /// Time per step and FMU [us].
 fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
     let scenario = Scenario::read(path)?;
-    let overrides = Overrides { isolate: Isolate::Everything, ..Overrides::default() };
+    let overrides = Overrides { isolate: IsolationPolicy::Everything, ..Overrides::default() };
     let folder = PathBuf::new();
-    let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
+    let mut system = System::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
     let fmus = system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
     system.leave_unneeded();
     let mut nodes = node::instantiate(&mut system, host)?;

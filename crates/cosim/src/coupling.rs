@@ -11,8 +11,8 @@ mod looped;
 mod solver;
 
 use diagnostics::Error;
+use scenario::document::Algorithm;
 use scenario::plan::System;
-use scenario::words::Algorithm;
 
 use crate::exchange::{Exchange, Interruption};
 

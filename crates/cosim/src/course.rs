@@ -1,6 +1,6 @@
 //! Follows the values of an input over time, and continues them by a polynomial.
 
-use scenario::words::{At, Extrapolate};
+use scenario::document::{At, Extrapolate};
 use serde::{Deserialize, Serialize};
 
 /// The polynomial `c_0 + c_1 (t - t_0) + c_2 (t - t_0)^2` of the time.

@@ -16,8 +16,8 @@ use std::time::Duration;
 use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Columns, Full, Row};
+use scenario::document::At;
 use scenario::plan::{Body, Clock, NodePlan, ResolvedConnection, System};
-use scenario::words::At;
 
 use crate::course::{Course, Moving};
 use crate::node::{Node, SAME};

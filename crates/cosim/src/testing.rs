@@ -7,12 +7,12 @@ use recording::{
     Column, Columns, Direction, Event, Full, NumberIndex, NumberRange, Row, RunHeader, Selection,
     Sink, ValueKind,
 };
+use scenario::document::At;
 use scenario::effect::Chain;
 use scenario::plan::{
     Accepts, Body, Clock, CouplingPlan, ExactPlan, InputChain, NodePlan, ResolvedConnection,
     Source, System, TextPlan,
 };
-use scenario::words::At;
 
 use crate::coupling;
 use crate::master::{Progress, run};

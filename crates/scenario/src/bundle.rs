@@ -13,10 +13,10 @@ use serde::Deserialize as _;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
 
-use crate::build_request::Built;
+use crate::build_request::BuildArtifacts;
+use crate::document::{self, Scenario};
 use crate::resolve;
 use crate::text_of;
-use crate::words::{self, Scenario};
 use files::Files;
 use paths::Role;
 
@@ -64,7 +64,11 @@ impl Bundle {
     ///
     /// # Errors
     /// At each word that names a file that is not there, or a package that was not built.
-    pub fn gather(scenario: &Scenario, built: &Built, layout: Layout) -> Result<Self, Error> {
+    pub fn gather(
+        scenario: &Scenario,
+        built: &BuildArtifacts,
+        layout: Layout,
+    ) -> Result<Self, Error> {
         let mut gathering = Gathering { built, layout, files: Files::new(), notes: Vec::new() };
         gathering.files.reserve(SCENARIO);
         let (text, fmus) = gathering.text(scenario, Beside::ROOT)?;
@@ -113,7 +117,7 @@ impl Beside<'_> {
 }
 
 struct Gathering<'a> {
-    built: &'a Built,
+    built: &'a BuildArtifacts,
     layout: Layout<'a>,
     files: Files,
     notes: Vec<String>,
@@ -127,7 +131,7 @@ impl Gathering<'_> {
         beside: Beside,
     ) -> Result<(String, BTreeMap<String, String>), Error> {
         let texts = scenario.source.shifted();
-        let mut table = words::merged(&scenario.source, &texts)?;
+        let mut table = document::merge_files(&scenario.source, &texts)?;
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();
         let fmus = self.fmus(scenario, &mut table, beside, &mut mistakes);
@@ -227,7 +231,7 @@ impl Gathering<'_> {
             Role::Draws(index) => {
                 let vary = scenario.document.sweep.iter().flat_map(|sweep| &sweep.vary).nth(index);
                 let name = vary.map_or("", |vary| vary.name.get_ref().as_str());
-                let path = resolve::draws_file(&path, name).map_err(wrong)?;
+                let path = resolve::sample_file(&path, name).map_err(wrong)?;
                 self.files.add(&path, others).map_err(wrong)?
             }
             Role::Archive if !text.ends_with(".fmu") => return Ok(()),

@@ -2,8 +2,8 @@
 //! an annotation, so that nothing of it is lost.
 
 mod connections;
+mod connectors;
 mod definitions;
-mod ends;
 mod values;
 
 use std::collections::BTreeMap;
@@ -16,12 +16,12 @@ use ssp::write::{
     structure,
 };
 
-use crate::build_request::Built;
+use crate::build_request::BuildArtifacts;
 use crate::bundle::{self, Bundle, Layout};
+use crate::document::{Algorithm, Scenario, ScenarioAnnotation};
 use crate::plan::{Body, NodePlan, System};
-use crate::words::{Algorithm, Annotated, Scenario};
+use connectors::Ends;
 use definitions::Definitions;
-use ends::Ends;
 
 const STRUCTURE: &str = "SystemStructure.ssd";
 /// The name of all sets of start values: Ecos applies those of one name.
@@ -31,7 +31,7 @@ const LAYOUT: Layout =
 
 /// What an export wrote.
 #[derive(Debug)]
-pub struct Exported {
+pub struct ExportReport {
     /// What other tools do not get, and what the archive needs besides.
     pub notes: Vec<String>,
     /// The version of SSP.
@@ -44,10 +44,10 @@ pub struct Exported {
 /// When a file of the scenario is missing, or the archive cannot be written.
 pub fn export(
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     system: &System,
     path: &Path,
-) -> Result<Exported, Error> {
+) -> Result<ExportReport, Error> {
     let Bundle { text, mut files, fmus, mut notes, .. } = Bundle::gather(scenario, built, LAYOUT)?;
     files.remove(bundle::SCENARIO);
     let mut entries: BTreeMap<String, Content> = files
@@ -64,8 +64,8 @@ pub fn export(
         .map_err(|error| Error::output(path, format!("the system cannot be read back: {error}")))?;
     let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
     draft.annotation = Some(DraftAnnotation {
-        kind: Annotated::KIND.to_owned(),
-        namespace: Annotated::NAMESPACE.to_owned(),
+        kind: ScenarioAnnotation::KIND.to_owned(),
+        namespace: ScenarioAnnotation::NAMESPACE.to_owned(),
         element: "Scenario".to_owned(),
         attributes: attributes.map(|(key, value)| (key.to_owned(), value)).to_vec(),
         text,
@@ -76,7 +76,7 @@ pub fn export(
         Version::One => "1.0",
         Version::Two => "2.0",
     };
-    Ok(Exported { notes, version })
+    Ok(ExportReport { notes, version })
 }
 
 /// The system in the words of the standard; files of start values join the entries.

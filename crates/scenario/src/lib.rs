@@ -4,6 +4,7 @@
 
 mod build_request;
 pub mod bundle;
+pub mod document;
 pub mod effect;
 pub mod export;
 pub mod fault;
@@ -14,7 +15,6 @@ pub mod resolve;
 pub mod schema;
 pub mod signal;
 mod text_of;
-pub mod words;
 
-pub use build_request::{BuildRequest, Built};
-pub use words::Scenario;
+pub use build_request::{BuildArtifacts, BuildRequest};
+pub use document::Scenario;

@@ -25,8 +25,8 @@ use recording::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::document::{At, Extrapolate};
 use crate::signal::Signal;
-use crate::words::{At, Extrapolate};
 pub use accepts::Accepts;
 pub use analysis::{Analyser, AnalysisPlan, Origin, Wired};
 pub use baseline::{BaselinePlan, BaselineSignal, TubeSize};

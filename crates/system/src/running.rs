@@ -11,7 +11,7 @@ use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::plan::{Body, System};
 use scenario::resolve::{Override, Overrides};
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::SCENARIO;
 use crate::guided::{Guided, Held};
@@ -78,7 +78,8 @@ impl Running {
             ..Overrides::default()
         };
         let folder = resources.to_owned();
-        let mut system = System::resolve(&scenario, &Built::default(), &overrides, folder)?;
+        let mut system =
+            System::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
         system.clock.start = course.now;
         system.announced_stop = course.stop;
         let mut nodes = node::instantiate(&mut system, None)?;

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use fmu_import::Causality;
 use scenario::Scenario;
+use scenario::document::{Analysis, At};
 use scenario::plan::{Block, Body, Link, Loop, NodePlan, System};
-use scenario::words::{Analysis, At};
 use serde_json::{Value, json};
 
 /// The order, the connections, the loops and the analyses of a scenario, as lines for a terminal.

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use ::sweep::table::{Groups, Writer};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
+use scenario::document::Recorded;
 use scenario::plan::{Body, SweepPlan, System};
 use scenario::resolve::{self, Overrides};
-use scenario::words::Recorded;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use super::assignment::Assignment;
 use super::digest::{digest, digest_of_program};
@@ -72,7 +72,7 @@ pub fn make(
 /// Resolves the first variant and the last one, at the words that vary.
 fn try_out(
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     words: &SweepPlan,
     options: &PlanOptions,
 ) -> Result<System, Error> {
@@ -102,7 +102,7 @@ fn try_out(
 fn write(
     folder: &Path,
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     (words, system): (&SweepPlan, &System),
     options: &PlanOptions,
     program: &Path,

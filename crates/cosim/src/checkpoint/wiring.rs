@@ -4,8 +4,8 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::{self, Debug, Write as _};
 
 use fmu_import::{Causality, Description, Value, Variability};
+use scenario::document::At;
 use scenario::plan::{Body, InputChain, NodePlan, Start, System};
-use scenario::words::At;
 use serde::{Deserialize, Serialize};
 
 /// What a system is made of, before its first step.

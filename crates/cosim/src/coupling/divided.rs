@@ -2,8 +2,8 @@
 
 use diagnostics::{Error, rounded};
 use recording::{Full, NumberIndex, Row};
+use scenario::document::ErrorEstimate;
 use scenario::plan::{Body, Clock, Division, NodePlan, System};
-use scenario::words::ErrorEstimate;
 use serde::{Deserialize, Serialize};
 
 use super::account::{Account, ConnectionError, DivisionAccount};

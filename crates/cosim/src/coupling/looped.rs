@@ -1,8 +1,8 @@
 //! Repeats the step of a loop until what its nodes get fits what they give.
 
 use diagnostics::rounded;
+use scenario::document::Method;
 use scenario::plan::{Block, Iteration};
-use scenario::words::Method;
 use serde::{Deserialize, Serialize};
 
 use super::account::LoopAccount;

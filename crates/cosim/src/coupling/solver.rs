@@ -3,8 +3,8 @@
 mod anderson;
 mod newton;
 
+use scenario::document::Method;
 use scenario::plan::Iteration;
-use scenario::words::Method;
 use serde::{Deserialize, Serialize};
 
 use self::anderson::Anderson;

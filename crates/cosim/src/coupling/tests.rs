@@ -5,8 +5,8 @@ mod mass;
 use fmu_import::CallError;
 use nalgebra::{Matrix4, Vector4};
 use recording::NumberRange;
+use scenario::document::{Algorithm, At, ErrorEstimate, Extrapolate, Method};
 use scenario::plan::{Block, Clock, Division, Iteration, Pace, System, Tear};
-use scenario::words::{Algorithm, At, ErrorEstimate, Extrapolate, Method};
 
 use self::mass::Mass;
 use crate::node::{Node, NodeState};

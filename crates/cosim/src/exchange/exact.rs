@@ -2,8 +2,8 @@
 
 use diagnostics::{Error, rounded};
 use recording::{Columns, Full, Row, fits_number};
+use scenario::document::At;
 use scenario::plan::{ExactConnection, NodePlan};
-use scenario::words::At;
 
 /// Checks that the inputs of a node accept the integers of 64 bits that they are about to get. `start` is the row at the start of the
 /// step, and `shown` says when a source showed its value [s].

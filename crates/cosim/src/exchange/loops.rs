@@ -2,8 +2,8 @@
 
 use diagnostics::Error;
 use recording::{Full, NumberIndex};
+use scenario::document::{At, OnFailure};
 use scenario::plan::{Accepts, Body, Tear};
-use scenario::words::{At, OnFailure};
 
 use super::{Exchange, Interruption};
 

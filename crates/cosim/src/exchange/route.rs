@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use recording::{Full, NumberIndex, NumberRange};
+use scenario::document::At;
 use scenario::plan::{Accepts, Body, NodePlan};
-use scenario::words::At;
 
 use super::Exchange;
 

@@ -1,9 +1,9 @@
 //! Checks each row of nodes made of closures: values, their times, and the ends of runs.
 
 use recording::{NumberRange, TextIndex, TextRange, ValueKind};
+use scenario::document::{Algorithm, At};
 use scenario::fault::{Bias, FaultWords, Freeze, Gain, Value};
 use scenario::plan::{Accepts, Clock, FaultPlan, Source, TextPlan};
-use scenario::words::{Algorithm, At};
 
 use crate::testing::{Record, STEP, columns, mock, play, system};
 

@@ -15,8 +15,8 @@ use archive::Folder;
 use diagnostics::{Error, rounded, shown};
 use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
 use isolation::{End, Guest, NOTE, Talk};
+use scenario::document::OnFailure;
 use scenario::plan::{Clock, Isolation, Ports, Start};
-use scenario::words::OnFailure;
 
 pub use self::guest::serve;
 use self::talk::{Answer, Done, Others, Question, Setup, Task};

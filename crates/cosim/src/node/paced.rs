@@ -2,8 +2,8 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Instance, Message};
+use scenario::document::At;
 use scenario::plan::{Clock, NodePlan, Pace, Start};
-use scenario::words::At;
 
 use super::faulty::Provocation;
 use super::{Node, NodeState};

@@ -5,8 +5,8 @@ use fmu_import::description::Type;
 use ssp::write::{DraftComponent, DraftConnection};
 use ssp::{Transformation, Unit};
 
+use super::connectors::{End, Ends, Link};
 use super::definitions::Definitions;
-use super::ends::{End, Ends, Link};
 use crate::plan::InputChain;
 
 /// The connections between components. What has no words in the standard is left out, with a note. So are signals and tables,

@@ -6,7 +6,7 @@ use fmu_import::description::Type;
 use fmu_import::{Value, Variable};
 use ssp::write::{DraftConnector, DraftValue};
 
-use super::ends::{Ends, Link, array_name};
+use super::connectors::{Ends, Link, array_name};
 use crate::plan::{Body, NodePlan};
 
 /// The start values of an FMU, by the order of its connectors.

@@ -1,7 +1,7 @@
 //! The coupling of a run: its algorithm, its loops, and the division of its steps.
 
 use super::Clock;
-use crate::words::{Algorithm, At, ErrorEstimate, Method};
+use crate::document::{Algorithm, At, ErrorEstimate, Method};
 
 /// The properties of a coupling algorithm that are known before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::words::OnFailure;
+use crate::document::OnFailure;
 
 /// How an FMU in a process of its own is dealt with.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use expression::Expression;
 use recording::Full;
 
 use super::ResultName;
-use crate::words::{Design, Limit, Recorded};
+use crate::document::{Design, Limit, Recorded};
 
 /// How the variants of a scenario are made, and what is asked of them.
 #[derive(Debug, Clone)]

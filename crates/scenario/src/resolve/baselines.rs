@@ -5,9 +5,9 @@ use std::ops::Range;
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Column, ColumnIndex, Columns, Full, ValueKind};
 
+use crate::document::{Baseline, Scenario, Tube};
 use crate::pattern::matches;
 use crate::plan::{BaselinePlan, BaselineSignal, Clock, TubeSize};
-use crate::words::{Baseline, Scenario, Tube};
 
 pub(super) fn resolve(
     scenario: &Scenario,
@@ -44,7 +44,7 @@ fn plan(
     let place = baseline.recording.span();
     let signals = signals(scenario, baseline, columns);
     let during = during(scenario, baseline, clock);
-    let form = form(scenario, baseline);
+    let form = check_format(scenario, baseline);
     let (signals, (during, ())) = Mistakes::both(signals, Mistakes::both(during, form))?;
     let (file, line) = scenario.source.line(baseline.name.span().start);
     Ok(BaselinePlan {
@@ -59,7 +59,7 @@ fn plan(
     })
 }
 
-fn form(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
+fn check_format(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
     let name = baseline.recording.get_ref();
     match name.rsplit_once('.') {
         Some((_, "mcap" | "csv")) => Ok(()),
@@ -93,12 +93,17 @@ fn signals(
 ) -> Result<Vec<BaselineSignal>, Error> {
     let given = baseline.signals.iter().flatten();
     let patterns = given.chain(baseline.tubes.iter().flat_map(|tube| &tube.signals));
-    let known = Mistakes::all(patterns.map(|pattern| fits(scenario, pattern, columns)));
+    let known = Mistakes::all(patterns.map(|pattern| check_pattern(scenario, pattern, columns)));
     let all =
         TubeSize { absolute: baseline.absolute, relative: baseline.relative, time: baseline.time };
-    let sizes = Mistakes::all(std::iter::once(check(scenario, baseline.name.span(), all)).chain(
-        baseline.tubes.iter().map(|tube| check(scenario, place(tube, baseline), merged(all, tube))),
-    ));
+    let sizes = Mistakes::all(
+        std::iter::once(check_size(scenario, baseline.name.span(), all)).chain(
+            baseline
+                .tubes
+                .iter()
+                .map(|tube| check_size(scenario, tube_span(tube, baseline), tube_size(all, tube))),
+        ),
+    );
     Mistakes::both(known, sizes)?;
     let except = &scenario.document.record.except;
     let numbers = columns.numbers().map(|(index, column)| (ColumnIndex::Number(index), column));
@@ -122,7 +127,7 @@ fn signals(
             exact: column.kind != ValueKind::Real,
             unit: column.unit.clone(),
             named,
-            size: tubes.fold(all, merged),
+            size: tubes.fold(all, tube_size),
             name: name.clone(),
         })
     };
@@ -130,7 +135,7 @@ fn signals(
 }
 
 /// A tube whose sizes are partly those of another one.
-fn merged(size: TubeSize, tube: &Tube) -> TubeSize {
+fn tube_size(size: TubeSize, tube: &Tube) -> TubeSize {
     TubeSize {
         absolute: tube.absolute.unwrap_or(size.absolute),
         relative: tube.relative.unwrap_or(size.relative),
@@ -138,11 +143,11 @@ fn merged(size: TubeSize, tube: &Tube) -> TubeSize {
     }
 }
 
-fn place(tube: &Tube, baseline: &Baseline) -> Range<usize> {
+fn tube_span(tube: &Tube, baseline: &Baseline) -> Range<usize> {
     tube.signals.first().map_or(baseline.name.span(), Spanned::span)
 }
 
-fn check(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(), Error> {
+fn check_size(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(), Error> {
     let sizes = [("absolute", size.absolute), ("relative", size.relative), ("time", size.time)];
     match sizes.into_iter().find(|(_, size)| !(*size >= 0.0 && size.is_finite())) {
         None => Ok(()),
@@ -154,7 +159,7 @@ fn check(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(),
     }
 }
 
-fn fits(
+fn check_pattern(
     scenario: &Scenario,
     pattern: &Spanned<String>,
     columns: &Columns<Full>,

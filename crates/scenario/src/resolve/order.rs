@@ -8,12 +8,12 @@ use std::collections::HashSet;
 use diagnostics::Error;
 
 use self::components::components;
-use super::Notes;
+use super::Diagnostics;
 use super::connections::Connections;
-use super::nodes::UnplacedNode;
+use super::nodes::NodeDraft;
 use super::ports::Port;
+use crate::document::{At, Connect, Loops, Scenario};
 use crate::plan::{Block, Body, CouplingPlan, Link, Loop, Tear};
-use crate::words::{At, Connect, Loops, Scenario};
 
 /// A wish that one node steps before another.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,9 +55,9 @@ impl Order {
 pub(super) fn order(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     connections: &mut Connections,
-    (mistakes, warnings): Notes,
+    diagnostics: &mut Diagnostics,
 ) -> Option<Order> {
     let mut all = edges(unplaced, connections);
     let coupling = &scenario.document.coupling;
@@ -67,7 +67,7 @@ pub(super) fn order(
             matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
         };
         for delay in delays::delays(&all, &hands_on) {
-            warnings.push(delay.told(&all));
+            diagnostics.warnings.push(delay.told(&all));
             for edge in delay.edges {
                 let edge = &mut all[edge];
                 edge.at = At::Start;
@@ -77,14 +77,14 @@ pub(super) fn order(
             }
         }
     }
-    mistakes.take(sorted(scenario, connects, unplaced, all))
+    diagnostics.mistakes.take(sorted(scenario, connects, unplaced, all))
 }
 
 /// The order of nodes with these edges.
 fn sorted(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     all: Vec<Edge>,
 ) -> Result<Order, Error> {
     let fresh: Vec<_> = all.iter().filter(|edge| edge.at == At::End).cloned().collect();
@@ -105,7 +105,7 @@ fn sorted(
     let follows = |before: &Edge, behind: &Edge| {
         let node = &unplaced[before.to];
         let (output, input) = (&node.outputs[behind.ports.0], &node.inputs[before.ports.1]);
-        output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
+        output.follows.as_ref().is_none_or(|places| places.contains(&input.index))
     };
     let loops = loops(unplaced.len(), &all, &follows);
     Ok(Order { initial: initial(&nodes, &all), loops, nodes, blocks })
@@ -131,7 +131,7 @@ fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<
 struct Followed(Option<HashSet<usize>>);
 
 impl Followed {
-    fn of(node: &UnplacedNode) -> Self {
+    fn of(node: &NodeDraft) -> Self {
         let (mut places, mut known) = (HashSet::new(), HashSet::new());
         for output in &node.outputs {
             let Some(inputs) = &output.follows else { return Followed(None) };
@@ -144,22 +144,22 @@ impl Followed {
     }
 
     fn has(&self, input: &Port) -> bool {
-        self.0.as_ref().is_none_or(|places| places.contains(&input.place))
+        self.0.as_ref().is_none_or(|places| places.contains(&input.index))
     }
 }
 
-fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
+fn edges(unplaced: &[NodeDraft], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
     let followed: Vec<_> = unplaced.iter().map(Followed::of).collect();
     for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
         let mut numbers = 0;
         for (port, (input, connection)) in unplaced_node.inputs.iter().zip(own).enumerate() {
             let Some(connection) = connection else { continue };
-            let ports = (connection.from.1, port);
+            let ports = (connection.from.port, port);
             let place = connection.input_chain.is_some().then_some(numbers);
             numbers += usize::from(place.is_some());
-            let (from, output) = connection.from;
-            let output = &unplaced[from].outputs[output];
+            let from = connection.from.node;
+            let output = &unplaced[from].outputs[connection.from.port];
             let needed = match (&unplaced[from].body, &unplaced_node.body) {
                 (Body::Inlet, _) | (_, Body::Outlet) => true,
                 // An inlet waits as its receivers would.
@@ -177,13 +177,13 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
 
 /// Whether an output of a node that an inlet leads to follows the value without a step in between.
 fn is_followed(
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     (connections, followed): (&Connections, &[Followed]),
     inlet: usize,
 ) -> bool {
     unplaced.iter().zip(connections).zip(followed).any(|((node, connections), followed)| {
         let fed = node.inputs.iter().zip(connections).filter(|(_, connection)| {
-            connection.as_ref().is_some_and(|connection| connection.from.0 == inlet)
+            connection.as_ref().is_some_and(|connection| connection.from.node == inlet)
         });
         fed.into_iter().any(|(input, _)| followed.has(input))
     })

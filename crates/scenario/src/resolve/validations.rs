@@ -4,8 +4,8 @@ use std::path::Path;
 
 use diagnostics::{Error, Mistakes, Spanned};
 
+use crate::document::Scenario;
 use crate::plan::{NodePlan, is_reserved};
-use crate::words::Scenario;
 
 /// Makes sure that each validation has a name of its own, which a folder can have.
 pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {

@@ -10,7 +10,7 @@ use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
 use crate::node::{Node, NodeState, means};
-use scenario::words::OnFailure;
+use scenario::document::OnFailure;
 
 /// The outputs of an FMU that has failed.
 struct HeldState((Vec<f64>, Others));

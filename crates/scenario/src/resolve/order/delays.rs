@@ -3,7 +3,7 @@
 use super::Edge;
 use super::components::components;
 use super::{is_loop, links};
-use crate::words::At;
+use crate::document::At;
 
 /// The nodes of a loop for which all orders are tried.
 const TRIED: usize = 14;

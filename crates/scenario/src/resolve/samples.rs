@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::{Error, Spanned};
 
+use crate::document::Scenario;
 use crate::plan::{Axis, AxisValues};
-use crate::words::Scenario;
 
 /// How names of files of draws end.
 const ENDING: &str = "_draws.csv";
@@ -13,19 +13,19 @@ const ENDING: &str = "_draws.csv";
 const LARGEST: u64 = 1 << 30;
 
 /// The lines of a file that the scenario names.
-pub(super) fn read(scenario: &Scenario, word: &Spanned<String>) -> Result<Axis, Error> {
+pub(super) fn variant_list(scenario: &Scenario, word: &Spanned<String>) -> Result<Axis, Error> {
     let path = scenario.source.resolve(word);
-    lines(&path).map_err(|what| scenario.error(word, what))
+    read_table(&path).map_err(|what| scenario.error(word, what))
 }
 
 /// The draws in a file, or those that the identification of a run left beside its report.
-pub(super) fn draws(
+pub(super) fn posterior_samples(
     scenario: &Scenario,
     name: &str,
     word: &Spanned<String>,
 ) -> Result<Axis, Error> {
     let path = scenario.source.resolve(word);
-    let axis = draws_file(&path, name).and_then(|path| lines(&path));
+    let axis = sample_file(&path, name).and_then(|path| read_table(&path));
     axis.map_err(|what| scenario.error(word, what))
 }
 
@@ -33,13 +33,13 @@ pub(super) fn draws(
 ///
 /// # Errors
 /// In words, when that run has none.
-pub(crate) fn draws_file(path: &Path, name: &str) -> Result<PathBuf, String> {
+pub(crate) fn sample_file(path: &Path, name: &str) -> Result<PathBuf, String> {
     let is_report = path.extension().is_some_and(|ending| ending == "json");
-    if is_report { beside(path, name) } else { Ok(path.to_owned()) }
+    if is_report { file_beside_report(path, name) } else { Ok(path.to_owned()) }
 }
 
 /// The file of draws beside a report: the only one, or that of this name.
-fn beside(report: &Path, name: &str) -> Result<PathBuf, String> {
+fn file_beside_report(report: &Path, name: &str) -> Result<PathBuf, String> {
     let text = diagnostics::read_text_bounded(report, LARGEST);
     let text = text.map_err(|error| format!("cannot read {}: {error}", report.display()))?;
     let parsed: serde_json::Value = serde_json::from_str(&text)
@@ -62,7 +62,7 @@ fn beside(report: &Path, name: &str) -> Result<PathBuf, String> {
 }
 
 /// The columns of a file by their names, the unit of each in brackets behind it.
-fn lines(path: &Path) -> Result<Axis, String> {
+fn read_table(path: &Path) -> Result<Axis, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let text = diagnostics::read_text_bounded(path, LARGEST);
     let text = text.map_err(|error| wrong(format!("cannot read it: {error}")))?;
@@ -92,11 +92,11 @@ fn lines(path: &Path) -> Result<Axis, String> {
     let mut levels = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| wrong(error.to_string()))?;
-        if let Some(place) = record.iter().position(str::is_empty) {
+        if let Some(index) = record.iter().position(str::is_empty) {
             let line = record.position().map_or(0, csv::Position::line);
-            return Err(wrong(format!("line {line}: `{}` has no value", names[place])));
+            return Err(wrong(format!("line {line}: `{}` has no value", names[index])));
         }
-        let seed = names.iter().position(|name| name == "seed").and_then(|place| record.get(place));
+        let seed = names.iter().position(|name| name == "seed").and_then(|index| record.get(index));
         if let Some(seed) = seed.filter(|text| !text.parse::<i64>().is_ok_and(|it| it >= 0)) {
             let line = record.position().map_or(0, csv::Position::line);
             return Err(wrong(format!(

@@ -5,7 +5,7 @@ use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Value, Variability};
 use ssp::{Connection, Start, System};
 
-use super::{conversion, toml, wrong};
+use super::{conversion, error_at, toml};
 
 /// Whether a variable takes its value before the run, section 5.3.2.1: what is connected to it is a start value.
 pub(super) fn is_parameter(variable: &Variable) -> bool {
@@ -15,11 +15,11 @@ pub(super) fn is_parameter(variable: &Variable) -> bool {
 /// Whether what is connected to a variable is its start value. A tunable parameter takes what an FMU computes during the run, as an input
 /// does.
 pub(super) fn is_start(source: &Variable, target: &Variable) -> bool {
-    let tuned = target.variability == Variability::Tunable && !is_known(source);
+    let tuned = target.variability == Variability::Tunable && !is_fixed(source);
     is_parameter(target) && !(tuned && target.causality == Causality::Parameter)
 }
 
-fn is_known(source: &Variable) -> bool {
+fn is_fixed(source: &Variable) -> bool {
     source.variability == Variability::Constant || is_parameter(source)
 }
 
@@ -33,16 +33,16 @@ pub(super) fn value(
     (source, target): (&Variable, &Variable),
 ) -> Result<String, Error> {
     let Connection { from, to, way } = connection;
-    let known = is_known(source);
+    let known = is_fixed(source);
     let component = system.components.get(from.component);
     let bound = component.and_then(|it| it.starts.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {
         let value = super::start_number(bound, source)?;
-        return converted(connection, value, (source, target));
+        return start_value(connection, value, (source, target));
     }
     match source.start_value().filter(|_| known) {
-        Some(value) => converted(connection, written(&value, source), (source, target)),
-        None => Err(wrong(
+        Some(value) => start_value(connection, ssp_value(&value, source), (source, target)),
+        None => Err(error_at(
             &way.place,
             format!(
                 "expected a constant or a parameter for the parameter `{}`, found `{}`, which is {:?}: its FMU computes it when all parameters are set already; bind the value in a ParameterBinding",
@@ -52,7 +52,7 @@ pub(super) fn value(
     }
 }
 
-fn converted(
+fn start_value(
     connection: &Connection,
     value: ssp::Value,
     (source, target): (&Variable, &Variable),
@@ -68,12 +68,12 @@ fn converted(
         place: way.place.clone(),
     };
     let value = start.converted(factor, offset).ok_or_else(|| {
-        wrong(&way.place, "expected a number for a conversion or transformation, found none")
+        error_at(&way.place, "expected a number for a conversion or transformation, found none")
     })?;
     Ok(toml(&value, target))
 }
 
-fn written(value: &Value, variable: &Variable) -> ssp::Value {
+fn ssp_value(value: &Value, variable: &Variable) -> ssp::Value {
     let item = |number: i128| {
         let mut items = variable.items.iter();
         let item = items.find(|item| i128::from(item.value) == number);

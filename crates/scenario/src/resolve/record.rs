@@ -3,8 +3,8 @@
 use diagnostics::{Error, Mistakes, suggest};
 use recording::{Column, Columns, Full, Selection};
 
+use crate::document::Scenario;
 use crate::pattern::matches;
-use crate::words::Scenario;
 
 /// Finds the patterns of `[record]` that no variable fits.
 fn check(scenario: &Scenario, columns: &Columns<Full>) -> Result<(), Error> {

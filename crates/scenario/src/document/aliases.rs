@@ -10,7 +10,7 @@ use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::recorded_file::{Column, ColumnWord};
+use super::table_file::{Column, ColumnEntry};
 
 /// A file of aliases.
 #[derive(Debug)]
@@ -21,7 +21,7 @@ pub(crate) struct Aliases {
 }
 
 /// The columns of an alias: one, or several of which the first one is taken that a file has.
-struct Candidates(Vec<Spanned<ColumnWord>>);
+struct Candidates(Vec<Spanned<ColumnEntry>>);
 
 impl<'de> Deserialize<'de> for Candidates {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -35,12 +35,12 @@ impl<'de> Deserialize<'de> for Candidates {
 
             fn visit_str<E>(self, text: &str) -> Result<Candidates, E> {
                 // Its place is that of the whole entry.
-                Ok(Candidates(vec![Spanned::new(0..0, ColumnWord::Name(text.to_owned()))]))
+                Ok(Candidates(vec![Spanned::new(0..0, ColumnEntry::Name(text.to_owned()))]))
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Candidates, A::Error> {
                 let table = MapAccessDeserializer::new(map);
-                let word = Column::deserialize(table).map(Box::new).map(ColumnWord::Whole);
+                let word = Column::deserialize(table).map(Box::new).map(ColumnEntry::Whole);
                 Ok(Candidates(vec![Spanned::new(0..0, word?)]))
             }
 
@@ -76,7 +76,7 @@ impl Aliases {
                 let message = format!("expected at least one column for `{}`", name.get_ref());
                 return Err(source.error(place, message, ""));
             }
-            let placed = |word: Spanned<ColumnWord>| match word.span().is_empty() {
+            let placed = |word: Spanned<ColumnEntry>| match word.span().is_empty() {
                 true => Spanned::new(place.clone(), word.into_inner()),
                 false => word,
             };

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::one_or_more::{OneOrMore, one_or_more};
-use super::recorded_file::recorded_file;
+use super::table_file::table_file;
 use crate::build_request::BuildRequest;
 
 /// An FMU. It comes from an archive (`path`) or from a package of the workspace (`crate`).
@@ -144,7 +144,7 @@ pub(super) fn build_request(
     Some(BuildRequest { package, example: example.map(|word| word.get_ref().clone()) })
 }
 
-recorded_file! {
+table_file! {
     /// A recorded file that is played back: the log of a data logger, a CSV file or an MCAP recording.
     ///
     /// ```toml

@@ -5,14 +5,18 @@ use fmu_import::description::{Type, Variable};
 use ssp::{Transformation, Way};
 use units::Unit;
 
-use super::wrong;
+use super::error_at;
 
 fn numbers(of: Type) -> bool {
     !matches!(of, Type::String | Type::Binary)
 }
 
 /// What stands in a connection besides its ends.
-pub(super) fn way_words(way: &Way, source: &Variable, target: &Variable) -> Result<String, Error> {
+pub(super) fn conversion_keys(
+    way: &Way,
+    source: &Variable,
+    target: &Variable,
+) -> Result<String, Error> {
     let convert = match (source.kind, target.kind) {
         (a, b) if a == b => "",
         (Type::Boolean, Type::Integer) => "\nconvert = \"boolean_to_integer\"",
@@ -22,13 +26,15 @@ pub(super) fn way_words(way: &Way, source: &Variable, target: &Variable) -> Resu
         (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
         (a, b) => {
             let message = format!("expected connectors of one type, found {a:?} and {b:?}");
-            return Err(wrong(&way.place, message));
+            return Err(error_at(&way.place, message));
         }
     };
     if !numbers(target.kind) {
         return match way.transformation.is_identity() {
             true => Ok(String::new()),
-            false => Err(wrong(&way.place, "expected numbers for a transformation, found texts")),
+            false => {
+                Err(error_at(&way.place, "expected numbers for a transformation, found texts"))
+            }
         };
     }
     let (factor, offset) = conversion(way, source, target)?;
@@ -45,7 +51,7 @@ pub(super) fn way_words(way: &Way, source: &Variable, target: &Variable) -> Resu
             let item = |variable: &Variable, name: &str| {
                 let found = variable.items.iter().find(|item| item.name == *name);
                 found.map(|item| item.value as f64).ok_or_else(|| {
-                    wrong(&way.place, format!("`{}` has no item `{name}`", variable.name))
+                    error_at(&way.place, format!("`{}` has no item `{name}`", variable.name))
                 })
             };
             let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
@@ -63,12 +69,12 @@ fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
 /// The unit of a connector, or else that of the variable behind it, with a name for messages.
 pub(super) fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
     match of {
-        Some(unit) => Some((variable.scale(known(unit)?), unit.name.clone())),
+        Some(unit) => Some((variable.scale(parse_unit(unit)?), unit.name.clone())),
         None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
     }
 }
 
-pub(super) fn known(unit: &ssp::Unit) -> Option<Unit> {
+pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
     let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
     let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
     // The reader of the system has refused what cannot convert.
@@ -96,7 +102,7 @@ pub(super) fn conversion(
         let message = format!(
             "`{one}` [{from}] and `{other}` [{to}]: one is a difference (relativeQuantity), the other a point on a scale with a shifted zero: connect two of one sort, or set suppressUnitConversion"
         );
-        return Err(wrong(&way.place, message));
+        return Err(error_at(&way.place, message));
     }
     let found = Unit::conversion(&a, &b).ok_or_else(|| {
         let message = format!(
@@ -104,10 +110,10 @@ pub(super) fn conversion(
             a.dimension(),
             b.dimension()
         );
-        wrong(&way.place, message)
+        error_at(&way.place, message)
     })?;
     match way.assumes_equal_units && found != same {
-        true => Err(wrong(
+        true => Err(error_at(
             &way.place,
             format!(
                 "expected equal units at both ends, found [{from}] and [{to}]: give the connectors between them units"

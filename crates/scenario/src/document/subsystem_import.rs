@@ -7,25 +7,25 @@ use toml::Spanned;
 use toml::de::DeTable;
 
 use super::subsystem::label;
-use super::system::{self, Imparted, Role, Stepping};
-use super::{Algorithm, Imported};
+use super::system::{self, PartSettings, Stepping, SystemPart};
+use super::{Algorithm, SystemImport};
 
 /// An entry of `[[system]]`.
-struct Entry {
+struct SystemEntry {
     name: String,
     /// Whether the scenario gives the name.
     named: bool,
     /// The place of the name, or else that of the path.
-    place: Range<usize>,
+    span: Range<usize>,
     path: Spanned<String>,
     variant: Option<Spanned<String>>,
     unconnected: bool,
 }
 
 /// A node of the scenario or of a system.
-struct Node {
+struct NodeName {
     name: String,
-    place: Range<usize>,
+    span: Range<usize>,
     /// The system that it is a part of.
     system: Option<String>,
     /// Whether it is an FMU, and whether its words name the archive or package.
@@ -33,7 +33,7 @@ struct Node {
 }
 
 /// What the scenario says of its run, each with the place where it says so.
-struct Setting {
+struct OuterSettings {
     step: Option<f64>,
     stops: bool,
     times: Option<String>,
@@ -45,18 +45,21 @@ struct Setting {
 ///
 /// # Errors
 /// When one of them cannot be used, or its names are taken.
-pub(super) fn texts(source: &Source, table: &DeTable) -> Result<Vec<(TextFile, Imported)>, Error> {
-    let mut setting = Setting::of(source, table);
+pub(super) fn import_subsystems(
+    source: &Source,
+    table: &DeTable,
+) -> Result<Vec<(TextFile, SystemImport)>, Error> {
+    let mut outer = OuterSettings::read(source, table);
     let (mut nodes, mut names, mut added) = (nodes(table), Vec::new(), Vec::new());
     let mut mistakes = Mistakes::default();
     for entry in tables(table, "system").filter_map(entry) {
         let free = name_is_free(source, &entry, &names, &nodes);
         names.push((entry.name.clone(), entry.named));
-        let made = free.and_then(|()| imparted(source, &entry, &setting));
+        let made = free.and_then(|()| import_part(source, &entry, &outer));
         let Some(mut made) = mistakes.take(made) else { continue };
         mistakes.take(nodes_are_free(source, &entry, &mut made, &mut nodes));
-        made.imported.stepping = Some(setting.after(&entry, &made));
-        added.push((made.file, made.imported));
+        made.import.stepping = Some(outer.stepping_of(&entry, &made));
+        added.push((made.file, made.import));
     }
     mistakes.finish().map(|()| added)
 }
@@ -74,26 +77,26 @@ fn text(table: &DeTable, key: &str) -> Option<Spanned<String>> {
 }
 
 /// An entry with a path; the schema tells what else is wrong with one.
-fn entry(table: &DeTable) -> Option<Entry> {
+fn entry(table: &DeTable) -> Option<SystemEntry> {
     let path = text(table, "path")?;
     let given = text(table, "name");
-    let (named, place) = (given.is_some(), given.as_ref().unwrap_or(&path).span());
+    let (named, span) = (given.is_some(), given.as_ref().unwrap_or(&path).span());
     let name = label(given.as_ref().map(|name| name.get_ref().as_str()), path.get_ref());
     let unconnected = text(table, "unconnected").is_some();
-    Some(Entry { name, named, place, path, variant: text(table, "variant"), unconnected })
+    Some(SystemEntry { name, named, span, path, variant: text(table, "variant"), unconnected })
 }
 
 /// The nodes of the scenario itself.
-fn nodes(table: &DeTable) -> Vec<Node> {
+fn nodes(table: &DeTable) -> Vec<NodeName> {
     let of = |list: &'static str| {
         tables(table, list).filter_map(move |entry| {
             let word = text(entry, "name")?;
-            let place = word.span();
+            let span = word.span();
             let named = word.into_inner();
             // A signal is `node.variable`.
             let name = named.split('.').next().unwrap_or_default().to_owned();
             let comes = entry.contains_key("path") || entry.contains_key("crate");
-            Some(Node { name, place, system: None, fmu: (list == "fmu").then_some(comes) })
+            Some(NodeName { name, span, system: None, fmu: (list == "fmu").then_some(comes) })
         })
     };
     of("fmu").chain(of("signal")).chain(of("table")).collect()
@@ -101,12 +104,12 @@ fn nodes(table: &DeTable) -> Vec<Node> {
 
 fn name_is_free(
     source: &Source,
-    entry: &Entry,
+    entry: &SystemEntry,
     names: &[(String, bool)],
-    nodes: &[Node],
+    nodes: &[NodeName],
 ) -> Result<(), Error> {
-    let Entry { name, named, place, .. } = entry;
-    let wrong = |message: String| source.error(place.clone(), message, "");
+    let SystemEntry { name, named, span, .. } = entry;
+    let wrong = |message: String| source.error(span.clone(), message, "");
     if name.is_empty() || name.contains(['.', '"', '\\']) {
         let message = format!("expected a name without `.`, `\"` and `\\`, found {name:?}");
         return Err(wrong(message));
@@ -122,7 +125,7 @@ fn name_is_free(
     }
     match nodes.iter().find(|node| node.name == *name) {
         None => Ok(()),
-        Some(Node { system: Some(system), .. }) => {
+        Some(NodeName { system: Some(system), .. }) => {
             let message = format!("`{name}` is a node of the system `{system}` already");
             Err(wrong(message).help("give the system another `name`"))
         }
@@ -132,8 +135,12 @@ fn name_is_free(
 }
 
 /// The text of an entry.
-fn imparted(source: &Source, entry: &Entry, setting: &Setting) -> Result<Imparted, Error> {
-    let Entry { name, path: word, variant, unconnected, .. } = entry;
+fn import_part(
+    source: &Source,
+    entry: &SystemEntry,
+    outer: &OuterSettings,
+) -> Result<SystemPart, Error> {
+    let SystemEntry { name, path: word, variant, unconnected, .. } = entry;
     let path = source.folder(word.span()).join(word.get_ref());
     if path.exists() && !system::is_system(&path) {
         let message = format!("expected a system of SSP, found {}", path.display());
@@ -141,9 +148,10 @@ fn imparted(source: &Source, entry: &Entry, setting: &Setting) -> Result<Imparte
             "a system is an .ssp archive, its folder or its .ssd file; `extends` takes a scenario, `[[fmu]]` an FMU",
         ));
     }
-    let role = Role { name, unconnected: *unconnected, step: setting.step, stops: setting.stops };
+    let settings =
+        PartSettings { name, unconnected: *unconnected, step: outer.step, stops: outer.stops };
     let chosen = variant.as_ref().map(|variant| variant.get_ref().as_str());
-    system::imparted(&path, chosen, &role).map_err(|found| {
+    system::import_part(&path, chosen, &settings).map_err(|found| {
         let place = variant.as_ref().filter(|_| found.variant).unwrap_or(word).span();
         let message = format!("the system cannot be used: {}", found.error);
         source.error(place, message, "").hint(found.hint)
@@ -154,47 +162,47 @@ fn imparted(source: &Source, entry: &Entry, setting: &Setting) -> Result<Imparte
 /// changes that one.
 fn nodes_are_free(
     source: &Source,
-    entry: &Entry,
-    made: &mut Imparted,
-    nodes: &mut Vec<Node>,
+    entry: &SystemEntry,
+    made: &mut SystemPart,
+    nodes: &mut Vec<NodeName>,
 ) -> Result<(), Error> {
     let mut mistakes = Mistakes::default();
     let system = &entry.name;
     for name in &made.nodes {
         match nodes.iter().find(|node| node.name == *name) {
-            Some(Node { system: None, fmu: Some(false), .. }) | None => {}
-            Some(Node { system: None, fmu: Some(true), place, .. }) => {
-                let position = source.position(place.start);
-                made.imported.notes.push(format!(
+            Some(NodeName { system: None, fmu: Some(false), .. }) | None => {}
+            Some(NodeName { system: None, fmu: Some(true), span, .. }) => {
+                let position = source.position(span.start);
+                made.import.notes.push(format!(
                     "{position}: `{name}` takes the place of the FMU of this name in the system `{system}`"
                 ));
             }
-            Some(Node { system: None, fmu: None, place, .. }) => {
+            Some(NodeName { system: None, fmu: None, span, .. }) => {
                 let message = format!("`{name}` is a node of the system `{system}` already");
-                let error = source.error(place.clone(), message, "");
+                let error = source.error(span.clone(), message, "");
                 mistakes.push(error.help("rename this one, or give the system another `name`"));
             }
-            Some(Node { system: Some(other), .. }) => {
+            Some(NodeName { system: Some(other), .. }) => {
                 let message = format!(
                     "the systems `{other}` and `{system}` would both have a node called `{name}`"
                 );
-                let error = source.error(entry.place.clone(), message, "");
+                let error = source.error(entry.span.clone(), message, "");
                 mistakes.push(error.help("give one of them another `name`"));
             }
         }
     }
-    nodes.extend(made.nodes.iter().map(|name| Node {
+    nodes.extend(made.nodes.iter().map(|name| NodeName {
         name: name.clone(),
-        place: entry.place.clone(),
+        span: entry.span.clone(),
         system: Some(system.clone()),
         fmu: None,
     }));
     mistakes.finish()
 }
 
-impl Setting {
-    fn of(source: &Source, table: &DeTable) -> Self {
-        let at = |place: &Range<usize>| source.position(place.start);
+impl OuterSettings {
+    fn read(source: &Source, table: &DeTable) -> Self {
+        let at = |span: &Range<usize>| source.position(span.start);
         let inner = |list: &str, key: &str| {
             let value = table.get(list)?.get_ref().as_table()?.get(key)?;
             Some((source.letters(value.span()).to_owned(), at(&value.span())))
@@ -215,7 +223,7 @@ impl Setting {
             }
             _ => None,
         };
-        Setting {
+        OuterSettings {
             step: step.and_then(|(text, _)| number(&text)),
             stops: stop.is_some(),
             times,
@@ -227,7 +235,11 @@ impl Setting {
     }
 
     /// The note about the times and the algorithm that a system runs with; the first system may give the times of all.
-    fn after(&mut self, Entry { name, .. }: &Entry, Imparted { times, .. }: &Imparted) -> Stepping {
+    fn stepping_of(
+        &mut self,
+        SystemEntry { name, .. }: &SystemEntry,
+        SystemPart { times, .. }: &SystemPart,
+    ) -> Stepping {
         let (step, taken) = times;
         self.step = Some(*step);
         self.stops = true;

@@ -3,14 +3,14 @@
 use std::path::Path;
 
 /// The scenario in the annotation of a system.
-pub(crate) enum Annotated<'a> {
+pub(crate) enum ScenarioAnnotation<'a> {
     /// It is of this system.
     Current(&'a str),
     /// It cannot be used, for this reason.
     Stale(String),
 }
 
-impl<'a> Annotated<'a> {
+impl<'a> ScenarioAnnotation<'a> {
     /// The type of the annotation.
     pub const KIND: &'static str = "org.trackside.scenario";
     /// The namespace of the element in it.
@@ -25,16 +25,16 @@ impl<'a> Annotated<'a> {
         };
         let (path, kind) = (path.display(), Self::KIND);
         if attribute("version") != "1" {
-            return Some(Annotated::Stale(format!(
+            return Some(ScenarioAnnotation::Stale(format!(
                 "{path}: the annotation {kind} is of version `{}`, this program reads 1: the system is used without it",
                 attribute("version")
             )));
         }
         if attribute("system") != system.fingerprint() {
-            return Some(Annotated::Stale(format!(
+            return Some(ScenarioAnnotation::Stale(format!(
                 "{path}: the system was changed after its annotation {kind} was written: the system counts, what the annotation says of signals, effects, checks and all else is left out"
             )));
         }
-        Some(Annotated::Current(&found.text))
+        Some(ScenarioAnnotation::Current(&found.text))
     }
 }

@@ -4,24 +4,26 @@ use diagnostics::{Error, Mistakes};
 use expression::SignalUnit;
 use plugin::Wanted;
 
-use super::super::logs::{self, Asked, Log, LogColumn};
-use super::{read_unit, wire};
+use super::super::logs::{self, AliasRequest, Log, LogColumn};
+use super::{SourceSignal, wire};
+use crate::document::{Aliases, AnalysisTable, Column, Scenario};
 use crate::plan::{Origin, Wired};
-use crate::words::{Aliases, AnalysisTable, Column, Scenario};
 
 /// The signal that says which of several logs a row is from, 1, 2 and so on: an analysis that declares it gets it.
 const LOG: &str = "log";
 
 /// Reads the log with what the analysis takes of it.
-pub fn read(
+pub fn read_log(
     scenario: &Scenario,
-    (table, aliases): (&AnalysisTable, Option<&Aliases>),
-    asked: &[Wanted],
+    table: &AnalysisTable,
+    aliases: Option<&Aliases>,
+    needs: &[Wanted],
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    let mut log = logs::read(scenario, (table.file(), aliases), Asked::Needs(asked), warnings)?;
+    let mut log =
+        logs::read(scenario, table.file(), aliases, AliasRequest::Needs(needs), warnings)?;
     keep_during(scenario, table, &mut log)?;
-    let number = asked.iter().any(|need| need.name == LOG);
+    let number = needs.iter().any(|need| need.name == LOG);
     if number && log.columns.iter().all(|column| column.name != LOG) {
         log.table.number_logs(LOG);
     }
@@ -49,11 +51,11 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
 }
 
 /// The columns of the log, in the units that the analysis wants.
-pub fn wired(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired> {
+pub fn wire_columns(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired> {
     let mut wired = Vec::new();
-    for (place, column) in log.columns.iter().enumerate() {
+    for (index, column) in log.columns.iter().enumerate() {
         let wanted = needs.iter().find(|it| it.name == column.name);
-        let made = wanted.map(|wanted| wire_column(wanted, place, column));
+        let made = wanted.map(|wanted| wire_column(wanted, index, column));
         wired.extend(made.and_then(|made| mistakes.take(made)));
     }
     if log.table.names().len() > log.columns.len() {
@@ -64,19 +66,19 @@ pub fn wired(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired>
 }
 
 /// A column of a log, in the unit that the plugin wants.
-fn wire_column(wanted: &Wanted, place: usize, of: &LogColumn) -> Result<Wired, Error> {
-    let LogColumn { column: Column { column, unit: word, .. }, source, unit, .. } = of;
-    let written =
-        (source.as_ref(), word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());
-    let cure = |unit: &str| {
+fn wire_column(wanted: &Wanted, index: usize, of: &LogColumn) -> Result<Wired, Error> {
+    let LogColumn { column: Column { column, unit: word, .. }, source: file, unit, .. } = of;
+    let span = word.as_ref().unwrap_or(column).span();
+    let source = SourceSignal { file, span, name: column.get_ref() };
+    let help = |unit: &str| {
         format!("say which unit it has: unit = \"{unit}\" in the column `{}`", wanted.name)
     };
     let unit = match unit {
         None => SignalUnit::Missing,
         Some(name) => {
-            let unit = read_unit(&written, name).map_err(|it| it.help(cure("m/s")))?;
+            let unit = source.parse_unit(name).map_err(|it| it.help(help("m/s")))?;
             SignalUnit::Known(unit, name.to_owned())
         }
     };
-    wire(wanted, (Origin::Log(place), unit), written, &cure)
+    wire(wanted, Origin::Log(index), unit, source, &help)
 }

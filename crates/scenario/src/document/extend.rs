@@ -1,4 +1,4 @@
-//! Merges a scenario into the one that it extends, with each word's place.
+//! Merges a scenario into the one that it extends, with each word's span.
 
 use std::ops::Range;
 
@@ -15,38 +15,35 @@ const NAMES: [&str; 6] = ["name", "to", "title", "input", "label", "node"];
 
 /// A mistake at a word.
 #[derive(Debug)]
-pub(super) struct Wrong {
-    pub place: Range<usize>,
+pub(super) struct MergeError {
+    pub span: Range<usize>,
     pub message: String,
     pub help: Option<String>,
 }
-
-/// Takes the mistakes that are found on the way.
-type Mistakes<'m> = &'m mut Vec<Wrong>;
 
 /// Merges `changes` into `base`. Tables are merged key by key. In lists at the top level and in `[view]` an entry with the
 /// name of an inherited one changes that one, others are added; all other values replace the inherited ones.
 pub(super) fn extend<'a>(
     base: Spanned<DeTable<'a>>,
     changes: Spanned<DeTable<'a>>,
-    mistakes: Mistakes,
+    errors: &mut Vec<MergeError>,
 ) -> Spanned<DeTable<'a>> {
     let mut merged = base.into_inner();
     for key in ["extends", "variant", "without"] {
         merged.remove(key);
     }
-    let (place, changes) = (changes.span(), changes.into_inner());
+    let (span, changes) = (changes.span(), changes.into_inner());
     if let Some(DeValue::Table(without)) = changes.get("without").map(Spanned::get_ref) {
-        leave_out(&mut merged, without, mistakes);
+        remove_entries(&mut merged, without, errors);
     }
     merge(&mut merged, changes, &mut |key, old, new| match (key, old, new) {
         ("view", DeValue::Table(mut old), DeValue::Table(new)) => {
-            merge(&mut old, new, &mut |key, old, new| merge_value(key, (old, new), mistakes));
+            merge(&mut old, new, &mut |key, old, new| merge_value(key, (old, new), errors));
             DeValue::Table(old)
         }
-        (_, old, new) => merge_value(key, (old, new), mistakes),
+        (_, old, new) => merge_value(key, (old, new), errors),
     });
-    Spanned::new(place, merged)
+    Spanned::new(span, merged)
 }
 
 /// Merges key by key; `both` says what becomes of a key that both have.
@@ -56,12 +53,12 @@ fn merge<'a>(
     both: &mut dyn FnMut(&str, DeValue<'a>, DeValue<'a>) -> DeValue<'a>,
 ) {
     for (key, value) in new {
-        // The key goes, too: its place is that of the new one from now on.
+        // The key goes, too: its span is that of the new one from now on.
         let merged = match old.remove(key.get_ref().as_ref()) {
             Some(inherited) => {
-                let place = value.span();
+                let span = value.span();
                 let merged = both(key.get_ref(), inherited.into_inner(), value.into_inner());
-                Spanned::new(place, merged)
+                Spanned::new(span, merged)
             }
             None => value,
         };
@@ -73,11 +70,11 @@ fn merge<'a>(
 fn merge_value<'a>(
     key: &str,
     values: (DeValue<'a>, DeValue<'a>),
-    mistakes: Mistakes,
+    errors: &mut Vec<MergeError>,
 ) -> DeValue<'a> {
     match values {
         (DeValue::Array(old), DeValue::Array(new)) => {
-            DeValue::Array(merge_list(key, old, new, mistakes))
+            DeValue::Array(merge_list(key, old, new, errors))
         }
         (old, new) => overlay(key, old, new),
     }
@@ -98,12 +95,12 @@ fn merge_list<'a>(
     list: &str,
     old: DeArray<'a>,
     new: DeArray<'a>,
-    mistakes: Mistakes,
+    errors: &mut Vec<MergeError>,
 ) -> DeArray<'a> {
     let mut all: Vec<_> = old.into_iter().collect();
     let inherited = all.len();
     for entry in new {
-        let same = |i: &usize| match (name_of(&entry), name_of(&all[*i])) {
+        let same = |i: &usize| match (entry_name(&entry), entry_name(&all[*i])) {
             (Some((name, _)), Some((known, _))) => name == known,
             _ => false,
         };
@@ -115,15 +112,15 @@ fn merge_list<'a>(
         match places[..] {
             [] => all.push(entry),
             // Of a signal's shapes only one can hold.
-            [place] if list == "signal" => all[place] = entry,
-            [place] => change(&mut all[place], entry),
+            [span] if list == "signal" => all[span] = entry,
+            [span] => change(&mut all[span], entry),
             _ => {
                 let message = format!(
                     "the extended scenario has {} [[{list}]] of this name, so it is open which one is changed",
                     places.len()
                 );
-                let place = name_of(&entry).map_or(entry.span(), |(_, place)| place);
-                mistakes.push(Wrong { place, message, help: None });
+                let span = entry_name(&entry).map_or(entry.span(), |(_, span)| span);
+                errors.push(MergeError { span, message, help: None });
             }
         }
     }
@@ -132,11 +129,11 @@ fn merge_list<'a>(
 
 /// Changes an entry of a list key by key.
 fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
-    let place = changes.span();
-    let mut merged = std::mem::replace(entry, Spanned::new(place, DeValue::Boolean(false)));
+    let span = changes.span();
+    let mut merged = std::mem::replace(entry, Spanned::new(span, DeValue::Boolean(false)));
     match (merged.get_mut(), changes.into_inner()) {
         (DeValue::Table(old), DeValue::Table(mut new)) => {
-            // An FMU or a plugin comes from one place.
+            // An FMU or a plugin comes from one span.
             if new.contains_key("path") || new.contains_key("crate") {
                 ["path", "crate", "example"].iter().for_each(|key| drop(old.remove(*key)));
             }
@@ -147,7 +144,7 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
             }
             for table in [&mut *old, &mut new] {
                 if let Some(DeValue::Table(start)) = table.get_mut("start").map(Spanned::get_mut) {
-                    *start = flat(std::mem::take(start), "");
+                    *start = flatten_keys(std::mem::take(start), "");
                 }
             }
             merge(old, new, &mut overlay);
@@ -158,16 +155,16 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
 }
 
 /// The table with the keys of nested ones joined by dots, so that `tire_f.B` and `"tire_f.B"` are the same.
-fn flat<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
+fn flatten_keys<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
     let mut flattened = DeTable::new();
     for (key, value) in table {
-        let (place, name) = (key.span(), format!("{prefix}{}", key.get_ref()));
+        let (key_span, name) = (key.span(), format!("{prefix}{}", key.get_ref()));
         match (value.span(), value.into_inner()) {
             (_, DeValue::Table(inner)) if !text_of::names_file(&inner) => {
-                flattened.extend(flat(inner, &format!("{name}.")))
+                flattened.extend(flatten_keys(inner, &format!("{name}.")))
             }
             (span, value) => {
-                let key = Spanned::new(place, DeString::from(name));
+                let key = Spanned::new(key_span, DeString::from(name));
                 flattened.insert(key, Spanned::new(span, value));
             }
         }
@@ -176,34 +173,35 @@ fn flat<'a>(table: DeTable<'a>, prefix: &str) -> DeTable<'a> {
 }
 
 /// Takes the entries out of lists that `without` names.
-fn leave_out(base: &mut DeTable, without: &DeTable, mistakes: Mistakes) {
+fn remove_entries(base: &mut DeTable, without: &DeTable, errors: &mut Vec<MergeError>) {
     for (kind, names) in without {
         let DeValue::Array(names) = names.get_ref() else { continue };
         match list(base, kind) {
-            Ok(list) => {
-                names.iter().for_each(|name| mistakes.extend(leave_out_of(list, kind, name).err()))
-            }
-            Err(wrong) => mistakes.push(wrong),
+            Ok(list) => names
+                .iter()
+                .for_each(|name| errors.extend(remove_from_list(list, kind, name).err())),
+            Err(wrong) => errors.push(wrong),
         }
     }
 }
 
 /// Takes the entries of this name out of a list.
-fn leave_out_of(
+fn remove_from_list(
     list: &mut DeArray,
     kind: &Spanned<DeString>,
     name: &Spanned<DeValue>,
-) -> Result<(), Wrong> {
+) -> Result<(), MergeError> {
     let Some(pattern) = name.get_ref().as_str() else { return Ok(()) };
-    let named =
-        |entry: &Spanned<DeValue>| name_of(entry).is_some_and(|(known, _)| matches(pattern, known));
+    let named = |entry: &Spanned<DeValue>| {
+        entry_name(entry).is_some_and(|(known, _)| matches(pattern, known))
+    };
     let (gone, kept): (Vec<_>, Vec<_>) =
         std::mem::replace(list, DeArray::new()).into_iter().partition(named);
-    let known = kept.iter().filter_map(|entry| Some(name_of(entry)?.0));
+    let known = kept.iter().filter_map(|entry| Some(entry_name(entry)?.0));
     let unknown = suggest::unknown(&format!("inherited [[{}]]", kind.get_ref()), pattern, known);
     *list = kept.into_iter().collect();
     match gone.is_empty() {
-        true => Err(Wrong { place: name.span(), message: unknown.message, help: unknown.help }),
+        true => Err(MergeError { span: name.span(), message: unknown.message, help: unknown.help }),
         false => Ok(()),
     }
 }
@@ -220,7 +218,7 @@ fn lists(base: &DeTable) -> Vec<String> {
 fn list<'t, 'a>(
     base: &'t mut DeTable<'a>,
     name: &Spanned<DeString>,
-) -> Result<&'t mut DeArray<'a>, Wrong> {
+) -> Result<&'t mut DeArray<'a>, MergeError> {
     let key = name.get_ref().as_ref();
     let known = lists(base);
     let table = match base.contains_key(key) {
@@ -235,13 +233,13 @@ fn list<'t, 'a>(
         _ => {
             let message = format!("the extended scenario has no [[{key}]]");
             let help = suggest::hint(key, known.iter().map(String::as_str));
-            Err(Wrong { place: name.span(), message, help })
+            Err(MergeError { span: name.span(), message, help })
         }
     }
 }
 
-/// The name of an entry of a list, and its place.
-pub(super) fn name_of<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
+/// The name of an entry of a list, and its span.
+pub(super) fn entry_name<'t>(entry: &'t Spanned<DeValue>) -> Option<(&'t str, Range<usize>)> {
     let DeValue::Table(table) = entry.get_ref() else { return None };
     let name = NAMES.iter().find_map(|key| table.get(*key))?;
     Some((name.get_ref().as_str()?, name.span()))

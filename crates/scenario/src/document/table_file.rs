@@ -12,7 +12,7 @@ use serde::{Deserialize, Deserializer};
 
 /// The words of a recorded file, whoever reads it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RecordedFile<'a> {
+pub(crate) struct TableFile<'a> {
     /// At least one.
     pub paths: &'a [Spanned<String>],
     pub aliases: Option<&'a Spanned<String>>,
@@ -25,7 +25,7 @@ pub(crate) struct RecordedFile<'a> {
 }
 
 /// Defines a table of words with those of a recorded file among them. Serde cannot both share words and refuse unknown ones.
-macro_rules! recorded_file {
+macro_rules! table_file {
     ($(#[$about:meta])* pub struct $name:ident { $($own:tt)* }) => {
         $(#[$about])*
         #[derive(Debug, serde::Deserialize, schemars::JsonSchema)]
@@ -34,8 +34,8 @@ macro_rules! recorded_file {
             $($own)*
             /// Log of a data logger, CSV file or MCAP recording, relative to the scenario file. An analysis can have a list: the logs
             /// follow one another, each 10 s behind the end of the one before.
-            #[serde(deserialize_with = "crate::words::one_or_more")]
-            #[schemars(with = "crate::words::OneOrMore", example = &"drive.csv")]
+            #[serde(deserialize_with = "crate::document::one_or_more")]
+            #[schemars(with = "crate::document::OneOrMore", example = &"drive.csv")]
             pub path: Vec<diagnostics::Spanned<String>>,
             /// File of aliases, relative to the scenario file: other names of columns, so that one scenario serves logs of several
             /// loggers. `v_x = ["Ground Speed", { column = "VehSpd", unit = "km/h" }]`: the first column that the log has is taken.
@@ -70,16 +70,16 @@ macro_rules! recorded_file {
             pub unit_row: Option<recording::table::UnitRow>,
             /// Columns by the names of the node's outputs, or of the signals of the plugin: a name of the file or of an alias, or a table.
             /// They may be left out where there are `aliases`: what the plugin takes and the log has is taken, and of a node all of them.
-            #[serde(default, deserialize_with = "crate::words::recorded_file::columns")]
-            #[schemars(with = "std::collections::BTreeMap<String, crate::words::recorded_file::ColumnWord>")]
-            pub columns: std::collections::BTreeMap<diagnostics::Spanned<String>, diagnostics::Spanned<$crate::words::Column>>,
+            #[serde(default, deserialize_with = "crate::document::table_file::columns")]
+            #[schemars(with = "std::collections::BTreeMap<String, crate::document::table_file::ColumnEntry>")]
+            pub columns: std::collections::BTreeMap<diagnostics::Spanned<String>, diagnostics::Spanned<$crate::document::Column>>,
         }
 
         impl $name {
-            pub(crate) fn file(&self) -> $crate::words::RecordedFile<'_> {
+            pub(crate) fn file(&self) -> $crate::document::TableFile<'_> {
                 let $name { path, aliases, time, time_unit, origin, gaps, columns, .. } = self;
                 let $name { separator, decimal, title_row, unit_row, .. } = *self;
-                $crate::words::RecordedFile {
+                $crate::document::TableFile {
                     paths: path,
                     aliases: aliases.as_ref(),
                     time: time.as_ref(),
@@ -93,7 +93,7 @@ macro_rules! recorded_file {
         }
     };
 }
-pub(super) use recorded_file;
+pub(super) use table_file;
 
 /// A column of a recorded file: `v_x = { column = "vx_mps", unit = "m/s" }`, or `v_x = "vx_mps"`.
 ///
@@ -138,7 +138,7 @@ pub struct Column {
 /// A column by its name, or a table.
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
-pub enum ColumnWord {
+pub enum ColumnEntry {
     /// Its name.
     Name(String),
     /// Its name, with unit, gain and more.
@@ -146,23 +146,23 @@ pub enum ColumnWord {
 }
 
 /// Serde's own choice between a text and a table would lose the places in the file.
-impl<'de> Deserialize<'de> for ColumnWord {
+impl<'de> Deserialize<'de> for ColumnEntry {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Either;
         impl<'de> Visitor<'de> for Either {
-            type Value = ColumnWord;
+            type Value = ColumnEntry;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 f.write_str("the name of a column, or a table with `column`")
             }
 
-            fn visit_str<E>(self, text: &str) -> Result<ColumnWord, E> {
-                Ok(ColumnWord::Name(text.to_owned()))
+            fn visit_str<E>(self, text: &str) -> Result<ColumnEntry, E> {
+                Ok(ColumnEntry::Name(text.to_owned()))
             }
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColumnWord, A::Error> {
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<ColumnEntry, A::Error> {
                 let table = MapAccessDeserializer::new(map);
-                Column::deserialize(table).map(|it| ColumnWord::Whole(Box::new(it)))
+                Column::deserialize(table).map(|it| ColumnEntry::Whole(Box::new(it)))
             }
         }
         deserializer.deserialize_any(Either)
@@ -171,11 +171,11 @@ impl<'de> Deserialize<'de> for ColumnWord {
 
 impl Column {
     /// The column of a word.
-    pub(crate) fn of(word: Spanned<ColumnWord>) -> Spanned<Self> {
+    pub(crate) fn of(word: Spanned<ColumnEntry>) -> Spanned<Self> {
         let place = word.span();
         let column = match word.into_inner() {
-            ColumnWord::Whole(column) => *column,
-            ColumnWord::Name(name) => Column {
+            ColumnEntry::Whole(column) => *column,
+            ColumnEntry::Name(name) => Column {
                 column: Spanned::new(place.clone(), name),
                 unit: None,
                 gain: None,
@@ -222,6 +222,6 @@ type Columns = BTreeMap<Spanned<String>, Spanned<Column>>;
 
 /// Reads columns, each as its name or a table.
 pub(super) fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Columns, D::Error> {
-    let words = BTreeMap::<Spanned<String>, Spanned<ColumnWord>>::deserialize(deserializer)?;
+    let words = BTreeMap::<Spanned<String>, Spanned<ColumnEntry>>::deserialize(deserializer)?;
     Ok(words.into_iter().map(|(name, word)| (name, Column::of(word))).collect())
 }

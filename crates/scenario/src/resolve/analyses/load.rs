@@ -10,18 +10,18 @@ use plugin::{Plugin, Wanted};
 use python::analysis::Script;
 
 use crate::build_request::BuildRequest;
+use crate::document::{Aliases, Analysis, Scenario};
 use crate::plan::Analyser;
-use crate::words::{Aliases, Analysis, Scenario};
 
 /// Who does an analysis, and what it wants.
-pub(super) struct Loaded {
+pub(super) struct LoadedAnalyser {
     pub analyser: Analyser,
     /// The library or the script.
     pub path: PathBuf,
     pub needs: Vec<Wanted>,
 }
 
-impl Loaded {
+impl LoadedAnalyser {
     /// The plugin, if it is one.
     pub fn plugin(&self) -> Option<&Plugin> {
         match &self.analyser {
@@ -36,11 +36,11 @@ pub(super) fn load(
     analysis: &Analysis,
     plugins: &BTreeMap<BuildRequest, PathBuf>,
     aliases: Option<&Aliases>,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedAnalyser, Error> {
     let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
         (None, None, _) if analysis.example.is_none() && analysis.python.is_some() => {
             let word = analysis.python.as_ref().ok_or_else(Error::follow_up)?;
-            return script(scenario, (analysis, aliases), word);
+            return script(scenario, analysis, aliases, word);
         }
         _ if analysis.python.is_some() => return Err(ambiguous(scenario, analysis)),
         (Some(path), None, _) if analysis.example.is_none() => {
@@ -58,7 +58,7 @@ pub(super) fn load(
     let loaded = during_plugin(&who, c"loading its library", || Plugin::load(&path));
     let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
     let needs = plugin.needs().to_vec();
-    Ok(Loaded { analyser: Analyser::Plugin(plugin), path, needs })
+    Ok(LoadedAnalyser { analyser: Analyser::Plugin(plugin), path, needs })
 }
 
 fn ambiguous(scenario: &Scenario, analysis: &Analysis) -> Error {
@@ -77,9 +77,10 @@ fn absolute(path: &Path) -> PathBuf {
 /// Loads a script, which takes the signals that it lists, or any.
 fn script(
     scenario: &Scenario,
-    (analysis, aliases): (&Analysis, Option<&Aliases>),
+    analysis: &Analysis,
+    aliases: Option<&Aliases>,
     word: &Spanned<String>,
-) -> Result<Loaded, Error> {
+) -> Result<LoadedAnalyser, Error> {
     let path = absolute(&scenario.source.resolve(word));
     if !path.is_file() {
         let message = format!("expected a Python script, and {} is no file", path.display());
@@ -106,5 +107,5 @@ fn script(
             given.into_iter().map(|name| need(name, "", false)).collect()
         }
     };
-    Ok(Loaded { analyser: Analyser::Python(Mutex::new(Some(loaded))), path, needs })
+    Ok(LoadedAnalyser { analyser: Analyser::Python(Mutex::new(Some(loaded))), path, needs })
 }

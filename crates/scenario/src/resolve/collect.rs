@@ -2,17 +2,17 @@
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, Signal};
-use recording::{Column, Columns, Full};
+use recording::Column;
 
-use super::checks::{inside, known_messages, result_name};
-use super::signal_units::SignalUnits;
+use super::checks::{check_message_counts, result_name, span_within};
+use super::signal_units::RunSignals;
+use crate::document::Scenario;
 use crate::plan::{CollectPlan, Collected};
-use crate::words::Scenario;
 
 /// The values that the scenario collects.
 pub(super) fn resolve(
     scenario: &Scenario,
-    signals: (&Columns<Full>, &SignalUnits),
+    signals: RunSignals,
     mistakes: &mut Mistakes,
 ) -> Vec<CollectPlan> {
     let Some(sweep) = &scenario.document.sweep else { return Vec::new() };
@@ -24,11 +24,11 @@ fn plan(
     scenario: &Scenario,
     name: &Spanned<String>,
     text: &Spanned<String>,
-    (columns, units): (&Columns<Full>, &SignalUnits),
+    RunSignals { columns, units }: RunSignals,
 ) -> Result<CollectPlan, Error> {
     let name = name.get_ref().clone();
     if let Some(result) = result_name(scenario, columns, text.get_ref()) {
-        known_messages(scenario, columns, std::slice::from_ref(&result), text)?;
+        check_message_counts(scenario, columns, std::slice::from_ref(&result), text)?;
         return Ok(CollectPlan { name, unit: None, origin: Collected::Result(result) });
     }
     let resolve = &mut |signal: &str| {
@@ -40,9 +40,9 @@ fn plan(
         let closest = error.unknown.as_deref().and_then(|unknown| {
             suggest::closest_question(unknown, names.iter().map(String::as_str))
         });
-        let place = inside(scenario, text, error.span);
+        let span = span_within(scenario, text, error.span);
         let message = format!("`{name}`: {}", error.message);
-        scenario.source.error(place, message, "here").hint(closest.or(error.help))
+        scenario.source.error(span, message, "here").hint(closest.or(error.help))
     })?;
     if !expression.is_reduction() {
         let message = format!(

@@ -10,17 +10,18 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
-use super::extend::Wrong;
+use super::extend::MergeError;
 use super::{
-    Document, Imported, Scenario, Validation, extend, sizes, standalone, subsystems, system,
+    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import,
+    system,
 };
-use crate::schema::{self, Finding};
+use crate::schema::{self, SchemaViolation};
 
 /// Keys and values of earlier versions, with their names of today.
 const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "xy_plot")];
 
 /// So many mistakes in the form of a file are told at once: a broken one may have tens of thousands.
-const TOLD: usize = 100;
+const MOST_ERRORS: usize = 100;
 
 impl Scenario {
     /// Reads the file at `path`, a scenario, a system of SSP or an FMU that runs by itself, those that it extends, and the scenarios that it is validated by.
@@ -37,8 +38,8 @@ impl Scenario {
     /// As for [`Scenario::read`], and when there is no such variant.
     pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
         if system::is_system(path) {
-            let (file, imported) = system::imported(path, variant)?;
-            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+            let (file, import) = system::import_system(path, variant)?;
+            return read(Source::made(file), &[], vec![Arc::new(import)]);
         }
         if let Some(variant) = variant {
             let message = format!(
@@ -49,8 +50,8 @@ impl Scenario {
                 .help("a scenario chooses one with `variant` beside `extends`"));
         }
         if standalone::is_fmu(path) {
-            let (file, imported) = standalone::imported(path)?;
-            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+            let (file, import) = standalone::import_fmu(path)?;
+            return read(Source::made(file), &[], vec![Arc::new(import)]);
         }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
     }
@@ -84,7 +85,7 @@ impl Scenario {
         let mut values = BTreeMap::new();
         collect_values(
             &self.source,
-            &DeValue::Table(merged(&self.source, &texts)?),
+            &DeValue::Table(merge_files(&self.source, &texts)?),
             "",
             &mut values,
         );
@@ -110,7 +111,7 @@ fn collect_values(
     match value {
         DeValue::Table(table) => table.iter().for_each(|(key, value)| add(key.get_ref(), value)),
         DeValue::Array(list) => list.iter().enumerate().for_each(|(place, value)| {
-            let key = extend::name_of(value).map(|(name, _)| name.to_owned());
+            let key = extend::entry_name(value).map(|(name, _)| name.to_owned());
             add(&key.unwrap_or_else(|| place.to_string()), value);
         }),
         _ => {}
@@ -121,28 +122,28 @@ fn collect_values(
 fn read(
     mut source: Source,
     above: &[PathBuf],
-    mut systems: Vec<Arc<Imported>>,
+    mut systems: Vec<Arc<SystemImport>>,
 ) -> Result<Scenario, Error> {
     let path = source.path().to_owned();
-    follow(&mut source, &mut systems)?;
-    add_parts(&mut source, &mut systems)?;
+    read_bases(&mut source, &mut systems)?;
+    add_subsystems(&mut source, &mut systems)?;
     let document = document(&source)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let above = [above, &[path]].concat();
-    let validations = document.validation.iter().map(|it| validating(&source, it, &above));
+    let validations = document.validation.iter().map(|it| read_validation(&source, it, &above));
     let validations = Mistakes::all(validations)?;
     Ok(Scenario { name, source, document, validations, systems })
 }
 
 /// The scenario of a validation; `above` are those that it validates.
-fn validating(
+fn read_validation(
     source: &Source,
     Validation { scenario: word, .. }: &Validation,
     above: &[PathBuf],
 ) -> Result<Scenario, Error> {
     let path = source.resolve(word);
-    if let Some(trail) = trail(above, &path) {
-        let message = format!("the scenario is validated by itself: {trail}");
+    if let Some(cycle) = cycle(above, &path) {
+        let message = format!("the scenario is validated by itself: {cycle}");
         return Err(source.error(word.span(), message, ""));
     }
     let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
@@ -150,11 +151,11 @@ fn validating(
 }
 
 /// Adds the file that the source extends, the one that this extends, and so on.
-fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
+fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
     let mut paths = vec![source.path().to_owned()];
     loop {
         let text = source.shifted().pop().unwrap_or_default();
-        let table = parsed(source, &text)?;
+        let table = parse(source, &text)?;
         let variant = table.get_ref().get("variant");
         let Some(extends) = table.get_ref().get("extends") else {
             let message = "there is no system to choose a variant of: the scenario extends none";
@@ -163,29 +164,29 @@ fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), E
                 None => Ok(()),
             };
         };
-        let place = extends.span();
+        let span = extends.span();
         let Some(name) = extends.get_ref().as_str() else {
             // What the other file would have brought is not missing.
             let message =
-                format!("expected a text, found {}", schema::found_name(extends.get_ref()));
-            return Err(source.error(place, message, "here"));
+                format!("expected a text, found {}", schema::value_type_name(extends.get_ref()));
+            return Err(source.error(span, message, "here"));
         };
-        let path = source.folder(place.clone()).join(name);
-        if let Some(trail) = trail(&paths, &path) {
-            let message = format!("the scenario extends itself: {trail}");
-            return Err(source.error(place, message, ""));
+        let path = source.folder(span.clone()).join(name);
+        if let Some(cycle) = cycle(&paths, &path) {
+            let message = format!("the scenario extends itself: {cycle}");
+            return Err(source.error(span, message, ""));
         }
         if system::is_system(&path) {
-            let (file, imported) = extended_system(source, &path, place, variant)?;
+            let (file, import) = extended_system(source, &path, span, variant)?;
             source.add_made(file);
-            systems.push(Arc::new(imported));
+            systems.push(Arc::new(import));
         } else {
             if let Some(variant) = variant {
                 let message =
                     "a variant is one of a system of SSP, and the extended file is a scenario";
                 return Err(source.error(variant.span(), message, "here"));
             }
-            source.add(&path, place)?;
+            source.add(&path, span)?;
         }
         paths.push(path);
     }
@@ -195,32 +196,32 @@ fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), E
 fn extended_system(
     source: &Source,
     path: &Path,
-    place: Range<usize>,
+    span: Range<usize>,
     variant: Option<&Spanned<DeValue>>,
-) -> Result<(TextFile, Imported), Error> {
+) -> Result<(TextFile, SystemImport), Error> {
     let name = variant.and_then(|variant| variant.get_ref().as_str());
-    system::imported(path, name).map_err(|found| {
+    system::import_system(path, name).map_err(|found| {
         let word = variant.filter(|_| found.variant);
         let message = format!("the system cannot be used: {}", found.error);
-        source.error(word.map_or(place, Spanned::span), message, "").hint(found.hint)
+        source.error(word.map_or(span, Spanned::span), message, "").hint(found.hint)
     })
 }
 
 /// Adds the systems of `[[system]]` behind the files.
-fn add_parts(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
+fn add_subsystems(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
     let texts = source.shifted();
     // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
     let table = merge(source, &texts, &mut Mistakes::default())?;
     // The first system is the deepest one, so that its nodes come first.
-    for (file, imported) in subsystems::texts(source, &table)?.into_iter().rev() {
+    for (file, import) in subsystem_import::import_subsystems(source, &table)?.into_iter().rev() {
         source.add_made(file);
-        systems.push(Arc::new(imported));
+        systems.push(Arc::new(import));
     }
     Ok(())
 }
 
 /// The circle from one of `paths` to `path`, if there is one.
-fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
+fn cycle(paths: &[PathBuf], path: &Path) -> Option<String> {
     let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     let begin = paths.iter().position(|other| real(other) == real(path))?;
     let way = paths[begin..].iter().map(|path| path.display().to_string());
@@ -228,7 +229,7 @@ fn trail(paths: &[PathBuf], path: &Path) -> Option<String> {
 }
 
 /// The tables of all files, merged; `texts` are the shifted ones.
-pub(crate) fn merged<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+pub(crate) fn merge_files<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
     let mut mistakes = Mistakes::default();
     let merged = merge(source, texts, &mut mistakes)?;
     mistakes.finish().map(|()| merged)
@@ -240,20 +241,20 @@ fn merge<'t>(
     texts: &'t [String],
     mistakes: &mut Mistakes,
 ) -> Result<DeTable<'t>, Error> {
-    let parsed = texts.iter().map(|text| parsed(source, text));
+    let parsed = texts.iter().map(|text| parse(source, text));
     let files = Mistakes::all(parsed)?.into_iter().rev();
     let mut misfits = Vec::new();
     let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut misfits));
-    for Wrong { place, message, help } in misfits {
-        mistakes.push(source.error(place, message, "").hint(help));
+    for MergeError { span, message, help } in misfits {
+        mistakes.push(source.error(span, message, "").hint(help));
     }
     Ok(merged.map(Spanned::into_inner).unwrap_or_default())
 }
 
 /// The table of a file.
-fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
+fn parse<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
     let (table, errors) = DeTable::parse_recoverable(text);
-    let told = errors.iter().take(TOLD).map(|error| wrong(source, error));
+    let told = errors.iter().take(MOST_ERRORS).map(|error| parse_error(source, error));
     told.collect::<Mistakes>().finish().map(|()| table)
 }
 
@@ -261,11 +262,11 @@ fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Er
 fn document(source: &Source) -> Result<Document, Error> {
     let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
     let merged = merge(source, &texts, &mut mistakes)?;
-    for (place, message) in sizes::absurd(&merged).into_iter().take(TOLD) {
-        mistakes.push(source.error(place, message, "here"));
+    for (span, message) in magnitudes::out_of_range(&merged).into_iter().take(MOST_ERRORS) {
+        mistakes.push(source.error(span, message, "here"));
     }
     let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
-    let document = document.map_err(|error| misshapen(source, &merged, &error));
+    let document = document.map_err(|error| schema_errors(source, &merged, &error));
     let document = document.and_then(|document| without_base(source, &document).map(|()| document));
     let document = mistakes.take(document);
     mistakes.finish()?;
@@ -282,22 +283,25 @@ fn without_base(source: &Source, document: &Document) -> Result<(), Error> {
 }
 
 /// The error of a parser, at its place.
-fn wrong(source: &Source, error: &toml::de::Error) -> Error {
+fn parse_error(source: &Source, error: &toml::de::Error) -> Error {
     let end = source.files().next().map_or(0, |file| file.text.len());
     source.error(error.span().unwrap_or(end..end), error.message(), "here")
 }
 
 /// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
-fn misshapen(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
-    let found = schema::findings(super::schema(), 0..0, merged);
-    let found = found.into_iter().take(TOLD);
-    let found: Mistakes = found.map(|finding| told(source, finding)).collect();
+fn schema_errors(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
+    let found = schema::validate(super::schema(), 0..0, merged);
+    let found = found.into_iter().take(MOST_ERRORS);
+    let found: Mistakes = found.map(|finding| schema_error(source, finding)).collect();
     // Of what the schema does not tell, the parser tells the first.
-    found.finish().err().unwrap_or_else(|| wrong(source, error))
+    found.finish().err().unwrap_or_else(|| parse_error(source, error))
 }
 
 /// A word that breaks the schema, with its cure.
-fn told(source: &Source, Finding { span, unknown, message, help }: Finding) -> Error {
+fn schema_error(
+    source: &Source,
+    SchemaViolation { span, unknown, message, help }: SchemaViolation,
+) -> Error {
     let renamed = unknown.and_then(|(name, known)| {
         let (old, new) =
             RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;
@@ -321,12 +325,16 @@ mod tests {
             (&["analysis", "0", "name"], "name"),
             (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
         ] {
-            assert_eq!(scenario.place(path).map(|(_, span)| &text[span]), Some(word), "{path:?}");
+            assert_eq!(
+                scenario.span_of_keys(path).map(|(_, span)| &text[span]),
+                Some(word),
+                "{path:?}"
+            );
         }
-        assert_eq!(scenario.place(&["unknown"]), None);
+        assert_eq!(scenario.span_of_keys(&["unknown"]), None);
         let schema = serde_json::json!({"type": "object", "additionalProperties": false,
             "properties": {"smoothing": {"type": "object"}}});
-        let found = scenario.findings(&["analysis", "0", "config"], &schema);
+        let found = scenario.schema_violations(&["analysis", "0", "config"], &schema);
         assert_eq!(found.first().map(|it| &text[it.span.clone()]), Some("smooth"));
     }
 }

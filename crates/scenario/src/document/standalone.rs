@@ -6,8 +6,10 @@ use diagnostics::{Error, TextFile};
 use fmu_import::Fmu;
 use fmu_import::description::Type;
 
-use super::Imported;
-use super::system::{Given, Origin, Proposed, node_name, proposed, quoted};
+use super::SystemImport;
+use super::system::{
+    DefaultExperiment, ExperimentSettings, ExperimentTime, default_experiment, node_name, quoted,
+};
 
 /// What the command line says of the run of an FMU.
 #[derive(Debug, Clone, Default)]
@@ -39,10 +41,10 @@ pub fn standalone(fmu: &Path, file: &Path, options: &StandaloneOptions) -> Resul
 }
 
 /// The scenario of an FMU, as the text of a file beside it.
-pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
+pub(super) fn import_fmu(path: &Path) -> Result<(TextFile, SystemImport), Error> {
     let fmu = open(path)?;
     let (times, mut notes) = times(path, &fmu)?;
-    let Proposed { start, step, stop } = &times;
+    let DefaultExperiment { start, step, stop } = &times;
     notes.push(format!(
         "{} runs by itself from {start} s to {} s ({}) with the step {} s ({}); `--save-scenario FILE` writes this scenario",
         path.display(),
@@ -53,7 +55,7 @@ pub(super) fn imported(path: &Path) -> Result<(TextFile, Imported), Error> {
     ));
     let name = Path::new(path.file_name().unwrap_or_default());
     let text = text(path, name, (&fmu, &times), &StandaloneOptions::default());
-    Ok((TextFile::new(path, text), Imported::new(notes, None, None)))
+    Ok((TextFile::new(path, text), SystemImport::new(notes, None, None)))
 }
 
 fn open(path: &Path) -> Result<Fmu, Error> {
@@ -61,7 +63,7 @@ fn open(path: &Path) -> Result<Fmu, Error> {
 }
 
 /// The times that the description proposes, and what there is to say about them.
-fn times(path: &Path, fmu: &Fmu) -> Result<(Proposed, Vec<String>), Error> {
+fn times(path: &Path, fmu: &Fmu) -> Result<(DefaultExperiment, Vec<String>), Error> {
     let proposal = fmu.description.default_start;
     let (start, mut notes) = (proposal.max(0.0), Vec::new());
     if start != proposal {
@@ -70,15 +72,18 @@ fn times(path: &Path, fmu: &Fmu) -> Result<(Proposed, Vec<String>), Error> {
             path.display()
         ));
     }
-    let given = Given { start, stop: None, step: None };
+    let given = ExperimentSettings { start, stop: None, step: None };
     let name = path.display().to_string();
-    proposed(&name, given, std::slice::from_ref(fmu)).map(|times| (times, notes))
+    default_experiment(&name, given, std::slice::from_ref(fmu)).map(|times| (times, notes))
 }
 
 fn text(
     fmu: &Path,
     path: &Path,
-    (opened, Proposed { start, step: Origin { value: step, .. }, stop }): (&Fmu, &Proposed),
+    (opened, DefaultExperiment { start, step: ExperimentTime { value: step, .. }, stop }): (
+        &Fmu,
+        &DefaultExperiment,
+    ),
     options: &StandaloneOptions,
 ) -> String {
     let description = &opened.description;

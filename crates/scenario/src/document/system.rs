@@ -1,10 +1,10 @@
 //! Makes a scenario of a system of SSP: its FMUs, start values and connections, with the step and the stop time of its FMUs.
 
-mod boundary;
-mod imparted;
+mod connectors;
+mod conversions;
+mod experiment;
 mod parameters;
-mod times;
-mod ways;
+mod part;
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -15,14 +15,16 @@ use fmu_import::{Causality, Fmu, Value};
 use ssp::{Connection, Place, Port, Start};
 use units::Unit;
 
-use super::{Algorithm, Annotated, Document};
-pub(super) use imparted::{Imparted, Role, imparted};
-pub(super) use times::{Given, Origin, Proposed, Stepping, proposed};
-use ways::{conversion, known, unit, way_words};
+use super::{Algorithm, Document, ScenarioAnnotation};
+use conversions::{conversion, conversion_keys, parse_unit, unit};
+pub(super) use experiment::{
+    DefaultExperiment, ExperimentSettings, ExperimentTime, Stepping, default_experiment,
+};
+pub(super) use part::{PartSettings, SystemPart, import_part};
 
 /// A system or an FMU that a scenario is made of.
 #[derive(Debug)]
-pub struct Imported {
+pub struct SystemImport {
     /// What was taken from where, and what was left out.
     pub notes: Vec<String>,
     /// How it is stepped, unless a scenario in its annotation says that.
@@ -31,18 +33,18 @@ pub struct Imported {
     _system: Option<ssp::System>,
 }
 
-impl Imported {
+impl SystemImport {
     pub(super) fn new(
         notes: Vec<String>,
         stepping: Option<Stepping>,
         system: Option<ssp::System>,
     ) -> Self {
-        Imported { notes: summary(notes), stepping, _system: system }
+        SystemImport { notes: summary(notes), stepping, _system: system }
     }
 
     /// The sentence about times and algorithm of a run, as far as the system decides them.
     pub(crate) fn stepping(&self, document: &Document) -> Option<String> {
-        self.stepping.as_ref()?.told(document)
+        self.stepping.as_ref()?.describe(document)
     }
 }
 
@@ -57,11 +59,11 @@ pub(super) fn is_system(path: &Path) -> bool {
 ///
 /// # Errors
 /// When it is no system, one of its FMUs cannot be opened, or it has what a scenario cannot have.
-pub(super) fn imported(
+pub(super) fn import_system(
     path: &Path,
     variant: Option<&str>,
-) -> Result<(TextFile, Imported), Unusable> {
-    let system = ssp::open(path, variant).map_err(|error| Unusable::new(&error))?;
+) -> Result<(TextFile, SystemImport), ImportError> {
+    let system = ssp::open(path, variant).map_err(|error| ImportError::new(&error))?;
     let mut notes = Vec::new();
     if variant.is_none() && !system.others.is_empty() {
         let others = system.others.join(", ");
@@ -70,16 +72,16 @@ pub(super) fn imported(
             path.display()
         ));
     }
-    let annotated = Annotated::of(&system, path);
-    if let Some(Annotated::Current(text)) = annotated {
+    let annotation = ScenarioAnnotation::of(&system, path);
+    if let Some(ScenarioAnnotation::Current(text)) = annotation {
         notes.push(format!("{}: the scenario in its annotation is used", path.display()));
         let folder = Some(system.folder().to_owned());
         let file = TextFile { folder, ..TextFile::new(path, text) };
-        return Ok((file, Imported::new(notes, None, Some(system))));
+        return Ok((file, SystemImport::new(notes, None, Some(system))));
     }
     // An export notes the step for libcosim, not its algorithm.
-    let is_ours = annotated.is_some();
-    if let Some(Annotated::Stale(note)) = annotated {
+    let is_ours = annotation.is_some();
+    if let Some(ScenarioAnnotation::Stale(note)) = annotation {
         notes.push(note);
     }
     let mut writer = Writer::new(&system, None)?;
@@ -87,11 +89,11 @@ pub(super) fn imported(
     let Writer { text, origins, notes: more, .. } = writer;
     let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
     let file = TextFile { origins, ..TextFile::new(path, text) };
-    Ok((file, Imported::new(notes, Some(stepping), Some(system))))
+    Ok((file, SystemImport::new(notes, Some(stepping), Some(system))))
 }
 
 /// Why a system cannot be used.
-pub(super) struct Unusable {
+pub(super) struct ImportError {
     pub error: Error,
     /// A variant that is similar to the one that it does not have.
     pub hint: Option<String>,
@@ -99,7 +101,7 @@ pub(super) struct Unusable {
     pub variant: bool,
 }
 
-impl Unusable {
+impl ImportError {
     fn new(error: &ssp::Error) -> Self {
         let hint = match error {
             ssp::Error::Variant { wanted, found, .. } => {
@@ -110,24 +112,24 @@ impl Unusable {
             _ => None,
         };
         let variant = matches!(error, ssp::Error::Variant { .. });
-        Unusable { error: Error::input(error.to_string()), hint, variant }
+        ImportError { error: Error::input(error.to_string()), hint, variant }
     }
 }
 
-impl From<Error> for Unusable {
+impl From<Error> for ImportError {
     fn from(error: Error) -> Self {
-        Unusable { error, hint: None, variant: false }
+        ImportError { error, hint: None, variant: false }
     }
 }
 
-impl From<Unusable> for Error {
-    fn from(Unusable { error, hint, .. }: Unusable) -> Self {
+impl From<ImportError> for Error {
+    fn from(ImportError { error, hint, .. }: ImportError) -> Self {
         error.hint(hint)
     }
 }
 
 /// A mistake at a place of the system.
-fn wrong(place: &Place, message: impl std::fmt::Display) -> Error {
+fn error_at(place: &Place, message: impl std::fmt::Display) -> Error {
     Error::input(format!("{place}: {message}"))
 }
 
@@ -143,7 +145,7 @@ struct Writer<'a> {
 }
 
 impl<'a> Writer<'a> {
-    fn new(system: &'a ssp::System, role: Option<&Role>) -> Result<Self, Error> {
+    fn new(system: &'a ssp::System, role: Option<&PartSettings>) -> Result<Self, Error> {
         let prefix = role.map_or_else(String::new, |role| format!("{}_", role.name));
         let mut names: Vec<String> = Vec::new();
         let mut fmus = Vec::new();
@@ -151,7 +153,7 @@ impl<'a> Writer<'a> {
             let fmu = Fmu::open(&component.source).map_err(|error| {
                 let [path, shown] = [&component.source, &component.shown].map(|it| it.display());
                 let message = error.to_string().replace(&path.to_string(), &shown.to_string());
-                wrong(&component.place, message)
+                error_at(&component.place, message)
             })?;
             fmus.push(fmu);
             let mut name = prefix.clone() + &node_name(&component.name);
@@ -199,13 +201,13 @@ impl<'a> Writer<'a> {
 
     /// SSP has no step and no algorithm: they are those of annotations, of the FMUs and of this program.
     fn stepping(&mut self, is_ours: bool) -> Result<Stepping, Error> {
-        let times = self.proposed(None)?;
-        let Proposed { start, step, stop } = &times;
+        let times = self.default_experiment(None)?;
+        let DefaultExperiment { start, step, stop } = &times;
         let (step, stop) = (step.value, stop.value);
         self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
         self.line(format_args!("\n[coupling]\nloops = \"delay\""));
-        let annotated = self.system.stepping.as_ref().filter(|_| !is_ours);
-        let algorithm = annotated.filter(|it| it.master == ssp::Master::Osp).map(|it| {
+        let annotation = self.system.stepping.as_ref().filter(|_| !is_ours);
+        let algorithm = annotation.filter(|it| it.master == ssp::Master::Osp).map(|it| {
             self.line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.word()));
             (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.place))
         });
@@ -213,13 +215,19 @@ impl<'a> Writer<'a> {
     }
 
     /// The times of a run; `step` is the one that the scenario around the system has.
-    fn proposed(&self, step: Option<Origin>) -> Result<Proposed, Error> {
+    fn default_experiment(&self, step: Option<ExperimentTime>) -> Result<DefaultExperiment, Error> {
         let system = self.system;
-        let annotated = system.stepping.as_ref();
-        let annotated = annotated.map(|it| Origin::new(it.step, format!("noted at {}", it.place)));
-        let stop = system.experiment.stop.map(|stop| Origin::new(stop, "its DefaultExperiment"));
+        let annotation = system.stepping.as_ref();
+        let annotation =
+            annotation.map(|it| ExperimentTime::new(it.step, format!("noted at {}", it.place)));
+        let stop =
+            system.experiment.stop.map(|stop| ExperimentTime::new(stop, "its DefaultExperiment"));
         let start = system.experiment.start.unwrap_or(0.0);
-        proposed(&system.name, Given { start, stop, step: step.or(annotated) }, &self.fmus)
+        default_experiment(
+            &system.name,
+            ExperimentSettings { start, stop, step: step.or(annotation) },
+            &self.fmus,
+        )
     }
 
     fn variable(&self, Port { component, variable }: &Port) -> Option<&Variable> {
@@ -234,12 +242,12 @@ impl<'a> Writer<'a> {
                 "expected the implementation any or CoSimulation, found {}: export the component for co-simulation",
                 component.implementation
             );
-            return Err(wrong(&component.place, message));
+            return Err(error_at(&component.place, message));
         }
         self.begin(&component.place);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
-        let source = source.map_err(|error| wrong(&component.place, error))?;
+        let source = source.map_err(|error| error_at(&component.place, error))?;
         let source = source.to_string_lossy();
         self.line(format_args!(
             "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
@@ -294,7 +302,7 @@ impl<'a> Writer<'a> {
                     "expected a variable of `{}`, found `{}`, which its FMU does not have",
                     component.name, port.variable
                 );
-                wrong(&way.place, message)
+                error_at(&way.place, message)
             };
             self.variable(port).ok_or_else(absent)
         });
@@ -312,9 +320,9 @@ impl<'a> Writer<'a> {
                 "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
                 to.variable, target.causality
             );
-            return Err(wrong(&way.place, message));
+            return Err(error_at(&way.place, message));
         }
-        let words = way_words(way, source, target)?;
+        let words = conversion_keys(way, source, target)?;
         let name =
             |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
@@ -345,15 +353,15 @@ fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error>
     let (mut factor, mut offset) = (1.0, 0.0);
     if let Some(from) = &start.unit {
         let to = unit(start.connector_unit.as_deref(), variable);
-        if let (Some(given), Some((b, to))) = (known(from), to) {
+        if let (Some(given), Some((b, to))) = (parse_unit(from), to) {
             let a = variable.scale(given);
             let message = || format!("[{}] is no unit of [{to}]", from.name);
             (factor, offset) =
-                Unit::conversion(&a, &b).ok_or_else(|| wrong(&start.place, message()))?;
+                Unit::conversion(&a, &b).ok_or_else(|| error_at(&start.place, message()))?;
         }
     }
     start.converted(factor, offset).ok_or_else(|| {
-        wrong(&start.place, "expected a number for a conversion or transformation, found none")
+        error_at(&start.place, "expected a number for a conversion or transformation, found none")
     })
 }
 

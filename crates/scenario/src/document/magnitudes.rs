@@ -12,15 +12,15 @@ const OTHERS: [&[&str]; 3] = [&["fmu", "start"], &["analysis", "config"], &["tim
 const UNCHECKED: [&str; 2] = ["fault", "view"];
 
 /// The places of such numbers, each with what is wrong there.
-pub(super) fn absurd(table: &DeTable) -> Vec<(Range<usize>, String)> {
+pub(super) fn out_of_range(table: &DeTable) -> Vec<(Range<usize>, String)> {
     let mut found = Vec::new();
     for (key, value) in table {
-        inside(&mut vec![key.get_ref()], value, &mut found);
+        collect(&mut vec![key.get_ref()], value, &mut found);
     }
     found
 }
 
-fn inside<'t>(
+fn collect<'t>(
     path: &mut Vec<&'t str>,
     value: &'t Spanned<DeValue>,
     found: &mut Vec<(Range<usize>, String)>,
@@ -32,20 +32,20 @@ fn inside<'t>(
         DeValue::Table(table) => {
             for (key, value) in table {
                 path.push(key.get_ref());
-                inside(path, value, found);
+                collect(path, value, found);
                 path.pop();
             }
         }
-        DeValue::Array(list) => list.iter().for_each(|value| inside(path, value, found)),
+        DeValue::Array(list) => list.iter().for_each(|value| collect(path, value, found)),
         DeValue::Float(number) => {
             let number = number.as_str().parse().unwrap_or(0.0);
-            found.extend(wrong(path, number).map(|message| (value.span(), message)));
+            found.extend(range_error(path, number).map(|message| (value.span(), message)));
         }
         _ => {}
     }
 }
 
-fn wrong(path: &[&str], number: f64) -> Option<String> {
+fn range_error(path: &[&str], number: f64) -> Option<String> {
     let key = path.last().copied().unwrap_or_default();
     if !number.is_finite() {
         let endless = key == "until" && number > 0.0;
@@ -66,20 +66,29 @@ mod tests {
 
     #[test]
     fn numbers_beyond_all_sizes_are_found_where_nobody_else_looks() {
-        let absurd = |text: &str| {
+        let out_of_range = |text: &str| {
             let table = DeTable::parse(text).expect("TOML");
-            let found = absurd(table.get_ref()).into_iter();
-            found.map(|(place, _)| text[place].to_owned()).collect::<Vec<_>>()
+            let found = out_of_range(table.get_ref()).into_iter();
+            found.map(|(span, _)| text[span].to_owned()).collect::<Vec<_>>()
         };
         assert_eq!(
-            absurd("[time]\nstep = 1e-320\nstop = 1e308\nlimit = 1e308"),
+            out_of_range("[time]\nstep = 1e-320\nstop = 1e308\nlimit = 1e308"),
             ["1e-320", "1e308"]
         );
-        assert_eq!(absurd("[[fault]]\nfrom = nan\nuntil = inf\nvalue = -inf"), ["nan", "-inf"]);
-        assert_eq!(absurd("[[connect]]\ntransform = { map = [[0.0, nan]] }"), ["nan"]);
-        assert_eq!(absurd("[view]\nplot = [{ range = [0.0, inf] }]"), ["inf"]);
-        assert_eq!(absurd("[[signal]]\nmultisine = { frequencies = [1e-9, -1e200] }"), ["-1e200"]);
-        assert_eq!(absurd("[[fmu]]\nstart = { x = 1e308 }\n[[analysis]]\nconfig.a = inf"), [""; 0]);
-        assert_eq!(absurd("[[signal]]\nconstant = 1_0e1_49\nuntil = 0.0\nseed = 7"), [""; 0]);
+        assert_eq!(
+            out_of_range("[[fault]]\nfrom = nan\nuntil = inf\nvalue = -inf"),
+            ["nan", "-inf"]
+        );
+        assert_eq!(out_of_range("[[connect]]\ntransform = { map = [[0.0, nan]] }"), ["nan"]);
+        assert_eq!(out_of_range("[view]\nplot = [{ range = [0.0, inf] }]"), ["inf"]);
+        assert_eq!(
+            out_of_range("[[signal]]\nmultisine = { frequencies = [1e-9, -1e200] }"),
+            ["-1e200"]
+        );
+        assert_eq!(
+            out_of_range("[[fmu]]\nstart = { x = 1e308 }\n[[analysis]]\nconfig.a = inf"),
+            [""; 0]
+        );
+        assert_eq!(out_of_range("[[signal]]\nconstant = 1_0e1_49\nuntil = 0.0\nseed = 7"), [""; 0]);
     }
 }

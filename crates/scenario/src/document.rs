@@ -1,26 +1,26 @@
 //! The words of a scenario that the user typed, each with its place in the file.
 
 mod aliases;
-mod annotated;
+mod annotation;
 mod baseline;
-mod change;
 mod connect;
 mod coupling;
+mod edit;
 mod extend;
 mod fault;
+mod magnitudes;
 mod manoeuvre;
 mod nodes;
 mod one_or_more;
-mod place;
 mod read;
-mod recorded_file;
 mod results;
-mod sizes;
+mod spans;
 mod standalone;
 mod subsystem;
-mod subsystems;
+mod subsystem_import;
 mod sweep;
 mod system;
+mod table_file;
 mod view;
 
 use std::collections::BTreeMap;
@@ -33,27 +33,27 @@ use serde::Deserialize;
 use crate::schema;
 use crate::signal::Part;
 pub(crate) use aliases::Aliases;
-pub(crate) use annotated::Annotated;
+pub(crate) use annotation::ScenarioAnnotation;
 pub use baseline::{Baseline, Tube};
-pub(crate) use change::{Change, Misfit, converted, quantity};
 pub use connect::{At, Connect, Convert, Transform};
 pub use coupling::{
     Algorithm, Bond, Coupling, ErrorEstimate, Extrapolate, Iteration, Loops, Method, OnDiscard,
 };
+pub(crate) use edit::{Edit, EditError, convert_quantity, split_quantity};
 pub use fault::Fault;
 pub use manoeuvre::Manoeuvre;
 pub use nodes::{Fmu, OnFailure, Table, Unconnected, Unused};
 pub use one_or_more::OneOrMore;
 use one_or_more::one_or_more;
-pub(crate) use read::merged;
-pub(crate) use recorded_file::RecordedFile;
-pub use recorded_file::{Column, ColumnWord};
+pub(crate) use read::merge_files;
 pub use results::{Analysis, AnalysisSignal, AnalysisTable, Check, ScaledSignal, Validation};
 pub use standalone::{StandaloneOptions, is_fmu, standalone};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, Truncated};
-pub use system::{Imported, quoted};
+pub use system::{SystemImport, quoted};
+pub(crate) use table_file::TableFile;
+pub use table_file::{Column, ColumnEntry};
 pub use view::{Arrow, Axis, Curve, Function, Plot, Point, Pose, Track, View, XyPlot};
 
 /// A scenario as it was written.
@@ -68,7 +68,7 @@ pub struct Scenario {
     /// The scenarios of `[[validation]]`.
     pub validations: Vec<Scenario>,
     /// Systems of SSP that it is made of.
-    pub systems: Vec<Arc<Imported>>,
+    pub systems: Vec<Arc<SystemImport>>,
 }
 
 /// A scenario is one TOML file: FMUs, signals and tables, their connections, and the checks on the run.
@@ -158,7 +158,7 @@ fn one() -> u64 {
 #[must_use]
 pub fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
-    SCHEMA.get_or_init(|| schema::plain(schemars::schema_for!(Document).as_value()))
+    SCHEMA.get_or_init(|| schema::normalize(schemars::schema_for!(Document).as_value()))
 }
 
 /// Communication step and duration of the run.

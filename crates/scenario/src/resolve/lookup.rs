@@ -1,32 +1,39 @@
-//! Finds the node and the port that a word names.
+//! Looks up the port that a name in the scenario means, and says what is wrong when there is none.
 
 use diagnostics::{Error, Spanned, suggest};
 use fmu_import::{Causality, Variability};
 
-use super::nodes::UnplacedNode;
-pub(super) use super::ports::Side;
+use super::nodes::NodeDraft;
+pub(super) use super::ports::PortSide;
+use crate::document::Scenario;
 use crate::plan::Body;
-use crate::words::Scenario;
 
-/// The node and the port that a word names.
-pub(super) fn find(
+/// A port of a node, by the index of the node and that of the port on its side.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct PortRef {
+    pub node: usize,
+    pub port: usize,
+}
+
+/// The port that a word names.
+pub(super) fn find_port(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
     word: &Spanned<String>,
-    side: Side,
-) -> Result<(usize, usize), Error> {
+    side: PortSide,
+) -> Result<PortRef, Error> {
     let full = word.get_ref();
     let Some((node, variable)) = full.split_once('.') else {
         return Err(scenario.error(word, format!("expected `node.variable`, found `{full}`")));
     };
     // Each connector is a node, and several may have one name.
-    let own = || unplaced.iter().enumerate().filter(|(_, it)| it.name == node);
+    let own = || nodes.iter().enumerate().filter(|(_, it)| it.name == node);
     if own().next().is_none() {
-        let known = unplaced.iter().map(|unplaced_node| unplaced_node.name.as_str());
+        let known = nodes.iter().map(|node| node.name.as_str());
         let unknown = suggest::unknown("node", node, known);
         return Err(unknown.at(&scenario.source, word.span()));
     }
-    if side == Side::Input
+    if side == PortSide::Input
         && let Some(fixed) = own().find_map(|(_, found)| fixed_parameter(found, variable))
     {
         let error = scenario.error(
@@ -38,17 +45,17 @@ pub(super) fn find(
         )));
     }
     let (mut known, mut is_other) = (Vec::new(), false);
-    let name = if side == Side::Input { "input" } else { "output" };
-    let other = if side == Side::Input { Side::Output } else { Side::Input };
-    for (place, found) in own() {
+    let name = if side == PortSide::Input { "input" } else { "output" };
+    let other = if side == PortSide::Input { PortSide::Output } else { PortSide::Input };
+    for (index, found) in own() {
         if let Some(port) = found.port(side, variable) {
-            return Ok((place, port));
+            return Ok(PortRef { node: index, port });
         }
         is_other |= found.port(other, variable).is_some();
         // A connector has both sides; one of them is for the connections of its system.
         let is_meant = match side {
-            Side::Input => !matches!(found.body, Body::Outlet),
-            Side::Output => !matches!(found.body, Body::Inlet),
+            PortSide::Input => !matches!(found.body, Body::Outlet),
+            PortSide::Output => !matches!(found.body, Body::Inlet),
         };
         let names = found.ports(side).iter().map(|port| format!("{node}.{}", port.name));
         known.extend(names.filter(|_| is_meant));
@@ -63,7 +70,7 @@ pub(super) fn find(
 }
 
 /// How a parameter of an FMU that no connection reaches is called: fixed, or structural.
-fn fixed_parameter(node: &UnplacedNode, variable: &str) -> Option<&'static str> {
+fn fixed_parameter(node: &NodeDraft, variable: &str) -> Option<&'static str> {
     let Body::Fmu { fmu, .. } = &node.body else { return None };
     let about = &fmu.description.variables[fmu.description.find(variable)?];
     match (about.causality, about.variability) {

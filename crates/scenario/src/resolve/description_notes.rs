@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use super::nodes::UnplacedNode;
+use super::nodes::NodeDraft;
 use crate::plan::{Body, Clock};
 
 /// Start times that differ by less are the same [s].
 const SAME: f64 = 1e-9;
 
 /// What to tell of the descriptions of these nodes, once for each archive.
-pub(super) fn notes(nodes: &[UnplacedNode], clock: Option<Clock>) -> Vec<String> {
+pub(super) fn description_notes(nodes: &[NodeDraft], clock: Option<Clock>) -> Vec<String> {
     let (mut known, mut notes) = (BTreeSet::new(), Vec::new());
     for node in nodes {
         let Body::Fmu { fmu, .. } = &node.body else { continue };

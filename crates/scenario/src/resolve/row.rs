@@ -1,4 +1,4 @@
-//! Gives the values of the nodes their indices in the row.
+//! Lays out the row: gives each output and each connected input its column, and resolves connections to indices of columns.
 
 use std::collections::BTreeSet;
 
@@ -7,46 +7,44 @@ use recording::{
 };
 
 use super::connections::{Connection, Connections};
-use super::nodes::UnplacedNode;
-use super::ports::{Port, references};
+use super::nodes::NodeDraft;
+use super::ports::{Port, port_groups};
 use super::types::recorded_kind;
 use crate::plan::{
     Accepts, Body, ExactConnection, ExactPlan, NodePlan, ResolvedConnection, Source, TextPlan,
 };
 
 /// Gives each output and each connected input its column in the row: all outputs come before all inputs.
-pub(super) fn place(
-    unplaced: Vec<UnplacedNode>,
+pub(super) fn assign_columns(
+    drafts: Vec<NodeDraft>,
     connections: Connections,
 ) -> (Vec<NodePlan>, Columns<Full>) {
     let mut columns = Columns::default();
-    let outputs = outputs(&mut columns, &unplaced, &connections);
+    let outputs = outputs(&mut columns, &drafts, &connections);
     let integers: Vec<_> = columns.integers().map(|(_, number)| number).collect();
     let mut nodes = Vec::new();
-    for ((mut unplaced_node, connections), output) in
-        unplaced.into_iter().zip(connections).zip(&outputs)
-    {
-        let (connected, connections): (Vec<_>, Vec<_>) = unplaced_node
+    for ((mut node, connections), output) in drafts.into_iter().zip(connections).zip(&outputs) {
+        let (connected, connections): (Vec<_>, Vec<_>) = node
             .inputs
             .into_iter()
             .zip(connections)
             .filter_map(|(port, connection)| Some((port, connection?)))
             .unzip();
-        if let Body::Fmu { inputs, .. } = &mut unplaced_node.body {
-            *inputs = references(&connected);
+        if let Body::Fmu { inputs, .. } = &mut node.body {
+            *inputs = port_groups(&connected);
         }
-        let (numbers, texts, own_integers) = match unplaced_node.body {
+        let (numbers, texts, own_integers) = match node.body {
             // What it takes is what it gives.
             Body::Inlet | Body::Outlet => (output.numbers, output.texts, output.integers),
             _ => {
-                let name = &unplaced_node.name;
-                let input = Side::append(&mut columns, name, &connected, Direction::Input);
+                let name = &node.name;
+                let input = NodeColumns::append(&mut columns, name, &connected, Direction::Input);
                 (input.numbers, input.texts, input.integers)
             }
         };
         let mut plan = NodePlan {
-            name: unplaced_node.name,
-            body: unplaced_node.body,
+            name: node.name,
+            body: node.body,
             pace: None,
             outputs: output.numbers,
             needed: output.numbers.indices().collect(),
@@ -61,12 +59,15 @@ pub(super) fn place(
             },
             faults: Vec::new(),
         };
-        for Connection { from: (node, port), at, input_chain, course } in connections {
+        for Connection { from, at, input_chain, extrapolation } in connections {
             // Types were compared: a number goes to a number and a text to a text.
-            match (outputs[node].ports[port], input_chain) {
+            match (outputs[from.node].ports[from.port], input_chain) {
                 (ColumnIndex::Number(index), Some(input_chain)) => {
-                    let source = Source { index, at };
-                    plan.connections.push(ResolvedConnection { source, input_chain, course });
+                    plan.connections.push(ResolvedConnection {
+                        source: Source { index, at },
+                        input_chain,
+                        course: extrapolation,
+                    });
                 }
                 (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
@@ -81,19 +82,19 @@ pub(super) fn place(
 /// Gives the outputs of all nodes their columns. Those of an input connector are inputs.
 fn outputs(
     columns: &mut Columns<Full>,
-    unplaced: &[UnplacedNode],
+    drafts: &[NodeDraft],
     connections: &Connections,
-) -> Vec<Side> {
-    let sources = connections.iter().flatten().flatten().map(|connection| connection.from.0);
+) -> Vec<NodeColumns> {
+    let sources = connections.iter().flatten().flatten().map(|connection| connection.from.node);
     let sources: BTreeSet<_> = sources.collect();
-    let sides = unplaced.iter().zip(connections).enumerate().map(|(place, (node, connections))| {
-        let UnplacedNode { name, body, outputs, .. } = node;
-        let is_used = connections.iter().any(Option::is_some) || sources.contains(&place);
+    let sides = drafts.iter().zip(connections).enumerate().map(|(index, (node, connections))| {
+        let NodeDraft { name, body, outputs, .. } = node;
+        let is_used = connections.iter().any(Option::is_some) || sources.contains(&index);
         match body {
             // As for other inputs, a value that nobody gives is none.
-            Body::Inlet if !is_used => Side::append(columns, name, &[], Direction::Input),
-            Body::Inlet => Side::append(columns, name, outputs, Direction::Input),
-            _ => Side::append(columns, name, outputs, Direction::Output),
+            Body::Inlet if !is_used => NodeColumns::append(columns, name, &[], Direction::Input),
+            Body::Inlet => NodeColumns::append(columns, name, outputs, Direction::Input),
+            _ => NodeColumns::append(columns, name, outputs, Direction::Output),
         }
     });
     sides.collect()
@@ -117,7 +118,7 @@ fn exact(plan: &mut NodePlan, columns: &Columns<Full>) {
 }
 
 /// The columns of one side of a node.
-struct Side {
+struct NodeColumns {
     /// The column of each port.
     ports: Vec<ColumnIndex<Full>>,
     numbers: NumberRange<Full>,
@@ -125,7 +126,7 @@ struct Side {
     integers: IntegerRange<Full>,
 }
 
-impl Side {
+impl NodeColumns {
     fn append(
         columns: &mut Columns<Full>,
         node: &str,

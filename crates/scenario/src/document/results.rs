@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::nodes::build_request;
 use super::one_or_more::{OneOrMore, one_or_more};
-use super::recorded_file::recorded_file;
+use super::table_file::table_file;
 use crate::build_request::BuildRequest;
 
 /// An analysis of recorded signals by a plugin or a Python script. The plugin is a dynamic library (`path`) or a package of the
@@ -126,7 +126,7 @@ impl<'de> Deserialize<'de> for AnalysisSignal {
     }
 }
 
-recorded_file! {
+table_file! {
     /// A recorded file whose rows the plugin gets: the log of a data logger, a CSV file or an MCAP recording.
     pub struct AnalysisTable {
         /// Stretches of time that are used, from and until [s], in the times of the analysis; without it all rows are.

@@ -3,25 +3,26 @@
 use fmu_import::description::{Storage, Type};
 use recording::table::Reading;
 
-use super::nodes::UnplacedNode;
+use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::words::{Column, Connect, Scenario, Table};
+use crate::document::{Column, Connect, Scenario, Table};
 
 /// The form of a column: texts for an input of texts or bytes; integers for one of 64 bits that gets them as they are.
-pub(super) fn wanted(
+pub(super) fn reading_for(
     scenario: &Scenario,
     table: &Table,
-    (column, words): (&str, &Column),
-    fmus: &[UnplacedNode],
+    column: &str,
+    keys: &Column,
+    fmus: &[NodeDraft],
 ) -> Reading {
     let name = format!("{}.{column}", table.name.get_ref());
     let connects = scenario.document.connect.iter().filter(|it| *it.from.get_ref() == name);
     let wanted = connects.filter_map(|connect| {
-        let input = input(fmus, connect.to.get_ref())?;
+        let input = input_port(fmus, connect.to.get_ref())?;
         Some(match (input.kind, input.storage) {
             (Type::String | Type::Binary, _) => Reading::Text,
             (_, Storage::Int64 | Storage::UInt64)
-                if is_plain(scenario, connect) && !is_scaled(words) =>
+                if is_plain(scenario, connect) && !is_scaled(keys) =>
             {
                 Reading::Integer
             }
@@ -31,7 +32,7 @@ pub(super) fn wanted(
     wanted.max_by_key(|reading| *reading as u8).unwrap_or_default()
 }
 
-fn input<'a>(fmus: &'a [UnplacedNode], full: &str) -> Option<&'a Port> {
+fn input_port<'a>(fmus: &'a [NodeDraft], full: &str) -> Option<&'a Port> {
     let (node, variable) = full.split_once('.')?;
     let fmu = fmus.iter().find(|fmu| fmu.name == node)?;
     fmu.inputs.iter().find(|port| port.name == variable)
@@ -48,6 +49,6 @@ fn is_plain(scenario: &Scenario, connect: &Connect) -> bool {
         })
 }
 
-fn is_scaled(words: &Column) -> bool {
-    words.gain.is_some() || words.offset.is_some() || words.sign.is_some()
+fn is_scaled(column: &Column) -> bool {
+    column.gain.is_some() || column.offset.is_some() || column.sign.is_some()
 }
