@@ -1,4 +1,4 @@
-//! The words of a scenario that the user typed, each with its place in the file.
+//! The scenario document as it stands in its TOML files: one type for each table, each value with its span.
 
 mod aliases;
 mod annotation;
@@ -51,6 +51,7 @@ pub use standalone::{StandaloneOptions, is_fmu, standalone};
 pub use subsystem::{Connector, ConnectorKind, Subsystem};
 pub use sweep::{Design, Limit, Recorded, Search, Sweep, Vary};
 pub(crate) use sweep::{Lognormal, Normal, Range, Truncated};
+pub(crate) use system::ssp_value;
 pub use system::{SystemImport, quoted};
 pub(crate) use table_file::TableFile;
 pub use table_file::{Column, ColumnEntry};

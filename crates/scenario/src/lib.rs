@@ -1,4 +1,4 @@
-//! A scenario file goes in; its words, each with its place in the file, and the checked plan of the run come out. The reference
+//! Scenario files: reads them to a document with spans, resolves it to the checked plan of a run, and exports it. The reference
 //! of all keys is made from the same types that read the file.
 #![forbid(unsafe_code)]
 

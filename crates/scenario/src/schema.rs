@@ -1,4 +1,4 @@
-//! Reads JSON schemas: makes them plain, and finds the words of a TOML table that break one.
+//! Validates TOML tables against JSON schemas, with the span of each violation.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use toml::de::{DeString, DeTable, DeValue};
 pub struct SchemaViolation {
     /// Its span.
     pub span: Range<usize>,
-    /// The unknown name, when it is one, and the names that are known in its span.
+    /// The unknown name, when it is one, and the names that are known in its place.
     pub unknown: Option<(String, Vec<String>)>,
     /// The message.
     pub message: String,

@@ -1,4 +1,4 @@
-//! `{ text_of = "front.tir" }`: a start value that is the text of a file.
+//! Start values that are the text of a file: `{ text_of = "front.tir" }`.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

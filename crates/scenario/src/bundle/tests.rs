@@ -1,4 +1,4 @@
-//! Scenarios that are gathered, written and read back.
+//! Tests of bundles: scenarios are gathered, written and read back.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The words of a file of aliases: names of signals, each with the columns that may have it.
+//! Reads a file of aliases: names of signals, each with the columns that may have it.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -34,7 +34,7 @@ impl<'de> Deserialize<'de> for Candidates {
             }
 
             fn visit_str<E>(self, text: &str) -> Result<Candidates, E> {
-                // Its place is that of the whole entry.
+                // Its span is that of the whole entry.
                 Ok(Candidates(vec![Spanned::new(0..0, ColumnEntry::Name(text.to_owned()))]))
             }
 
@@ -56,7 +56,7 @@ impl Aliases {
     /// Reads a file.
     ///
     /// # Errors
-    /// In words, when it cannot be read; at its place, when a word is wrong.
+    /// In words, when it cannot be read; at its span, when a word is wrong.
     pub fn read(path: &Path) -> Result<Self, Result<Error, String>> {
         let source = Source::read(path).map_err(Err)?;
         Self::of(source).map_err(Ok)
@@ -70,14 +70,14 @@ impl Aliases {
             toml::from_str(&source.whole()).map_err(wrong)?;
         let mut entries = BTreeMap::new();
         for (name, word) in words {
-            let place = word.span();
+            let span = word.span();
             let Candidates(list) = word.into_inner();
             if list.is_empty() {
                 let message = format!("expected at least one column for `{}`", name.get_ref());
-                return Err(source.error(place, message, ""));
+                return Err(source.error(span, message, ""));
             }
             let placed = |word: Spanned<ColumnEntry>| match word.span().is_empty() {
-                true => Spanned::new(place.clone(), word.into_inner()),
+                true => Spanned::new(span.clone(), word.into_inner()),
                 false => word,
             };
             let columns = list.into_iter().map(|it| Column::of(placed(it)).into_inner());

@@ -1,4 +1,4 @@
-//! Finds the scenario that an export left in the annotation of a system.
+//! Reads the scenario that an export left in the annotation of an SSP system.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The words of `[[baseline]]`, a recording that the run is compared with.
+//! The keys of `[[baseline]]`, a recording that the run is compared with.
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;

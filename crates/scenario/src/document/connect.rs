@@ -1,4 +1,4 @@
-//! The words of `[[connect]]`.
+//! The keys of `[[connect]]`, a connection from an output to an input.
 
 use std::ops::Range;
 

@@ -1,4 +1,4 @@
-//! The words of `[coupling]`.
+//! The keys of `[coupling]`, the coupling algorithm and its settings.
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;

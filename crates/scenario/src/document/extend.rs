@@ -1,4 +1,4 @@
-//! Merges a scenario into the one that it extends, with each word's span.
+//! Merges the TOML tables of a scenario into those of the scenario that it extends, and keeps the span of each value.
 
 use std::ops::Range;
 
@@ -38,10 +38,10 @@ pub(super) fn extend<'a>(
     }
     merge(&mut merged, changes, &mut |key, old, new| match (key, old, new) {
         ("view", DeValue::Table(mut old), DeValue::Table(new)) => {
-            merge(&mut old, new, &mut |key, old, new| merge_value(key, (old, new), errors));
+            merge(&mut old, new, &mut |key, old, new| merge_value(key, old, new, errors));
             DeValue::Table(old)
         }
-        (_, old, new) => merge_value(key, (old, new), errors),
+        (_, old, new) => merge_value(key, old, new, errors),
     });
     Spanned::new(span, merged)
 }
@@ -69,10 +69,11 @@ fn merge<'a>(
 /// Merges a value that lists are merged in, too.
 fn merge_value<'a>(
     key: &str,
-    values: (DeValue<'a>, DeValue<'a>),
+    old: DeValue<'a>,
+    new: DeValue<'a>,
     errors: &mut Vec<MergeError>,
 ) -> DeValue<'a> {
-    match values {
+    match (old, new) {
         (DeValue::Array(old), DeValue::Array(new)) => {
             DeValue::Array(merge_list(key, old, new, errors))
         }
@@ -133,7 +134,7 @@ fn change<'a>(entry: &mut Spanned<DeValue<'a>>, changes: Spanned<DeValue<'a>>) {
     let mut merged = std::mem::replace(entry, Spanned::new(span, DeValue::Boolean(false)));
     match (merged.get_mut(), changes.into_inner()) {
         (DeValue::Table(old), DeValue::Table(mut new)) => {
-            // An FMU or a plugin comes from one span.
+            // An FMU or a plugin comes from one place.
             if new.contains_key("path") || new.contains_key("crate") {
                 ["path", "crate", "example"].iter().for_each(|key| drop(old.remove(*key)));
             }

@@ -1,4 +1,4 @@
-//! The words of `[[fault]]`: of an input, and of the calls of a node.
+//! The keys of `[[fault]]`, a fault that is injected into an input or into the calls of an FMU.
 
 use diagnostics::Spanned;
 use schemars::JsonSchema;

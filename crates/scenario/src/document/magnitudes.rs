@@ -1,4 +1,4 @@
-//! Refuses numbers that nothing can be computed with: their squares and inverses are 0 or infinite.
+//! Refuses numbers of a size that overflows: their squares and inverses are 0 or infinite.
 
 use std::ops::Range;
 

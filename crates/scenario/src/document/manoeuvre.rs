@@ -1,4 +1,4 @@
-//! The words of `[[manoeuvre]]`.
+//! The keys of `[[manoeuvre]]`, a driving test of a standard.
 
 use std::sync::Arc;
 
@@ -99,7 +99,7 @@ impl Manoeuvre {
 
     /// The word that names the driver's node, or else the test.
     #[must_use]
-    pub fn place(&self) -> &Spanned<String> {
+    pub fn driver_or_name(&self) -> &Spanned<String> {
         self.driver.as_ref().unwrap_or(&self.name)
     }
 }

@@ -1,4 +1,4 @@
-//! The words about nodes: `[[fmu]]` and `[[table]]`.
+//! The keys of `[[fmu]]` and `[[table]]`, the nodes that come from files.
 
 use std::collections::BTreeMap;
 

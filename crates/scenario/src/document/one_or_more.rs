@@ -1,4 +1,4 @@
-//! A word that may be a list of words.
+//! Deserializes a text or a list of texts as a list.
 
 use std::fmt;
 
@@ -47,9 +47,9 @@ pub(super) fn one_or_more<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<Spanned<String>>, D::Error> {
     let words = Spanned::<OneOrMore>::deserialize(deserializer)?;
-    let place = words.span();
+    let span = words.span();
     Ok(match words.into_inner() {
-        OneOrMore::One(text) => vec![Spanned::new(place, text)],
+        OneOrMore::One(text) => vec![Spanned::new(span, text)],
         OneOrMore::More(list) => list,
     })
 }

@@ -1,4 +1,4 @@
-//! Reads a scenario with its base files and its validation scenarios.
+//! Reads a scenario from its files: those that it extends, the systems of SSP in it, and the scenarios that it is validated by.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -110,9 +110,9 @@ fn collect_values(
     };
     match value {
         DeValue::Table(table) => table.iter().for_each(|(key, value)| add(key.get_ref(), value)),
-        DeValue::Array(list) => list.iter().enumerate().for_each(|(place, value)| {
+        DeValue::Array(list) => list.iter().enumerate().for_each(|(index, value)| {
             let key = extend::entry_name(value).map(|(name, _)| name.to_owned());
-            add(&key.unwrap_or_else(|| place.to_string()), value);
+            add(&key.unwrap_or_else(|| index.to_string()), value);
         }),
         _ => {}
     }

@@ -1,4 +1,4 @@
-//! The words about results: `[[analysis]]`, `[[validation]]` and `[[check]]`.
+//! The keys of `[[analysis]]`, `[[validation]]` and `[[check]]`, which judge the results of a run.
 
 use std::collections::BTreeMap;
 use std::fmt;

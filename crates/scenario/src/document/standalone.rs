@@ -1,4 +1,4 @@
-//! Makes the scenario of an FMU that runs by itself: its experiment, its start values, all of its outputs.
+//! Imports a single FMU as the text of a scenario: its default experiment, its start values, all of its outputs.
 
 use std::path::Path;
 
@@ -7,9 +7,7 @@ use fmu_import::Fmu;
 use fmu_import::description::Type;
 
 use super::SystemImport;
-use super::system::{
-    DefaultExperiment, ExperimentSettings, ExperimentTime, default_experiment, node_name, quoted,
-};
+use super::system::{DefaultExperiment, ExperimentSettings, default_experiment, node_name, quoted};
 
 /// What the command line says of the run of an FMU.
 #[derive(Debug, Clone, Default)]
@@ -37,7 +35,7 @@ pub fn standalone(fmu: &Path, file: &Path, options: &StandaloneOptions) -> Resul
     let (times, _) = times(fmu, &opened)?;
     let folder = absolute(file)?.parent().map(Path::to_owned).unwrap_or_default();
     let path = archive.strip_prefix(folder).unwrap_or(&archive);
-    Ok(text(fmu, path, (&opened, &times), options))
+    Ok(text(&opened, path, &times, options))
 }
 
 /// The scenario of an FMU, as the text of a file beside it.
@@ -54,7 +52,7 @@ pub(super) fn import_fmu(path: &Path) -> Result<(TextFile, SystemImport), Error>
         step.origin
     ));
     let name = Path::new(path.file_name().unwrap_or_default());
-    let text = text(path, name, (&fmu, &times), &StandaloneOptions::default());
+    let text = text(&fmu, name, &times, &StandaloneOptions::default());
     Ok((TextFile::new(path, text), SystemImport::new(notes, None, None)))
 }
 
@@ -77,17 +75,11 @@ fn times(path: &Path, fmu: &Fmu) -> Result<(DefaultExperiment, Vec<String>), Err
     default_experiment(&name, given, std::slice::from_ref(fmu)).map(|times| (times, notes))
 }
 
-fn text(
-    fmu: &Path,
-    path: &Path,
-    (opened, DefaultExperiment { start, step: ExperimentTime { value: step, .. }, stop }): (
-        &Fmu,
-        &DefaultExperiment,
-    ),
-    options: &StandaloneOptions,
-) -> String {
-    let description = &opened.description;
-    let stem = fmu.file_stem().unwrap_or_default().to_string_lossy();
+/// The text of the scenario of an FMU, whose archive it names by `path`.
+fn text(fmu: &Fmu, path: &Path, times: &DefaultExperiment, options: &StandaloneOptions) -> String {
+    let DefaultExperiment { start, step, stop } = times;
+    let description = &fmu.description;
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let tolerance = options.tolerance.map(|it| format!("tolerance = {it:?}\n")).unwrap_or_default();
     let mut starts = String::new();
     let mut archive = quoted(&path.to_string_lossy());
@@ -106,9 +98,10 @@ fn text(
         starts.insert_str(0, "\n[fmu.start]\n");
     }
     format!(
-        "title = {}\n\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {:?}\n{tolerance}\n[[fmu]]\nname = {}\npath = {archive}\n\
+        "title = {}\n\n[time]\nstart = {start:?}\nstep = {:?}\nstop = {:?}\n{tolerance}\n[[fmu]]\nname = {}\npath = {archive}\n\
          unconnected = \"start\"\n{starts}",
         quoted(&description.name),
+        step.value,
         stop.value,
         quoted(&node_name(&stem)),
     )

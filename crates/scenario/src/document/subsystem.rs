@@ -1,4 +1,4 @@
-//! The words of `[[system]]` and of the connectors that it has.
+//! The keys of `[[system]]`, a system of SSP as a part of the scenario, and of `[[connector]]`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -48,7 +48,7 @@ impl Subsystem {
 
     /// The place of its name, or else that of its path.
     #[must_use]
-    pub fn place(&self) -> Range<usize> {
+    pub fn span(&self) -> Range<usize> {
         self.name.as_ref().unwrap_or(&self.path).span()
     }
 }

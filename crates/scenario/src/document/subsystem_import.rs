@@ -1,4 +1,4 @@
-//! Makes the texts of the systems that `[[system]]` names.
+//! Imports the systems of SSP that `[[system]]` names, and refuses names that two nodes would have.
 
 use std::ops::Range;
 
@@ -152,9 +152,9 @@ fn import_part(
         PartSettings { name, unconnected: *unconnected, step: outer.step, stops: outer.stops };
     let chosen = variant.as_ref().map(|variant| variant.get_ref().as_str());
     system::import_part(&path, chosen, &settings).map_err(|found| {
-        let place = variant.as_ref().filter(|_| found.variant).unwrap_or(word).span();
+        let span = variant.as_ref().filter(|_| found.variant).unwrap_or(word).span();
         let message = format!("the system cannot be used: {}", found.error);
-        source.error(place, message, "").hint(found.hint)
+        source.error(span, message, "").hint(found.hint)
     })
 }
 
@@ -214,12 +214,12 @@ impl OuterSettings {
             Some(words) if words.contains_key("algorithm") => inner("coupling", "algorithm"),
             _ => None,
         };
-        let algorithm = coupling.map(|(text, place)| {
-            (text.trim_matches(['"', '\'']).to_owned(), format!(" of {place}"))
+        let algorithm = coupling.map(|(text, position)| {
+            (text.trim_matches(['"', '\'']).to_owned(), format!(" of {position}"))
         });
         let times = match (&step, &stop) {
-            (Some((step, place)), Some((stop, _))) => {
-                Some(format!("the step {step} s and the stop time {stop} s of {place}"))
+            (Some((step, position)), Some((stop, _))) => {
+                Some(format!("the step {step} s and the stop time {stop} s of {position}"))
             }
             _ => None,
         };

@@ -1,4 +1,4 @@
-//! The words about variants of a scenario: `[sweep]`.
+//! The keys of `[sweep]`, the variants of a scenario: their design, distributions and search.
 
 use std::collections::BTreeMap;
 

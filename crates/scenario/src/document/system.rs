@@ -1,4 +1,4 @@
-//! Makes a scenario of a system of SSP: its FMUs, start values and connections, with the step and the stop time of its FMUs.
+//! Imports a system of SSP as the text of a scenario: its FMUs, start values and connections, and its step and stop time.
 
 mod connectors;
 mod conversions;
@@ -20,6 +20,7 @@ use conversions::{conversion, conversion_keys, parse_unit, unit};
 pub(super) use experiment::{
     DefaultExperiment, ExperimentSettings, ExperimentTime, Stepping, default_experiment,
 };
+pub(crate) use parameters::ssp_value;
 pub(super) use part::{PartSettings, SystemPart, import_part};
 
 /// A system or an FMU that a scenario is made of.
@@ -282,7 +283,7 @@ impl<'a> Writer<'a> {
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.ends(connection)?;
             if parameters::is_start(source, target) {
-                let value = parameters::value(self.system, connection, (source, target))?;
+                let value = parameters::value(self.system, connection, source, target)?;
                 self.begin(&connection.way.place);
                 self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
             }

@@ -1,4 +1,4 @@
-//! The words about recorded files, whether they are played back or analysed, and about their columns.
+//! The keys that `[[table]]` and `[analysis.table]` share: a recorded file, its format and its columns.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -172,11 +172,11 @@ impl<'de> Deserialize<'de> for ColumnEntry {
 impl Column {
     /// The column of a word.
     pub(crate) fn of(word: Spanned<ColumnEntry>) -> Spanned<Self> {
-        let place = word.span();
+        let span = word.span();
         let column = match word.into_inner() {
             ColumnEntry::Whole(column) => *column,
             ColumnEntry::Name(name) => Column {
-                column: Spanned::new(place.clone(), name),
+                column: Spanned::new(span.clone(), name),
                 unit: None,
                 gain: None,
                 offset: None,
@@ -185,17 +185,17 @@ impl Column {
                 gaps: None,
             },
         };
-        Spanned::new(place, column)
+        Spanned::new(span, column)
     }
 
     /// Whether it says anything but a name and a rule for gaps.
-    pub(crate) fn says_more(&self) -> bool {
+    pub(crate) fn has_conversion(&self) -> bool {
         let numbers = [&self.gain, &self.offset, &self.sign, &self.delay];
         self.unit.is_some() || numbers.iter().any(|it| it.is_some())
     }
 
-    /// The column of an alias, with what this one says itself; all words are then at the place of this one's name.
-    pub(crate) fn over(&self, alias: &Column) -> Column {
+    /// The column of an alias, with what this one says itself; all words are then at the span of this one's name.
+    pub(crate) fn with_alias(&self, alias: &Column) -> Column {
         fn both<T: Clone>(
             own: &Option<Spanned<T>>,
             alias: &Option<Spanned<T>>,

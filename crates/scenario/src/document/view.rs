@@ -1,4 +1,4 @@
-//! The words of `[view]`, the layout of the replay.
+//! The keys of `[view]`, the layout of the replay.
 
 use diagnostics::Spanned;
 use recording::view::Role;

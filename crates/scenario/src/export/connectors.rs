@@ -1,4 +1,4 @@
-//! Finds the ends of connections, and the connectors of components and of the system.
+//! Finds the variables and connections of a resolved system, through its connectors, and describes the connectors of components.
 
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction, Full, NumberIndex, TextIndex};
@@ -10,7 +10,7 @@ use super::definitions::Definitions;
 use crate::plan::{Body, InputChain, NodePlan, ResolvedConnection, System};
 
 /// A connection of two elements, by the columns of the run.
-pub(super) struct Link<'a> {
+pub(super) struct ElementConnection<'a> {
     pub from: &'a Column,
     pub to: &'a Column,
     /// The way of a number, all the way through connectors; a text arrives unchanged.
@@ -21,29 +21,36 @@ pub(super) struct Link<'a> {
 
 /// A variable or an element of an array.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct End {
+pub(super) struct ConnectorElement {
     /// The component.
     pub component: String,
     /// The variable or the whole array.
     pub connector: String,
-    /// The place of the element and the number of elements.
+    /// The index of the element and the number of elements.
     pub element: (usize, usize),
 }
 
+impl ConnectorElement {
+    /// Whether both are elements of one connector.
+    pub fn is_beside(&self, other: &Self) -> bool {
+        (&self.component, &self.connector) == (&other.component, &other.connector)
+    }
+}
+
 /// The nodes of a system, for look-ups.
-pub(super) struct Ends<'a> {
+pub(super) struct SystemVariables<'a> {
     pub system: &'a System,
 }
 
-impl<'a> Ends<'a> {
+impl<'a> SystemVariables<'a> {
     pub fn new(system: &'a System) -> Self {
-        Ends { system }
+        SystemVariables { system }
     }
 
     /// All connections to FMUs.
-    pub fn links(&self) -> Vec<Link<'a>> {
+    pub fn connections(&self) -> Vec<ElementConnection<'a>> {
         let columns = &self.system.columns;
-        let mut links = Vec::new();
+        let mut connections = Vec::new();
         let fmus = self.system.nodes.iter().filter(|it| matches!(it.body, Body::Fmu { .. }));
         for node in fmus {
             let own =
@@ -51,18 +58,23 @@ impl<'a> Ends<'a> {
             let numbers = columns.numbers().filter(|(_, column)| own(column));
             for ((_, to), connection) in numbers.zip(&node.connections) {
                 let (source, chain, is_mixed) = self.origin(connection);
-                links.push(Link { from: &columns[source], to, chain: Some(chain), is_mixed });
+                connections.push(ElementConnection {
+                    from: &columns[source],
+                    to,
+                    chain: Some(chain),
+                    is_mixed,
+                });
             }
             let texts = columns.texts().filter(|(_, column)| own(column));
             for ((_, to), source) in texts.zip(&node.texts.connections) {
                 let from = &columns[self.text_origin(source.index)];
-                links.push(Link { from, to, chain: None, is_mixed: false });
+                connections.push(ElementConnection { from, to, chain: None, is_mixed: false });
             }
         }
-        links
+        connections
     }
 
-    fn passages(&self) -> impl Iterator<Item = &'a NodePlan> {
+    fn connector_nodes(&self) -> impl Iterator<Item = &'a NodePlan> {
         self.system.nodes.iter().filter(|node| node.is_connector())
     }
 
@@ -71,7 +83,7 @@ impl<'a> Ends<'a> {
         let mut source = connection.source.index;
         let (mut chain, mut is_mixed) = (connection.input_chain.clone(), false);
         let before = |index| {
-            let mut all = self.passages();
+            let mut all = self.connector_nodes();
             let node = all.find(|node| node.inputs.indices().any(|it| it == index))?;
             node.connections.first()
         };
@@ -91,7 +103,7 @@ impl<'a> Ends<'a> {
 
     fn text_origin(&self, mut index: TextIndex<Full>) -> TextIndex<Full> {
         let before = |index| {
-            let mut all = self.passages();
+            let mut all = self.connector_nodes();
             let node = all.find(|node| node.texts.inputs.indices().any(|it| it == index))?;
             node.texts.connections.first()
         };
@@ -112,11 +124,11 @@ impl<'a> Ends<'a> {
     }
 
     /// The end that a column is; none for a signal or a column of a table.
-    pub fn end(&self, column: &Column) -> Option<End> {
+    pub fn element(&self, column: &Column) -> Option<ConnectorElement> {
         let variable = self.variable(&column.node, &column.variable)?;
-        Some(End {
+        Some(ConnectorElement {
             component: column.node.clone(),
-            connector: array_name(variable).to_owned(),
+            connector: variable.array().to_owned(),
             element: variable.element,
         })
     }
@@ -125,17 +137,17 @@ impl<'a> Ends<'a> {
     pub fn connectors(
         &self,
         node: &NodePlan,
-        links: &[Link],
+        connections: &[ElementConnection],
         definitions: &mut Definitions,
     ) -> Vec<DraftConnector> {
         let Body::Fmu { fmu, starts, .. } = &node.body else { return Vec::new() };
         let firsts = fmu.description.variables.iter().filter(|variable| variable.element.0 == 0);
         let connectors = firsts.filter_map(|variable| {
-            let is_source = links.iter().any(|link| {
+            let is_source = connections.iter().any(|link| {
                 link.from.node == node.name
-                    && array_of(fmu, &link.from.variable) == array_name(variable)
+                    && array_of(fmu, &link.from.variable) == variable.array()
             });
-            let started = starts.iter().any(|it| array_of(fmu, &it.name) == array_name(variable));
+            let started = starts.iter().any(|it| array_of(fmu, &it.name) == variable.array());
             let kind = match variable.causality {
                 Causality::Input => Kind::Input,
                 _ if is_source => Kind::Output,
@@ -145,7 +157,7 @@ impl<'a> Ends<'a> {
                 _ => Kind::Parameter,
             };
             Some(DraftConnector {
-                name: array_name(variable).to_owned(),
+                name: variable.array().to_owned(),
                 kind,
                 carries: definitions.carries(&node.name, variable)?,
                 unit: self.unit(node, variable, definitions),
@@ -175,17 +187,9 @@ impl<'a> Ends<'a> {
     }
 }
 
-/// The name of a variable, and that of the array for one of its elements.
-pub(super) fn array_name(variable: &Variable) -> &str {
-    match variable.element {
-        (_, 1) => &variable.name,
-        _ => variable.name.rsplit_once('[').map_or(variable.name.as_str(), |(name, _)| name),
-    }
-}
-
 fn array_of<'v>(fmu: &'v Fmu, name: &'v str) -> &'v str {
     let variable = fmu.description.variables.iter().find(|variable| variable.name == name);
-    variable.map_or(name, array_name)
+    variable.map_or(name, Variable::array)
 }
 
 /// The sizes of an array: the indices of its last element.
@@ -194,7 +198,7 @@ fn dimensions(fmu: &Fmu, first: &Variable) -> Vec<usize> {
         return Vec::new();
     }
     let own = fmu.description.variables.iter().filter(|variable| {
-        variable.element.1 == first.element.1 && array_name(variable) == array_name(first)
+        variable.element.1 == first.element.1 && variable.array() == first.array()
     });
     let last = own.max_by_key(|variable| variable.element.0);
     let indices = last.and_then(|last| last.name.rsplit_once('['));

@@ -1,4 +1,4 @@
-//! Lists the keys of a JSON schema.
+//! Lists the keys of a JSON schema, each with its type, unit, default and examples.
 
 use serde_json::{Value, json};
 

@@ -35,14 +35,14 @@ pub(super) fn resolve(
 ) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
     let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
-        mistakes.take(unique(scenario, &analyses[..index], analysis, signals.columns));
+        mistakes.take(check_unique_name(scenario, &analyses[..index], analysis, signals.columns));
         mistakes.take(plan(scenario, analysis, plugins, parameters, signals, warnings))
     });
     plans.collect()
 }
 
 /// Checks refer to results by the names of analyses.
-fn unique(
+fn check_unique_name(
     scenario: &Scenario,
     before: &[Analysis],
     analysis: &Analysis,
@@ -92,14 +92,15 @@ fn plan(
         wired.extend(mistakes.take(wire));
     }
     for name in analysis.table.iter().flat_map(|table| table.columns.keys()) {
-        let wanted = wanted(scenario, &analyser, name);
-        mistakes.take(wanted.and_then(|wanted| not_of_run(scenario, analysis, name, wanted)));
+        let wanted = find_wanted(scenario, &analyser, name);
+        mistakes
+            .take(wanted.and_then(|wanted| refuse_run_signal(scenario, analysis, name, wanted)));
     }
     if let Some(log) = &log {
         wired.extend(log_signals::wire_columns(log, &analyser.needs, &mut mistakes));
     }
     if analysis.table.is_none() || log.is_some() {
-        mistakes.take(complete(scenario, analysis, &analyser, &wired));
+        mistakes.take(check_required(scenario, analysis, &analyser, &wired));
     }
     let signals = mistakes.finish();
     let config = extra_tables(scenario, analysis, parameters).and_then(|extra| {
@@ -124,7 +125,7 @@ fn wire_run_signal(
     name: &Spanned<String>,
     signal: &Spanned<AnalysisSignal>,
 ) -> Result<Wired, Error> {
-    let wanted = wanted(scenario, analyser, name);
+    let wanted = find_wanted(scenario, analyser, name);
     let source = source_signal(scenario, signal).and_then(|(source, scaling)| {
         Ok((column(scenario, signals.columns, &source)?, source, scaling))
     });
@@ -132,7 +133,7 @@ fn wire_run_signal(
     let full = source.name;
     let help = |unit: &str| unit_help(scenario, full, unit);
     let wired = wire(wanted, Origin::Run(index), signals.units.of(full), source, &help)?;
-    Ok(scaled(wired, scaling))
+    Ok(apply_scaling(wired, scaling))
 }
 
 /// Whether the analysis takes a signal of this name from the run.
@@ -155,7 +156,7 @@ fn column(
 }
 
 /// Refuses a column of a file under the name of a signal of the run.
-fn not_of_run<'a>(
+fn refuse_run_signal<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,
@@ -169,7 +170,7 @@ fn not_of_run<'a>(
 }
 
 /// The signal that the plugin expects under this name.
-fn wanted<'a>(
+fn find_wanted<'a>(
     scenario: &Scenario,
     analyser: &'a LoadedAnalyser,
     name: &Spanned<String>,
@@ -205,7 +206,7 @@ fn source_signal<'a>(
 }
 
 /// The unit conversion follows gain, offset and sign.
-fn scaled(wired: Wired, scaling: Scaling) -> Wired {
+fn apply_scaling(wired: Wired, scaling: Scaling) -> Wired {
     let Scaling { gain, offset, sign } = scaling;
     match scaling == Scaling::default() {
         true => wired,
@@ -275,7 +276,7 @@ fn wire(
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(
+fn check_required(
     scenario: &Scenario,
     analysis: &Analysis,
     analyser: &LoadedAnalyser,
@@ -313,7 +314,7 @@ fn extra_tables(
     analysis: &Analysis,
     parameters: &Parameters,
 ) -> Result<[ExtraTable; 2], Error> {
-    let contents = files(scenario, analysis)?;
+    let contents = read_files(scenario, analysis)?;
     let mut values = toml::Table::new();
     for file in parameters.of(scenario, &analysis.parameters) {
         values.extend(file.values.iter().map(|it| (it.name.clone(), it.value.clone())));
@@ -394,8 +395,8 @@ fn config_error(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -
     };
     // The key may be that of the configuration, of a file, or of a signal.
     let tables: [&[&str]; 4] = [&["config"], &[], &["signals"], &["table", "columns"]];
-    let place = tables.into_iter().find_map(under);
-    let span = place.map_or(analysis.name.span(), |(_, span)| span);
+    let found = tables.into_iter().find_map(under);
+    let span = found.map_or(analysis.name.span(), |(_, span)| span);
     scenario.source.error(span, format!("`{name}`: {}", error.message.trim()), "")
 }
 
@@ -403,7 +404,7 @@ fn config_error(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -
 const LARGEST_FILE: u64 = 256 << 20;
 
 /// The contents of the files: texts, and what is none as [`plugin::File::value`] has it.
-fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
+fn read_files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
     let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
         let file = scenario.source.resolve(path);
         let bytes = diagnostics::read_bounded(&file, LARGEST_FILE).map_err(|error| {

@@ -1,4 +1,4 @@
-//! Finds the archive of an FMU: that of `path`, or the one that was built from a package. Opens it once for all nodes.
+//! Opens the archives of FMUs, those of `path` and those that were built from packages, once for all nodes.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};

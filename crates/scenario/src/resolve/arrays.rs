@@ -1,4 +1,4 @@
-//! Turns a connection of two arrays into connections of their elements.
+//! Expands a connection of two arrays into connections of their elements.
 
 use diagnostics::{Error, Mistakes, Spanned};
 

@@ -1,4 +1,4 @@
-//! Turns `[[baseline]]` into columns and sizes of tubes.
+//! Resolves `[[baseline]]` to columns and the sizes of their tubes.
 
 use std::ops::Range;
 
@@ -16,13 +16,13 @@ pub(super) fn resolve(
 ) -> Result<Vec<BaselinePlan>, Error> {
     let baselines = scenario.document.baseline.iter().enumerate();
     Mistakes::all(baselines.map(|(index, baseline)| {
-        let unique = unique(scenario, index, baseline);
+        let unique = check_unique_name(scenario, index, baseline);
         Mistakes::both(unique, plan(scenario, baseline, columns, clock)).map(|((), plan)| plan)
     }))
 }
 
 /// Reports tell baselines and checks by their names.
-fn unique(scenario: &Scenario, index: usize, baseline: &Baseline) -> Result<(), Error> {
+fn check_unique_name(scenario: &Scenario, index: usize, baseline: &Baseline) -> Result<(), Error> {
     let name = baseline.name.get_ref();
     let before = scenario.document.baseline[..index].iter().map(|other| &other.name);
     let mut others = scenario.document.check.iter().map(|check| &check.name).chain(before);
@@ -41,7 +41,7 @@ fn plan(
     columns: &Columns<Full>,
     clock: Option<Clock>,
 ) -> Result<BaselinePlan, Error> {
-    let place = baseline.recording.span();
+    let span = baseline.recording.span();
     let signals = signals(scenario, baseline, columns);
     let during = during(scenario, baseline, clock);
     let form = check_format(scenario, baseline);
@@ -52,7 +52,7 @@ fn plan(
         line,
         name: baseline.name.get_ref().clone(),
         path: scenario.source.resolve(&baseline.recording),
-        place,
+        place: span,
         during,
         signals,
         chosen: baseline.signals.is_some(),
@@ -147,14 +147,14 @@ fn tube_span(tube: &Tube, baseline: &Baseline) -> Range<usize> {
     tube.signals.first().map_or(baseline.name.span(), Spanned::span)
 }
 
-fn check_size(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(), Error> {
+fn check_size(scenario: &Scenario, span: Range<usize>, size: TubeSize) -> Result<(), Error> {
     let sizes = [("absolute", size.absolute), ("relative", size.relative), ("time", size.time)];
     match sizes.into_iter().find(|(_, size)| !(*size >= 0.0 && size.is_finite())) {
         None => Ok(()),
         Some((key, size)) => {
             let message =
                 format!("expected a number from 0 on as `{key}` of the tube, found {size}");
-            Err(scenario.source.error(place, message, ""))
+            Err(scenario.source.error(span, message, ""))
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Attaches the faults of calls to the nodes that have them.
+//! Resolves `[[fault]]` of FMUs: faults that are injected into their calls.
 
 use std::time::Duration;
 

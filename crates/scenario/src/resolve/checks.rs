@@ -1,4 +1,4 @@
-//! Turns `[[check]]` into expressions over columns.
+//! Resolves `[[check]]` to expressions over columns and results.
 
 use std::collections::BTreeSet;
 
@@ -19,7 +19,7 @@ pub(super) fn resolve(
 ) -> Vec<CheckPlan> {
     let checks = &scenario.document.check;
     let plans = Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
-        let unique = unique(scenario, &checks[..index], check);
+        let unique = check_unique_name(scenario, &checks[..index], check);
         let plan = plan(scenario, check, signals, clock);
         Mistakes::both(unique, plan).map(|(_, plan)| plan)
     }));
@@ -27,7 +27,7 @@ pub(super) fn resolve(
 }
 
 /// Reports and test results tell checks by their names.
-fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
+fn check_unique_name(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
     let name = check.name.get_ref();
     if before.iter().any(|other| other.name.get_ref() == name) {
         let message = format!("there are two checks called `{name}`");

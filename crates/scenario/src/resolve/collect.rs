@@ -1,4 +1,4 @@
-//! Turns `[sweep.collect]` into expressions over columns.
+//! Resolves `[sweep.collect]` to expressions over columns.
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, Signal};

@@ -1,4 +1,4 @@
-//! Decides in which form the columns of a table are read: as the inputs that they are connected to want them.
+//! Chooses whether a column of a `[[table]]` is read as number, integer or text, by the inputs that it is connected to.
 
 use fmu_import::description::{Storage, Type};
 use recording::table::Reading;

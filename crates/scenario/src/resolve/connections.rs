@@ -1,4 +1,4 @@
-//! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
+//! Resolves `[[connect]]`: finds both ends, checks types, and builds the input chain of effects and faults.
 
 use std::collections::HashSet;
 

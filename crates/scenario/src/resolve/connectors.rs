@@ -159,7 +159,7 @@ fn input_without_start(
 fn connector_span(scenario: &Scenario, word: &Connector, node: &str) -> Range<usize> {
     let mut systems = scenario.document.system.iter();
     let system = systems.find(|system| system.label() == node);
-    system.map_or_else(|| word.name.span(), Subsystem::place)
+    system.map_or_else(|| word.name.span(), Subsystem::span)
 }
 
 /// An input that nobody thought of keeps its start value for ever, which looks like a result: the scenario has to say that it wants

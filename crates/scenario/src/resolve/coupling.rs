@@ -1,4 +1,4 @@
-//! Checks the words of `[coupling]` and those of steps: courses of inputs, steps of FMUs, the division of communication steps.
+//! Resolves `[coupling]`, the steps of FMUs and the extrapolation of inputs.
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};

@@ -1,4 +1,4 @@
-//! Reads the units that the scenario declares for variables of FMUs, which must not contradict their descriptions.
+//! Resolves `unit` of `[[fmu]]`: units of variables whose description has none, which must not contradict it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;

@@ -1,4 +1,4 @@
-//! Tells what of an FMU's description was read otherwise than it stands there, and start times that the run does not use.
+//! Notes corrections that reading a modelDescription.xml made, and default start times that the run does not use.
 
 use std::collections::BTreeSet;
 

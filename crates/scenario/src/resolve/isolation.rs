@@ -1,4 +1,4 @@
-//! Decides which FMUs run in processes of their own, and how.
+//! Decides which FMUs run in processes of their own, with which sandbox and limits.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,7 +21,7 @@ pub enum IsolationPolicy {
     Everything,
 }
 
-/// How an FMU is kept is_isolated from the others.
+/// How an FMU is kept apart from the others.
 pub(super) fn isolation(
     scenario: &Scenario,
     node: &Fmu,

@@ -1,4 +1,4 @@
-//! Turns `[[manoeuvre]]` into drivers, who are nodes, and into analyses of what they did.
+//! Resolves `[[manoeuvre]]` to driver nodes, their connections to the car, and the analyses of characteristic values.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -24,17 +24,21 @@ pub(super) fn drivers(
     mistakes: &mut Mistakes,
 ) -> Vec<NodeDraft> {
     let words = scenario.document.manoeuvre.iter().enumerate();
-    let drivers = words.filter_map(|(place, word)| {
-        mistakes.take(unique(scenario, place, word));
+    let drivers = words.filter_map(|(index, word)| {
+        mistakes.take(check_unique_name(scenario, index, word));
         mistakes.take_named(word.node(), driver(scenario, word, run))
     });
     drivers.collect()
 }
 
 /// Checks refer to the values by the names of manoeuvres.
-fn unique(scenario: &Scenario, place: usize, word: &document::Manoeuvre) -> Result<(), Error> {
+fn check_unique_name(
+    scenario: &Scenario,
+    index: usize,
+    word: &document::Manoeuvre,
+) -> Result<(), Error> {
     let (name, document) = (word.name.get_ref(), &scenario.document);
-    let before = document.manoeuvre[..place].iter().map(|other| other.name.get_ref().as_str());
+    let before = document.manoeuvre[..index].iter().map(|other| other.name.get_ref().as_str());
     let drivers = document.manoeuvre.iter().map(document::Manoeuvre::node);
     let fmus = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
     let analyses = document.analysis.iter().map(|other| other.name.get_ref().as_str());
@@ -99,7 +103,7 @@ fn driver(
         outputs: outputs.collect(),
         inputs,
         started_inputs: Vec::new(),
-        span: word.place().span(),
+        span: word.driver_or_name().span(),
         port_names: PortNames::default(),
     })
 }
@@ -160,14 +164,14 @@ fn port(name: &str, unit: &str, about: &str) -> Port {
 /// Connections from the cars to their drivers, but for inputs that have connections of their own.
 pub(super) fn measurement_connections(
     scenario: &Scenario,
-    unplaced: &[NodeDraft],
+    nodes: &[NodeDraft],
     connects: &[Connect],
     mistakes: &mut Mistakes,
 ) -> Vec<Connect> {
     let mut all = Vec::new();
     for word in &scenario.document.manoeuvre {
         let Some(car) = &word.car else { continue };
-        let driver = unplaced.iter().find(|node| node.name == word.node());
+        let driver = nodes.iter().find(|node| node.name == word.node());
         for input in driver.into_iter().flat_map(|node| &node.inputs) {
             let to = format!("{}.{}", word.node(), input.name);
             if connects.iter().any(|connect| *connect.to.get_ref() == to) {
@@ -175,7 +179,7 @@ pub(super) fn measurement_connections(
             }
             let at = |name: String| Spanned::new(car.span(), name);
             let from = at(format!("{}.{}", car.get_ref(), input.name));
-            match find_port(scenario, unplaced, &from, PortSide::Output) {
+            match find_port(scenario, nodes, &from, PortSide::Output) {
                 Ok(_) => all.push(Connect::plain(from, at(to))),
                 Err(error) => {
                     let (about, unit) = (input.description.as_deref(), input.unit.as_deref());
@@ -183,7 +187,7 @@ pub(super) fn measurement_connections(
                     let help = format!(
                         "the driver measures the {about} [{unit}]: connect another output to it: [[connect]] to = \"{to}\""
                     );
-                    let known = unplaced.iter().any(|node| node.name == *car.get_ref());
+                    let known = nodes.iter().any(|node| node.name == *car.get_ref());
                     mistakes.push(if known { error.help(help) } else { error });
                     if !known {
                         break;

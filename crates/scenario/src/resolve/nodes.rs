@@ -1,4 +1,4 @@
-//! Makes nodes of `[[fmu]]`, `[[signal]]` and `[[table]]`, whose inputs are not connected yet.
+//! Resolves `[[fmu]]`, `[[signal]]` and `[[table]]` to nodes with their ports, not connected yet.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};

@@ -1,4 +1,4 @@
-//! Reads values that do not stand in the scenario: `node.variable=value`, or a file of them.
+//! Parses and applies values from outside the scenario: `--set node.variable=value`, or a file of them.
 
 use std::path::{Path, PathBuf};
 
@@ -77,7 +77,7 @@ impl Override {
     }
 }
 
-/// The scenario with the words that these values edit, and the start values among them; no scenario when it stays as it is.
+/// The scenario with the entries that these values change, and the start values among them; no scenario when it stays as it is.
 pub(super) fn apply(
     scenario: &Scenario,
     overrides: &Overrides,

@@ -1,4 +1,4 @@
-//! Reads files of parameters, from which several FMUs and analyses take their values, so that none is in a scenario twice.
+//! Reads files of parameters, which several FMUs and analyses share.
 
 use std::collections::HashSet;
 use std::ops::Range;

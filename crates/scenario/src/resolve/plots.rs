@@ -1,4 +1,4 @@
-//! Turns `[[view.plot]]` into curves over time on axes with units.
+//! Resolves `[[view.plot]]` to curves over time on axes with units.
 
 use std::collections::HashMap;
 
@@ -135,7 +135,7 @@ pub fn by_unit<'a>(
             role: Role::Other,
             bound: false,
         };
-        let known = last.get(&title).and_then(|place| plots.get_mut(*place));
+        let known = last.get(&title).and_then(|index| plots.get_mut(*index));
         match known.filter(|plot| plot.series.len() < CURVES) {
             Some(plot) => plot.series.push(series),
             None => {

@@ -1,4 +1,4 @@
-//! Describes the variables of nodes that can be connected or recorded, and groups those that are read and written at once.
+//! Describes ports, the variables of nodes that can be connected or recorded, and groups those that one FMI call reads or writes.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Resolves the quantities of a layout: recorded signals and formulas of them.
+//! Resolves the quantities of `[view]`: recorded signals and formulas of them.
 
 use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand, Signal, SignalUnit};

@@ -1,4 +1,4 @@
-//! Selects the recorded variables.
+//! Resolves `[record]`: selects the recorded variables.
 
 use diagnostics::{Error, Mistakes, suggest};
 use recording::{Column, Columns, Full, Selection};

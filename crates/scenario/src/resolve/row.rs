@@ -104,7 +104,7 @@ fn outputs(
 /// the integer itself is what the input has to accept, not its number.
 fn exact(plan: &mut NodePlan, columns: &Columns<Full>) {
     let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
-    for (place, (link, input)) in links {
+    for (index, (link, input)) in links {
         let source = columns.integer(link.source.index);
         let input = columns.integer(input);
         if source.is_none() && input.is_none() {
@@ -113,7 +113,7 @@ fn exact(plan: &mut NodePlan, columns: &Columns<Full>) {
         let chain = &mut link.input_chain;
         let both = source.is_some() && input.is_some() && chain.is_plain();
         let as_it_is = both.then(|| std::mem::replace(&mut chain.accepts, Accepts::Real));
-        plan.exact.connections.push(ExactConnection { place, source, input, as_it_is });
+        plan.exact.connections.push(ExactConnection { place: index, source, input, as_it_is });
     }
 }
 

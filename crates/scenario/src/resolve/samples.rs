@@ -1,4 +1,4 @@
-//! Reads values that belong together from a CSV file: a line for each variant, or for each draw from a posterior.
+//! Reads joint samples from a CSV file: a line for each variant of a design, or for each draw from a posterior.
 
 use std::path::{Path, PathBuf};
 

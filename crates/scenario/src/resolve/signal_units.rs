@@ -1,4 +1,4 @@
-//! Knows the unit of each variable, for expressions and analyses, and where the scenario declares a missing one.
+//! Looks up the units of signals for expressions and analyses, and says where a missing one is declared.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! Reads start values from the scenario and the command line, and checks that they fit their variables.
+//! Resolves start values from the scenario, files of parameters and the command line, and checks them against their variables.
 
 use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
@@ -115,14 +115,6 @@ pub(super) fn structural_parameters(
     sizes
 }
 
-/// The name of a variable, and that of the array for one of its elements.
-fn array_name(variable: &Variable) -> &str {
-    match variable.element {
-        (_, 1) => &variable.name,
-        _ => variable.name.rsplit_once('[').map_or(variable.name.as_str(), |(name, _)| name),
-    }
-}
-
 /// The values in nested lists, row by row.
 fn collect_leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
     match value {
@@ -144,12 +136,12 @@ struct StartTable<'a> {
 impl<'a> StartTable<'a> {
     fn new(variables: &'a [Variable]) -> Self {
         let indexed = || variables.iter().enumerate().rev();
-        let of_array = |(place, it): (usize, &'a Variable)| {
-            (it.name != it.array()).then(|| (it.array(), place))
+        let of_array = |(index, it): (usize, &'a Variable)| {
+            (it.name != it.array()).then(|| (it.array(), index))
         };
         StartTable {
             variables,
-            names: indexed().map(|(place, it)| (it.name.as_str(), place)).collect(),
+            names: indexed().map(|(index, it)| (it.name.as_str(), index)).collect(),
             arrays: indexed().filter_map(of_array).collect(),
             written: BTreeMap::new(),
         }
@@ -191,7 +183,7 @@ impl<'a> StartTable<'a> {
             Some(first) => (first, self.variables[first].element.1),
             None => {
                 let firsts = self.variables.iter().filter(|variable| variable.element.0 == 0);
-                let names = firsts.map(array_name);
+                let names = firsts.map(Variable::array);
                 let elements = self.variables.iter().filter(|it| it.element.1 > 1);
                 let elements = elements.map(|variable| variable.name.as_str());
                 return Err(suggest::unknown("variable", name, names.chain(elements)).to_string());

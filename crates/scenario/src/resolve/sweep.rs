@@ -1,4 +1,4 @@
-//! Checks `[sweep]`: what differs among the variants, and how they are chosen.
+//! Resolves `[sweep]`: its axes, design, correlations and search.
 
 mod axes;
 
@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-3;
 /// The variants that a scenario asks for; none without `[sweep]`.
 ///
 /// # Errors
-/// All that is wrong with its sweep, at its places, and files that cannot be read.
+/// All that is wrong with its words, at its places, and files that cannot be read.
 pub fn sweep(scenario: &Scenario) -> Result<Option<SweepPlan>, Error> {
     let Some(sweep) = &scenario.document.sweep else { return Ok(None) };
     let mut mistakes = Mistakes::default();

@@ -1,4 +1,4 @@
-//! Turns a connection of two terminals into connections of their members (FMI 3.0, section 2.4.9.2).
+//! Expands a connection of two terminals into connections of their members (FMI 3.0, section 2.4.9.2).
 
 mod matching;
 

@@ -1,4 +1,4 @@
-//! Checks the types of connections and gives the values that an input accepts.
+//! Checks the types at both ends of a connection, and gives the values that the input accepts.
 
 use diagnostics::Error;
 use fmu_import::description::{Storage, Type, list};

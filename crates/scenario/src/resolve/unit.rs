@@ -1,4 +1,4 @@
-//! Reads a unit from a word of the file, with a suggestion for a misspelt one.
+//! Parses a unit of the scenario, with a suggestion for a misspelt one.
 
 use diagnostics::{Error, Spanned, suggest};
 use units::Unit;

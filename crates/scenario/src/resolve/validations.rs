@@ -1,4 +1,4 @@
-//! Checks the names of validations.
+//! Checks the names of `[[validation]]`, which name folders of results.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Turns `[view]` into a layout by columns.
+//! Resolves `[view]` to the layout of the replay, by columns of the recording.
 
 use diagnostics::{Error, Mistakes, Spanned};
 use recording::table::{TableError, columns};
@@ -83,10 +83,10 @@ pub fn limits(checks: &[CheckPlan], recorded: &Selection) -> Vec<Limit> {
 fn pose(scope: &SignalScope, written: &document::Pose) -> Result<Pose, Error> {
     let find = |word: &Spanned<String>| scope.column(word);
     let maybe = |word: &Option<Spanned<String>>| word.as_ref().map(find).transpose();
-    let place = Mistakes::both(find(&written.x), find(&written.y));
-    let place = Mistakes::both(place, find(&written.heading));
+    let position = Mistakes::both(find(&written.x), find(&written.y));
+    let pose = Mistakes::both(position, find(&written.heading));
     let motion = Mistakes::both(maybe(&written.steer), maybe(&written.speed));
-    let (((x, y), heading), (steer, speed)) = Mistakes::both(place, motion)?;
+    let (((x, y), heading), (steer, speed)) = Mistakes::both(pose, motion)?;
     Ok(Pose {
         x,
         y,
@@ -100,7 +100,11 @@ fn pose(scope: &SignalScope, written: &document::Pose) -> Result<Pose, Error> {
 }
 
 /// The two coordinates of a point.
-fn point(scope: &SignalScope, [x, y]: [&Spanned<String>; 2]) -> Result<[Quantity; 2], Error> {
+fn point(
+    scope: &SignalScope,
+    x: &Spanned<String>,
+    y: &Spanned<String>,
+) -> Result<[Quantity; 2], Error> {
     Mistakes::both(scope.quantity(x), scope.quantity(y)).map(|(x, y)| [x, y])
 }
 
@@ -134,7 +138,7 @@ fn track(
         (None, None, Some(_)) => None,
         _ => return Err(wrong("expected the two edges of the track, or its center")),
     };
-    let quantities = |[x, y]: &[Spanned<String>; 2]| point(scope, [x, y]);
+    let quantities = |[x, y]: &[Spanned<String>; 2]| point(scope, x, y);
     match (path, sides, center, half_width, widths) {
         (None, Some([left, right]), _, None, None) => {
             let (left, right) = Mistakes::both(quantities(left), quantities(right))?;
@@ -212,7 +216,7 @@ fn xy_plot(scope: &SignalScope, written: &document::XyPlot) -> Result<XyPlot, Er
         }
     });
     let points = Mistakes::all(written.points.iter().map(|it| {
-        let coordinates = point(scope, [&it.x, &it.y])?;
+        let coordinates = point(scope, &it.x, &it.y)?;
         Ok(Point { label: it.label.clone(), role: it.role, coordinates })
     }));
     let curves = Mistakes::all(written.curves.iter().map(|it| {
@@ -254,7 +258,7 @@ pub(super) fn graph(nodes: &[NodePlan], order: &[usize], coupling: &CouplingPlan
         let name = nodes[*node].name.clone();
         GraphNode { name, is_looped: is_looped(*node) }
     };
-    let place = |node: usize| order.iter().position(|it| *it == node);
+    let rank = |node: usize| order.iter().position(|it| *it == node);
     let mut edges = Vec::new();
     for (to, plan) in nodes.iter().enumerate() {
         let numbers = plan.connections.iter().map(|link| link.source.index);
@@ -265,7 +269,7 @@ pub(super) fn graph(nodes: &[NodePlan], order: &[usize], coupling: &CouplingPlan
         let speakers = texts.filter_map(|source| {
             nodes.iter().position(|it| it.texts.outputs.positions().contains(&source.position()))
         });
-        edges.extend(givers.chain(speakers).filter_map(|from| place(from).zip(place(to))));
+        edges.extend(givers.chain(speakers).filter_map(|from| rank(from).zip(rank(to))));
     }
     edges.sort_unstable();
     edges.dedup();

@@ -1,4 +1,4 @@
-//! Writes the connectors of a system itself, which the scenario around it connects.
+//! Writes the connectors of an SSP system, which the scenario around it connects.
 
 use diagnostics::Error;
 use fmu_import::Causality;
@@ -41,7 +41,7 @@ impl Writer<'_> {
         let Some((own, has_unit)) = self.connector_variable(settings, connector, first) else {
             return Ok(());
         };
-        self.write_connector(settings, connector, ("input", has_unit));
+        self.write_connector(settings, connector, "input", has_unit);
         if settings.unconnected {
             self.line(format_args!("unconnected = \"start\""));
         }
@@ -72,7 +72,7 @@ impl Writer<'_> {
         let Some((own, has_unit)) = self.connector_variable(settings, connector, &source) else {
             return Ok(());
         };
-        self.write_connector(settings, connector, ("output", has_unit));
+        self.write_connector(settings, connector, "output", has_unit);
         let way = Way { units: (way.units.0.clone(), None), ..Way::clone(way) };
         let words = conversion_keys(&way, &source, &own)?;
         let from = quoted(&format!("{}.{}", self.names[port.component], port.variable));
@@ -144,7 +144,8 @@ impl Writer<'_> {
         &mut self,
         settings: &PartSettings,
         connector: &Connector,
-        (kind, has_unit): (&str, bool),
+        kind: &str,
+        has_unit: bool,
     ) {
         self.begin(&connector.place);
         let name = quoted(&format!("{}.{}", settings.name, connector.name));

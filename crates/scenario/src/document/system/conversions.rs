@@ -1,4 +1,4 @@
-//! Writes what happens to values on their way between two variables: conversions of units and types, transformations.
+//! Translates the unit conversion, type conversion and transformation of an SSP connection into keys of `[[connect]]`.
 
 use diagnostics::Error;
 use fmu_import::description::{Type, Variable};

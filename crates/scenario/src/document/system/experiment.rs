@@ -1,4 +1,4 @@
-//! Proposes start, step and stop of the run of FMUs that no scenario gives times: those of a system, or one by itself.
+//! Derives start, step and stop time from the DefaultExperiment of FMUs, where a system or a single FMU gives none.
 
 use diagnostics::Error;
 use fmu_import::Fmu;

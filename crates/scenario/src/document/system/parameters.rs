@@ -1,4 +1,4 @@
-//! Makes start values of connections between parameters.
+//! Turns connections between parameters into start values.
 
 use diagnostics::Error;
 use fmu_import::description::{Type, Variable};
@@ -30,7 +30,8 @@ fn is_fixed(source: &Variable) -> bool {
 pub(super) fn value(
     system: &System,
     connection: &Connection,
-    (source, target): (&Variable, &Variable),
+    source: &Variable,
+    target: &Variable,
 ) -> Result<String, Error> {
     let Connection { from, to, way } = connection;
     let known = is_fixed(source);
@@ -38,10 +39,10 @@ pub(super) fn value(
     let bound = component.and_then(|it| it.starts.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {
         let value = super::start_number(bound, source)?;
-        return start_value(connection, value, (source, target));
+        return start_value(connection, value, source, target);
     }
     match source.start_value().filter(|_| known) {
-        Some(value) => start_value(connection, ssp_value(&value, source), (source, target)),
+        Some(value) => start_value(connection, ssp_value(&value, source), source, target),
         None => Err(error_at(
             &way.place,
             format!(
@@ -55,7 +56,8 @@ pub(super) fn value(
 fn start_value(
     connection: &Connection,
     value: ssp::Value,
-    (source, target): (&Variable, &Variable),
+    source: &Variable,
+    target: &Variable,
 ) -> Result<String, Error> {
     let way = &connection.way;
     let (factor, offset) = conversion(way, source, target)?;
@@ -73,7 +75,8 @@ fn start_value(
     Ok(toml(&value, target))
 }
 
-fn ssp_value(value: &Value, variable: &Variable) -> ssp::Value {
+/// A value of an FMU as SSP has it: a number of an Enumeration by the name of its item.
+pub(crate) fn ssp_value(value: &Value, variable: &Variable) -> ssp::Value {
     let item = |number: i128| {
         let mut items = variable.items.iter();
         let item = items.find(|item| i128::from(item.value) == number);

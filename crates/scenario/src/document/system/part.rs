@@ -1,4 +1,4 @@
-//! Makes the text of a system that is a part of a scenario.
+//! Imports an SSP system as a part of a scenario, with its connectors.
 
 use std::path::Path;
 

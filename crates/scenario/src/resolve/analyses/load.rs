@@ -1,4 +1,4 @@
-//! Loads who does an analysis: a plugin, or a Python script.
+//! Loads the plugin or the Python script of an analysis, with the signals that it wants.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! Takes the signals of an analysis from its log.
+//! Reads the signals of an analysis from its log, in the units that it wants.
 
 use diagnostics::{Error, Mistakes};
 use expression::SignalUnit;

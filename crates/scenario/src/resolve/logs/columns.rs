@@ -1,4 +1,4 @@
-//! Chooses the columns of a file: those that the scenario names, and of aliases the first ones that the file has.
+//! Selects the columns of a recorded file: those that the scenario names, and of each alias the first one that the file has.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -128,8 +128,8 @@ fn resolve_alias<'a>(
         return Ok(entry);
     }
     let Some(found) = alias(aliases, wanted, lookup).transpose()? else { return Ok(entry) };
-    Ok(match own.says_more() {
-        true => ColumnRequest { column: own.over(found), ..entry },
+    Ok(match own.has_conversion() {
+        true => ColumnRequest { column: own.with_alias(found), ..entry },
         false => ColumnRequest {
             column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
             source: Arc::clone(&aliases.source),
@@ -177,8 +177,8 @@ fn missing_column(
     let quoted: Vec<String> = tried.iter().map(|it| format!("`{it}`")).collect();
     let message =
         format!("{} has none of the columns of `{name}`: {}", path.display(), quoted.join(", "));
-    let place = aliases.get(name).map_or(0..0, |(name, _)| name.span());
-    aliases.source.error(place, message, "").hint(lookup.close(tried))
+    let span = aliases.get(name).map_or(0..0, |(name, _)| name.span());
+    aliases.source.error(span, message, "").hint(lookup.close(tried))
 }
 
 /// The aliases that are asked for, each with whether it must be there.

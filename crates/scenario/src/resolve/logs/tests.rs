@@ -1,4 +1,4 @@
-//! Aliases of columns, and logs one after another.
+//! Tests of aliases of columns, and of logs that follow one another.
 
 use std::path::Path;
 

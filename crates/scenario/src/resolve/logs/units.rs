@@ -1,4 +1,4 @@
-//! Agrees on the units of columns, between words and files, and among several files that are joined.
+//! Reconciles the units of columns: of the scenario with those of the file, and among several files that are joined.
 
 use diagnostics::Error;
 use recording::table::Table;

@@ -1,4 +1,4 @@
-//! Checks what an entry of `[[sweep.vary]]` varies.
+//! Resolves an entry of `[[sweep.vary]]` to an axis of levels or a distribution.
 
 use diagnostics::{Error, Mistakes, Spanned};
 
@@ -109,7 +109,10 @@ fn values(scenario: &Scenario, vary: &Vary) -> Result<AxisSource, Error> {
     };
     let values = match (range, uniform, normal, lognormal, truncated) {
         (Some(word), ..) => range_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        (_, Some(word), ..) => uniform_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (_, Some(word), ..) => {
+            let [low, high] = *word.get_ref();
+            uniform_values(low, high).map_err(|it| wrong(word.span(), it))
+        }
         (_, _, Some(word), ..) => {
             normal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it))
         }
@@ -140,7 +143,7 @@ fn range_values(Range { from, to, count }: Range) -> Result<AxisValues, &'static
     Ok(AxisValues::Levels((0..count).map(number).collect()))
 }
 
-fn uniform_values([low, high]: [f64; 2]) -> Result<AxisValues, &'static str> {
+fn uniform_values(low: f64, high: f64) -> Result<AxisValues, &'static str> {
     let fits = (high - low).is_finite() && low < high;
     if fits { Ok(AxisValues::Uniform([low, high])) } else { Err("[low, high], finite") }
 }
@@ -161,7 +164,7 @@ fn truncated_values(
     Truncated { mean, std, low, high }: Truncated,
 ) -> Result<AxisValues, &'static str> {
     normal_values(Normal { mean, std })?;
-    uniform_values([low, high])?;
+    uniform_values(low, high)?;
     Ok(AxisValues::Truncated([mean, std, low, high]))
 }
 

@@ -1,4 +1,4 @@
-//! Finds the members of two terminals that belong together.
+//! Matches the members of two terminals by the rules plug, bus and sequence.
 
 use fmu_import::{MatchingRule, MemberKind, Terminal};
 
@@ -18,11 +18,12 @@ pub(super) struct MemberPair<'a> {
 /// # Errors
 /// When a rule of one of them is not kept, or not known.
 pub(super) fn pairs<'a>(
-    [a, b]: [&'a Terminal; 2],
+    terminals: [&'a Terminal; 2],
     names: &[String; 2],
     found: &mut Vec<MemberPair<'a>>,
 ) -> Result<(), String> {
-    for (terminal, name) in [a, b].into_iter().zip(names) {
+    let [a, b] = terminals;
+    for (terminal, name) in terminals.into_iter().zip(names) {
         if let MatchingRule::Other(rule) = &terminal.rule {
             return Err(format!(
                 "`{name}` matches by the rule `{rule}`, and only `plug`, `bus` and `sequence` are known"
