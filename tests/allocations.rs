@@ -14,7 +14,7 @@ use orchestrator::package;
 use recording::{Event, Full, Notice, Recorded, Row, Selection, Sink};
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 fn main() -> ExitCode {
     let test = || {
@@ -48,7 +48,7 @@ impl Sink<Full> for Rows {
 }
 
 /// What so many steps of a scenario with three FMUs, noise and checks allocate.
-fn allocated(scenario: &Scenario, built: &Built, steps: u64) -> AllocationInfo {
+fn allocated(scenario: &Scenario, built: &BuildArtifacts, steps: u64) -> AllocationInfo {
     let mut plan = RunPlan::resolve(scenario, built, &Overrides::default(), PathBuf::new())
         .expect("a sound scenario");
     (plan.system.clock.steps, plan.system.announced_stop) = (steps, None);

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::suggest;
 use fmu_export::pack::Version;
-use scenario::{BuildRequest, Built};
+use scenario::{BuildArtifacts, BuildRequest};
 
 use cargo::{BuildMessage, cargo, last_line};
 use metadata::{Metadata, Package};
@@ -72,12 +72,12 @@ impl Workspace {
         fmus: &[BuildRequest],
         plugins: &[BuildRequest],
         progress: OnProgress,
-    ) -> Result<Built, BuildError> {
+    ) -> Result<BuildArtifacts, BuildError> {
         let products = [fmus, plugins].concat();
         let mut libraries = self.build(&products, progress)?;
         let archives = pack(&libraries, fmus, None, Version::Two)?;
         libraries.retain(|product, _| plugins.contains(product));
-        Ok(Built { archives, plugins: libraries })
+        Ok(BuildArtifacts { archives, plugins: libraries })
     }
 
     /// The example of this name, in one of `packages`, or in any when there are none.

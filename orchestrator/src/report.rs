@@ -17,8 +17,8 @@ use cosim::master::Progress;
 use cosim::system::NodePlan;
 use diagnostics::{Error, Source};
 use scenario::Scenario;
+use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
-use scenario::words::Validation;
 use serde::{Deserialize, Serialize};
 
 use crate::fresh;

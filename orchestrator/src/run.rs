@@ -12,7 +12,7 @@ use cosim::system::System;
 use diagnostics::{Error, Mistakes};
 use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
-use scenario::{Built, Scenario, words};
+use scenario::{BuildArtifacts, Scenario, document};
 
 use crate::branch::Held;
 use crate::course::Course;
@@ -144,7 +144,7 @@ pub fn run(
 /// The error of a build, with all else that is wrong and can be known without it.
 fn unbuilt(scenario: &Scenario, options: &RunOptions, error: Error) -> Error {
     let mut mistakes = Mistakes::from_iter([error]);
-    let nothing = Built::default();
+    let nothing = BuildArtifacts::default();
     mistakes.take(RunPlan::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
     mistakes.finish().err().unwrap_or_else(Error::follow_up)
 }
@@ -153,7 +153,7 @@ fn unbuilt(scenario: &Scenario, options: &RunOptions, error: Error) -> Error {
 #[derive(Clone, Copy)]
 struct Job<'a> {
     scenario: &'a Scenario,
-    built: &'a Built,
+    built: &'a BuildArtifacts,
     options: &'a RunOptions,
 }
 
@@ -260,7 +260,7 @@ impl Job<'_> {
     fn validate(
         self,
         system: &System,
-        (validation, child): (&words::Validation, &Scenario),
+        (validation, child): (&document::Validation, &Scenario),
         report: &mut RunReport,
         (remains, events): (&mut Remains, Events),
     ) -> Result<(), Error> {

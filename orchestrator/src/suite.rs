@@ -11,7 +11,7 @@ use assessment::check::Verdict;
 use diagnostics::{Error, signal_name};
 use rayon::prelude::*;
 use scenario::plan::REPORT;
-use scenario::{Scenario, resolve, words};
+use scenario::{Scenario, document, resolve};
 use serde::Deserialize;
 
 use crate::messages::{self, NodeMessage};
@@ -87,7 +87,7 @@ pub fn find(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Error> {
             let entries = std::fs::read_dir(path).map_err(read)?;
             let files = entries.flatten().map(|entry| entry.path());
             found.extend(files.filter(|file| file.extension().is_some_and(|end| end == "toml")));
-        } else if words::is_fmu(path) {
+        } else if document::is_fmu(path) {
             let path = path.display();
             let error = Error::input(format!("expected a scenario to test, found the FMU {path}"));
             return Err(error.help(format!(

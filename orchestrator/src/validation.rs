@@ -7,10 +7,10 @@ use cosim::system::{Body, NodePlan, Start, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, hexadecimal};
+use scenario::document::Validation;
 use scenario::plan::RunPlan;
 use scenario::resolve::{Override, Overrides};
-use scenario::words::Validation;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::report::RunReport;
 
@@ -18,7 +18,7 @@ use crate::report::RunReport;
 ///
 /// # Errors
 /// With the place in the file.
-pub fn rehearse(scenario: &Scenario, built: &Built, system: &System) -> Result<(), Error> {
+pub fn rehearse(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
     let all = scenario.document.validation.iter().zip(&scenario.validations);
     let rehearsed = all.map(|(validation, child)| {
         let overrides = overrides(scenario, validation, system, None)?;

@@ -18,7 +18,7 @@ const LIMITS: [usize; 2] = [400, 70];
 const ALGORITHMS: [(&str, &str, &str); 3] = [
     (
         "crates/scenario/src/resolve.rs",
-        "resolve_again",
+        "resolve_cached",
         "the order in which the parts of a scenario are resolved, a line or two for each",
     ),
     ("crates/numerics/src/sqp.rs", "minimise", "the main loop of sequential quadratic programming"),

@@ -14,7 +14,7 @@ pub struct BuildRequest {
 
 /// The files that were built for a scenario.
 #[derive(Debug, Clone, Default)]
-pub struct Built {
+pub struct BuildArtifacts {
     /// Archives of FMUs.
     pub archives: BTreeMap<BuildRequest, PathBuf>,
     /// Libraries of plugins.

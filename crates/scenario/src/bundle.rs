@@ -1,4 +1,4 @@
-//! Gathers a scenario: one text that extends nothing, and all files that it names under portable paths in one folder.
+//! Bundles a scenario: one text that extends nothing, with all files that it names under portable paths in one folder.
 
 mod files;
 mod paths;
@@ -13,12 +13,12 @@ use serde::Deserialize as _;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue, Deserializer};
 
-use crate::build_request::Built;
+use crate::build_request::BuildArtifacts;
+use crate::document::{self, Scenario};
 use crate::resolve;
 use crate::text_of;
-use crate::words::{self, Scenario};
 use files::Files;
-use paths::Role;
+use paths::FileRole;
 
 /// The name of the text of a bundle that is written to a folder.
 pub const SCENARIO: &str = "scenario.toml";
@@ -64,11 +64,15 @@ impl Bundle {
     ///
     /// # Errors
     /// At each word that names a file that is not there, or a package that was not built.
-    pub fn gather(scenario: &Scenario, built: &Built, layout: Layout) -> Result<Self, Error> {
-        let mut gathering = Gathering { built, layout, files: Files::new(), notes: Vec::new() };
-        gathering.files.reserve(SCENARIO);
-        let (text, fmus) = gathering.text(scenario, Beside::ROOT)?;
-        let (files, notes) = (gathering.files.all, gathering.notes);
+    pub fn gather(
+        scenario: &Scenario,
+        built: &BuildArtifacts,
+        layout: Layout,
+    ) -> Result<Self, Error> {
+        let mut gatherer = Gatherer { built, layout, files: Files::new(), notes: Vec::new() };
+        gatherer.files.reserve(SCENARIO);
+        let (text, fmus) = gatherer.text(scenario, TextLocation::ROOT)?;
+        let (files, notes) = (gatherer.files.all, gatherer.notes);
         Ok(Bundle { name: scenario.name.clone(), text, files, fmus, notes })
     }
 
@@ -101,39 +105,39 @@ impl Bundle {
 
 /// Where a text lies in the bundle.
 #[derive(Clone, Copy)]
-struct Beside<'a> {
+struct TextLocation<'a> {
     /// The folder of the text, empty or with `/` at its end.
     folder: &'a str,
-    /// The way from there to the folder of the bundle.
-    back: &'a str,
+    /// The path from there to the folder of the bundle, with `/` at its end.
+    root: &'a str,
 }
 
-impl Beside<'_> {
-    const ROOT: Self = Beside { folder: "", back: "" };
+impl TextLocation<'_> {
+    const ROOT: Self = TextLocation { folder: "", root: "" };
 }
 
-struct Gathering<'a> {
-    built: &'a Built,
+struct Gatherer<'a> {
+    built: &'a BuildArtifacts,
     layout: Layout<'a>,
     files: Files,
     notes: Vec<String>,
 }
 
-impl Gathering<'_> {
+impl Gatherer<'_> {
     /// The text of a scenario and the paths of its FMUs by node; their files join the others.
     fn text(
         &mut self,
         scenario: &Scenario,
-        beside: Beside,
+        location: TextLocation,
     ) -> Result<(String, BTreeMap<String, String>), Error> {
         let texts = scenario.source.shifted();
-        let mut table = words::merged(&scenario.source, &texts)?;
+        let mut table = document::merge_files(&scenario.source, &texts)?;
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();
-        let fmus = self.fmus(scenario, &mut table, beside, &mut mistakes);
-        self.plugins(scenario, &mut table, beside, &mut mistakes);
-        paths::each(&mut table, &mut |role, word| {
-            mistakes.take(self.file(scenario, role, word, beside));
+        let fmus = self.fmus(scenario, &mut table, location, &mut mistakes);
+        self.plugins(scenario, &mut table, location, &mut mistakes);
+        paths::for_each_file(&mut table, &mut |role, word| {
+            mistakes.take(self.file(scenario, role, word, location));
         });
         mistakes.finish()?;
         let table = toml::Table::deserialize(Deserializer::from(Spanned::new(0..0, table)));
@@ -150,7 +154,7 @@ impl Gathering<'_> {
         &mut self,
         scenario: &Scenario,
         table: &mut DeTable,
-        beside: Beside,
+        location: TextLocation,
         mistakes: &mut Mistakes,
     ) -> BTreeMap<String, String> {
         let mut paths = BTreeMap::new();
@@ -169,7 +173,7 @@ impl Gathering<'_> {
             let added = self.files.add(&path, self.layout.fmus);
             let added = added.map_err(|what| scenario.error(word, what));
             let Some(inside) = mistakes.take(added) else { continue };
-            replace_package(entry, format!("{}{inside}", beside.back));
+            replace_package(entry, format!("{}{inside}", location.root));
             if entry.remove("may_read").is_some() {
                 let name = fmu.name.get_ref();
                 self.notes.push(format!(
@@ -186,7 +190,7 @@ impl Gathering<'_> {
         &mut self,
         scenario: &Scenario,
         table: &mut DeTable,
-        beside: Beside,
+        location: TextLocation,
         mistakes: &mut Mistakes,
     ) {
         let words = scenario.document.analysis.iter();
@@ -197,7 +201,7 @@ impl Gathering<'_> {
                 let added = self.files.add(library, folder);
                 let added = added.map_err(|what| scenario.error(&analysis.name, what));
                 if let Some(inside) = mistakes.take(added) {
-                    replace_package(entry, format!("{}{inside}", beside.back));
+                    replace_package(entry, format!("{}{inside}", location.root));
                 }
                 continue;
             }
@@ -213,48 +217,48 @@ impl Gathering<'_> {
     fn file(
         &mut self,
         scenario: &Scenario,
-        role: Role,
+        role: FileRole,
         word: &mut Spanned<DeValue>,
-        beside: Beside,
+        location: TextLocation,
     ) -> Result<(), Error> {
         let Some(text) = word.get_ref().as_str() else { return Ok(()) };
         let path = scenario.source.folder(word.span()).join(text.trim_start_matches('@'));
         let wrong = |what: String| scenario.source.error(word.span(), what, "");
         let others = self.layout.others;
         let inside = match role {
-            Role::Parameters => self.parameters(&path).map_err(wrong)?,
-            Role::File => self.files.add(&path, others).map_err(wrong)?,
-            Role::Draws(index) => {
+            FileRole::Parameters => self.parameters(&path).map_err(wrong)?,
+            FileRole::File => self.files.add(&path, others).map_err(wrong)?,
+            FileRole::Draws(index) => {
                 let vary = scenario.document.sweep.iter().flat_map(|sweep| &sweep.vary).nth(index);
                 let name = vary.map_or("", |vary| vary.name.get_ref().as_str());
-                let path = resolve::draws_file(&path, name).map_err(wrong)?;
+                let path = resolve::sample_file(&path, name).map_err(wrong)?;
                 self.files.add(&path, others).map_err(wrong)?
             }
-            Role::Archive if !text.ends_with(".fmu") => return Ok(()),
-            Role::Archive => self.files.add(&path, self.layout.fmus).map_err(wrong)?,
-            Role::Validation(index) => {
+            FileRole::Archive if !text.ends_with(".fmu") => return Ok(()),
+            FileRole::Archive => self.files.add(&path, self.layout.fmus).map_err(wrong)?,
+            FileRole::Validation(index) => {
                 let Some(child) = scenario.validations.get(index) else { return Ok(()) };
                 let folder = format!("{}/", others.trim_end_matches('/'));
-                let back = "../".repeat(folder.split('/').filter(|part| !part.is_empty()).count());
-                let (text, _) = self.text(child, Beside { folder: &folder, back: &back })?;
+                let root = "../".repeat(folder.split('/').filter(|part| !part.is_empty()).count());
+                let (text, _) = self.text(child, TextLocation { folder: &folder, root: &root })?;
                 self.files.add_text(&format!("{}.toml", child.name), others, text)
             }
-            Role::Values if !text.starts_with('@') || !path.is_file() => return Ok(()),
+            FileRole::Values if !text.starts_with('@') || !path.is_file() => return Ok(()),
             // An analysis may leave a file of this name, which goes before the one that is there.
-            Role::Values if !text.contains(['/', '\\']) && !names_texts(&path) => {
+            FileRole::Values if !text.contains(['/', '\\']) && !names_texts(&path) => {
                 let name = text.trim_start_matches('@');
                 return self
                     .files
-                    .add_as(&path, &format!("{}{name}", beside.folder))
+                    .add_as(&path, &format!("{}{name}", location.folder))
                     .map_err(wrong);
             }
-            Role::Values => {
+            FileRole::Values => {
                 let inside = self.parameters(&path).map_err(wrong)?;
-                *word.get_mut() = DeValue::String(format!("@{}{inside}", beside.back).into());
+                *word.get_mut() = DeValue::String(format!("@{}{inside}", location.root).into());
                 return Ok(());
             }
         };
-        *word.get_mut() = DeValue::String(format!("{}{inside}", beside.back).into());
+        *word.get_mut() = DeValue::String(format!("{}{inside}", location.root).into());
         Ok(())
     }
 
@@ -269,7 +273,7 @@ impl Gathering<'_> {
         let table = DeTable::parse(&text).map_err(|error| wrong(&error.message()))?;
         let (mut table, mut missing) = (table.into_inner(), None);
         let folder = path.parent().unwrap_or(Path::new(""));
-        paths::texts(&mut table, &mut |_, word| {
+        paths::for_each_text(&mut table, &mut |_, word| {
             let Some(name) = word.get_ref().as_str() else { return };
             match self.files.add(&folder.join(name), others) {
                 // All of them are in one folder.

@@ -1,9 +1,9 @@
-//! Makes an archive of SSP of a scenario: FMUs, start values and connections in the words of the standard, and the scenario itself in
+//! Exports a scenario as an SSP archive: FMUs, start values and connections in the words of the standard, and the scenario itself in
 //! an annotation, so that nothing of it is lost.
 
 mod connections;
+mod connectors;
 mod definitions;
-mod ends;
 mod values;
 
 use std::collections::BTreeMap;
@@ -17,11 +17,11 @@ use ssp::write::{
     structure,
 };
 
-use crate::build_request::Built;
+use crate::build_request::BuildArtifacts;
 use crate::bundle::{self, Bundle, Layout};
-use crate::words::{Algorithm, Annotated, Scenario};
+use connectors::SystemVariables;
+use crate::document::{Algorithm, Scenario, ScenarioAnnotation};
 use definitions::Definitions;
-use ends::Ends;
 
 const STRUCTURE: &str = "SystemStructure.ssd";
 /// The name of all sets of start values: Ecos applies those of one name.
@@ -31,7 +31,7 @@ const LAYOUT: Layout =
 
 /// What an export wrote.
 #[derive(Debug)]
-pub struct Exported {
+pub struct ExportReport {
     /// What other tools do not get, and what the archive needs besides.
     pub notes: Vec<String>,
     /// The version of SSP.
@@ -44,10 +44,10 @@ pub struct Exported {
 /// When a file of the scenario is missing, or the archive cannot be written.
 pub fn export(
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     system: &System,
     path: &Path,
-) -> Result<Exported, Error> {
+) -> Result<ExportReport, Error> {
     let Bundle { text, mut files, fmus, mut notes, .. } = Bundle::gather(scenario, built, LAYOUT)?;
     files.remove(bundle::SCENARIO);
     let mut entries: BTreeMap<String, Content> = files
@@ -58,14 +58,14 @@ pub fn export(
         })
         .collect();
     let mut draft = draft(scenario, system, &fmus, &mut entries, &mut notes);
-    notes.extend(own_words(scenario));
+    notes.extend(annotation_note(scenario));
     entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
     let read = rehearse(&entries)
         .map_err(|error| Error::output(path, format!("the system cannot be read back: {error}")))?;
     let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
     draft.annotation = Some(DraftAnnotation {
-        kind: Annotated::KIND.to_owned(),
-        namespace: Annotated::NAMESPACE.to_owned(),
+        kind: ScenarioAnnotation::KIND.to_owned(),
+        namespace: ScenarioAnnotation::NAMESPACE.to_owned(),
         element: "Scenario".to_owned(),
         attributes: attributes.map(|(key, value)| (key.to_owned(), value)).to_vec(),
         text,
@@ -76,7 +76,7 @@ pub fn export(
         Version::One => "1.0",
         Version::Two => "2.0",
     };
-    Ok(Exported { notes, version })
+    Ok(ExportReport { notes, version })
 }
 
 /// The system in the words of the standard; files of start values join the entries.
@@ -87,9 +87,9 @@ fn draft(
     entries: &mut BTreeMap<String, Content>,
     notes: &mut Vec<String>,
 ) -> Draft {
-    let ends = Ends::new(system);
+    let variables = SystemVariables::new(system);
     let mut definitions = Definitions::default();
-    let links = ends.links();
+    let element_connections = variables.connections();
     let nodes = || system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
     let mut components: Vec<_> = nodes()
         .filter_map(|node| {
@@ -97,11 +97,17 @@ fn draft(
                 name: node.name.clone(),
                 source: fmus.get(&node.name)?.clone(),
                 values: None,
-                connectors: ends.connectors(node, &links, &mut definitions),
+                connectors: variables.connectors(node, &element_connections, &mut definitions),
             })
         })
         .collect();
-    let connections = connections::connections(&ends, &links, &components, &definitions, notes);
+    let connections = connections::connections(
+        &variables,
+        &element_connections,
+        &components,
+        &definitions,
+        notes,
+    );
     let clock = system.clock;
     let experiment = Experiment { start: Some(clock.start), stop: Some(clock.stop()) };
     let mut draft = Draft {
@@ -116,9 +122,10 @@ fn draft(
     };
     let version = draft.version();
     for (component, node) in components.iter_mut().zip(nodes()) {
-        let values = values::values(&ends, node, &component.connectors, &links, notes);
+        let values =
+            values::values(&variables, node, &component.connectors, &element_connections, notes);
         if !values.is_empty() {
-            let name = free(entries, node);
+            let name = free_path(entries, node);
             let text = parameter_set(VALUES, version, &values);
             entries.insert(name.clone(), Content::Text(text));
             component.values = Some(name);
@@ -129,7 +136,7 @@ fn draft(
 }
 
 /// A path for the start values of a node that no other entry has.
-fn free(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
+fn free_path(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
     let kept = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
     let stem: String = node.name.chars().map(|c| if kept(c) { c } else { '_' }).collect();
     let taken = |name: &str| entries.keys().any(|known| known.eq_ignore_ascii_case(name));
@@ -142,11 +149,11 @@ fn free(entries: &BTreeMap<String, Content>, node: &NodePlan) -> String {
 }
 
 /// What the scenario has that the standard has no words for.
-fn own_words(scenario: &Scenario) -> Option<String> {
+fn annotation_note(scenario: &Scenario) -> Option<String> {
     let document = &scenario.document;
     let effects = document.connect.iter().map(|connect| connect.effects().len()).sum();
-    let held = document.connect.iter().filter(|connect| connect.at.is_some()).count();
-    let courses = document.connect.iter().filter(|it| it.extrapolate.is_some()).count();
+    let ends = document.connect.iter().filter(|connect| connect.at.is_some()).count();
+    let extrapolations = document.connect.iter().filter(|it| it.extrapolate.is_some()).count();
     let steps = document.fmu.iter().filter(|fmu| fmu.step.is_some()).count();
     let coupling = &document.coupling;
     let divides = coupling.tolerance.is_some() || coupling.on_discard.is_some();
@@ -158,8 +165,8 @@ fn own_words(scenario: &Scenario) -> Option<String> {
         (document.table.len(), "[[table]]"),
         (document.connector.len(), "[[connector]]"),
         (effects, "sensor effects"),
-        (held, "`at` of [[connect]]"),
-        (courses, "`extrapolate` of [[connect]]"),
+        (ends, "`at` of [[connect]]"),
+        (extrapolations, "`extrapolate` of [[connect]]"),
         (steps, "`step` of [[fmu]]"),
         (usize::from(couples), "[coupling]"),
         (document.fault.len(), "[[fault]]"),

@@ -1,9 +1,10 @@
-//! A scenario file goes in; its words, each with its place in the file, and the checked plan of the run come out. The reference
+//! Scenario files: reads them to a document with spans, resolves it to the checked plan of a run, and exports it. The reference
 //! of all keys is made from the same types that read the file.
 #![forbid(unsafe_code)]
 
 mod build_request;
 pub mod bundle;
+pub mod document;
 pub mod export;
 pub mod pattern;
 pub mod plan;
@@ -11,7 +12,6 @@ pub mod reference;
 pub mod resolve;
 pub mod schema;
 mod text_of;
-pub mod words;
 
-pub use build_request::{BuildRequest, Built};
-pub use words::Scenario;
+pub use build_request::{BuildArtifacts, BuildRequest};
+pub use document::Scenario;

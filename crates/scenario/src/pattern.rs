@@ -1,4 +1,4 @@
-//! Compares names with patterns.
+//! Matches names against patterns in which `*` stands for any letters.
 
 /// Whether `name` fits `pattern`, in which `*` stands for any letters.
 #[must_use]

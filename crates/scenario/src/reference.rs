@@ -10,12 +10,12 @@ pub use entry::{Entry, entries};
 pub use explain::explain;
 pub use markdown::markdown;
 
-use crate::words;
+use crate::document;
 
 /// The JSON schema of a scenario file, for editors. No key is required: a file that extends another one may leave any out.
 #[must_use]
 pub fn scenario_schema() -> String {
-    let mut schema = words::schema().clone();
+    let mut schema = document::schema().clone();
     nothing_required(&mut schema);
     schema["$id"] = "scenario.schema.json".into();
     schema["title"] = "Trackside scenario".into();
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn the_reference_of_scenarios_is_that_of_the_code() {
-        golden("scenario.md", &markdown(words::schema(), "Scenario reference"));
+        golden("scenario.md", &markdown(document::schema(), "Scenario reference"));
         golden("scenario.schema.json", &scenario_schema());
     }
 
     #[test]
     fn every_key_has_a_description_and_an_example() {
-        for entry in entries(words::schema()) {
+        for entry in entries(document::schema()) {
             assert!(!entry.description.is_empty(), "{} has no description", entry.path);
             let shown = entry.is_table || !entry.examples.is_empty();
             assert!(shown, "{} has no example", entry.path);
@@ -78,7 +78,7 @@ mod tests {
     #[test]
     fn a_key_is_found_by_its_path_or_by_its_end() {
         let explain =
-            |key: &str| explain(words::schema(), key).map_err(|unknown| unknown.to_string());
+            |key: &str| explain(document::schema(), key).map_err(|unknown| unknown.to_string());
         for key in ["connect.noise.std", "noise.std", " connect.noise.std "] {
             let text = explain(key).expect(key);
             for part in ["connect.noise.std", "a number", "std = 0.1", "Standard deviation"] {

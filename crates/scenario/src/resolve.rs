@@ -1,4 +1,5 @@
-//! Turns the words of a scenario into a checked graph of indices: after this, no look-up by name can fail.
+//! Resolves a scenario document against its FMUs, tables and plugins to a checked plan: names become typed indices, so no look-up by
+//! name can fail during a run.
 
 mod analyses;
 mod archives;
@@ -6,28 +7,28 @@ mod arrays;
 mod baselines;
 mod call_faults;
 mod checks;
-mod collected;
+mod collect;
+mod column_readings;
 mod connection_units;
 mod connections;
 mod connectors;
 mod coupling;
 mod declared_units;
-mod descriptions;
+mod description_notes;
 mod isolation;
-mod joint;
 mod logs;
+mod lookup;
 mod manoeuvres;
 mod nodes;
 mod order;
 mod overrides;
 mod parameters;
-mod place;
 mod plots;
-mod port;
 mod ports;
 mod quantity;
-mod readings;
-mod recorded;
+mod record;
+mod row;
+mod samples;
 mod signal_units;
 mod starts;
 mod sweep;
@@ -37,7 +38,7 @@ mod unit;
 mod validations;
 mod view;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -46,23 +47,37 @@ use cosim::clock::Clock;
 use cosim::system::{NodePlan, System};
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
 use recording::view::View;
-use recording::{Columns, Full, Recorded, RunHeader, StatusTrack};
+use recording::{Columns, Full, RunHeader, StatusTrack};
 
-pub use self::archives::Opened;
-pub use self::isolation::Isolate;
-pub(crate) use self::joint::draws_file;
+pub use self::archives::FmuCache;
+pub use self::isolation::IsolationPolicy;
+use self::order::Order;
 use self::parameters::Parameters;
 pub use self::plots::by_unit;
-use self::signal_units::SignalUnits;
+pub(crate) use self::samples::sample_file;
+use self::signal_units::{RunSignals, SignalUnits};
+use self::starts::StartSources;
 pub use self::sweep::sweep;
 pub use self::view::layout;
-use crate::build_request::Built;
+use crate::build_request::{BuildArtifacts, BuildRequest};
+use crate::document::{Algorithm, Scenario, Time};
 use crate::plan::RunPlan;
-use crate::words::{Algorithm, Scenario, Time};
 pub use overrides::Override;
 
-/// Takes the mistakes and the warnings.
-type Notes<'n> = (&'n mut Mistakes, &'n mut Vec<String>);
+/// What is wrong with a scenario, and what its user should know besides.
+#[derive(Default)]
+struct Diagnostics {
+    mistakes: Mistakes,
+    warnings: Vec<String>,
+}
+
+/// What signals, sensor effects and faults need to know of the run.
+#[derive(Clone, Copy)]
+struct RunSettings {
+    /// None when the times of the scenario are wrong.
+    clock: Option<Clock>,
+    seed: u64,
+}
 
 /// The files of a scenario, and those of its view and of its parameters.
 fn source(scenario: &Scenario) -> TextSource {
@@ -91,7 +106,7 @@ pub struct Overrides {
     /// The coupling algorithm.
     pub coupling: Option<Algorithm>,
     /// Which FMUs run in processes of their own, where the scenario does not say it.
-    pub isolate: Isolate,
+    pub isolate: IsolationPolicy,
     /// Whether plugins and scripts of `[[analysis]]` are loaded.
     pub analyses: AnalysisLoading,
 }
@@ -121,64 +136,67 @@ impl RunPlan {
     /// All that does not fit, with its places in the file.
     pub fn resolve(
         scenario: &Scenario,
-        built: &Built,
+        built: &BuildArtifacts,
         overrides: &Overrides,
         folder: PathBuf,
     ) -> Result<Self, Error> {
-        Self::resolve_again(scenario, built, overrides, folder, &mut Opened::default())
+        Self::resolve_cached(scenario, built, overrides, folder, &mut FmuCache::default())
     }
 
     /// The same with the archives that were opened before, which are not read again.
     ///
     /// # Errors
     /// As of [`resolve`](Self::resolve).
-    pub fn resolve_again(
+    pub fn resolve_cached(
         scenario: &Scenario,
-        built: &Built,
+        built: &BuildArtifacts,
         overrides: &Overrides,
         folder: PathBuf,
-        opened: &mut Opened,
+        cache: &mut FmuCache,
     ) -> Result<Self, Error> {
-        let (mut mistakes, mut warnings) = (Mistakes::default(), Vec::new());
-        let (changed, starts) = overrides::apply(scenario, overrides, &mut mistakes);
-        let scenario = changed.as_ref().unwrap_or(scenario);
-        let clock = mistakes.take(Mistakes::both(clock(scenario), limit(scenario))).map(|it| it.0);
-        let tolerance = mistakes.take(tolerance(scenario, overrides)).flatten();
-        let parameters = Parameters::read(scenario, &mut mistakes);
-        let timed = (clock, overrides.seed.unwrap_or(scenario.document.seed));
-        let notes = (&mut mistakes, &mut warnings);
-        let archives = (&built.archives, opened);
-        let mut unplaced =
-            nodes::unplaced(scenario, archives, (&starts, &parameters), timed, notes);
-        let notes = (&mut mistakes, &mut warnings);
-        let connects = connectors::connects(scenario, &mut unplaced, notes);
-        let conversions =
-            connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
-        let converted = (connects.as_slice(), &conversions);
-        let mut connections =
-            connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
-        warnings.extend(descriptions::notes(&unplaced, clock));
-        warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
-        let units = SignalUnits::of_nodes(&unplaced);
-        let judged = SignalUnits::of_expressions(&unplaced);
-        let notes = (&mut mistakes, &mut warnings);
-        let order = order::order(scenario, &connects, &unplaced, &mut connections, notes);
-        let (mut nodes, columns) = place::place(unplaced, connections);
-        call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
-        let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
-        let notes = (&mut mistakes, &mut warnings);
-        let given = (&built.plugins, &parameters);
+        let mut diagnostics = Diagnostics::default();
+        let (edited, start_overrides) =
+            overrides::apply(scenario, overrides, &mut diagnostics.mistakes);
+        let scenario = edited.as_ref().unwrap_or(scenario);
+        let times = Mistakes::both(clock(scenario), limit(scenario));
+        let clock = diagnostics.mistakes.take(times).map(|(clock, _)| clock);
+        let run = RunSettings { clock, seed: overrides.seed.unwrap_or(scenario.document.seed) };
+        let tolerance = diagnostics.mistakes.take(tolerance(scenario, overrides)).flatten();
+        let parameters = Parameters::read(scenario, &mut diagnostics.mistakes);
+        let starts = StartSources { overrides: &start_overrides, parameters: &parameters };
+
+        let network =
+            Network::resolve(scenario, &built.archives, cache, starts, run, &mut diagnostics);
+        let Network { mut nodes, columns, order, units, expression_units } = network;
+        call_faults::attach(scenario, &mut nodes, &columns, run.seed, &mut diagnostics.mistakes);
+        let coupling =
+            coupling::plan(scenario, &mut nodes, &columns, clock, &mut diagnostics.mistakes);
+
+        let signals = RunSignals { columns: &columns, units: &units };
         let mut analyses = manoeuvres::analyses(scenario, &nodes, &columns);
         if overrides.analyses == AnalysisLoading::Load {
-            analyses.extend(analyses::resolve(scenario, given, (&columns, &units), notes));
+            let plugins = &built.plugins;
+            analyses.extend(analyses::resolve(
+                scenario,
+                plugins,
+                &parameters,
+                signals,
+                &mut diagnostics,
+            ));
         }
+        let Diagnostics { mut mistakes, warnings } = diagnostics;
         mistakes.take(validations::check_names(scenario, &nodes));
-        let checks = checks::resolve(scenario, (&columns, &judged), clock, &mut mistakes);
-        let collected = collected::resolve(scenario, (&columns, &judged), &mut mistakes);
+        let signals = RunSignals { columns: &columns, units: &expression_units };
+        let checks = checks::resolve(scenario, signals, clock, &mut mistakes);
+        let collected = collect::resolve(scenario, signals, &mut mistakes);
         let baselines = mistakes.take(baselines::resolve(scenario, &columns, clock));
-        let recorded = recorded::selection(scenario, &columns, &mut mistakes);
-        let shown = (recorded.columns(&columns), status_tracks(&checks, &nodes, &columns));
-        let header = header((scenario, overrides), timed, shown, folder);
+        let recorded = record::selection(scenario, &columns, &mut mistakes);
+
+        let header = RunHeader {
+            columns: recorded.columns(&columns),
+            status_tracks: status_tracks(&checks, &nodes, &columns),
+            ..header(scenario, overrides, run, folder)
+        };
         let view = mistakes.take(view::view(scenario, &header, &units));
         mistakes.finish()?;
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
@@ -210,11 +228,50 @@ impl RunPlan {
     }
 }
 
-/// What recordings say of the run, but for the layout of its replay.
+/// The nodes with their connections, their columns in the row, and their order in a step.
+struct Network {
+    nodes: Vec<NodePlan>,
+    columns: Columns<Full>,
+    /// None when connections form a loop that nothing breaks.
+    order: Option<Order>,
+    /// The units of all inputs and outputs.
+    units: SignalUnits,
+    /// The same for expressions, which tell differences from points on a scale.
+    expression_units: SignalUnits,
+}
+
+impl Network {
+    fn resolve(
+        scenario: &Scenario,
+        archives: &BTreeMap<BuildRequest, PathBuf>,
+        cache: &mut FmuCache,
+        starts: StartSources,
+        run: RunSettings,
+        diagnostics: &mut Diagnostics,
+    ) -> Self {
+        let mut drafts = nodes::resolve_nodes(scenario, archives, cache, starts, run, diagnostics);
+        let connects = connectors::expand_connections(scenario, &mut drafts, diagnostics);
+        let Diagnostics { mistakes, warnings } = diagnostics;
+        let conversions =
+            connection_units::convert_units(scenario, &connects, &mut drafts, mistakes);
+        let mut connections =
+            connections::connect(scenario, &drafts, &connects, &conversions, run, mistakes);
+        warnings.extend(description_notes::description_notes(&drafts, run.clock));
+        warnings.extend(system_notes(scenario));
+        warnings.extend(connections::start_value_notes(scenario, &connects, &drafts));
+        let units = SignalUnits::of_nodes(&drafts);
+        let expression_units = SignalUnits::of_expressions(&drafts);
+        let order = order::order(scenario, &connects, &drafts, &mut connections, diagnostics);
+        let (nodes, columns) = row::assign_columns(drafts, connections);
+        Network { nodes, columns, order, units, expression_units }
+    }
+}
+
+/// What recordings say of the run, but for what they hold and the layout of its replay.
 fn header(
-    (scenario, overrides): (&Scenario, &Overrides),
-    (clock, seed): (Option<Clock>, u64),
-    (columns, status_tracks): (Columns<Recorded>, Vec<StatusTrack>),
+    scenario: &Scenario,
+    overrides: &Overrides,
+    run: RunSettings,
     folder: PathBuf,
 ) -> RunHeader {
     RunHeader {
@@ -222,18 +279,18 @@ fn header(
         title: scenario.document.title.clone().unwrap_or_else(|| scenario.name.clone()),
         source: source(scenario),
         given: overrides.all().map(Override::text).collect(),
-        step: clock.map_or(0.0, |clock| clock.step),
+        step: run.clock.map_or(0.0, |clock| clock.step),
         stop: scenario.document.time.as_ref().map_or(0.0, |time| *time.stop.get_ref()),
-        seed,
-        columns,
-        status_tracks,
+        seed: run.seed,
+        columns: Columns::default(),
+        status_tracks: Vec::new(),
         view: View::default(),
         folder,
     }
 }
 
 /// What the systems of a scenario have to say.
-fn noted(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
+fn system_notes(scenario: &Scenario) -> impl Iterator<Item = String> + '_ {
     scenario
         .systems
         .iter()

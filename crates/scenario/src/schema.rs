@@ -1,4 +1,4 @@
-//! Reads JSON schemas: makes them plain, and finds the words of a TOML table that break one.
+//! Validates TOML tables against JSON schemas, with the span of each violation.
 
 use std::ops::Range;
 
@@ -9,8 +9,8 @@ use toml::de::{DeString, DeTable, DeValue};
 
 /// A word that breaks the schema.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finding {
-    /// Its place.
+pub struct SchemaViolation {
+    /// Its span.
     pub span: Range<usize>,
     /// The unknown name, when it is one, and the names that are known in its place.
     pub unknown: Option<(String, Vec<String>)>,
@@ -22,7 +22,7 @@ pub struct Finding {
 
 /// The schema with its keys sorted and without `null`, which TOML does not have.
 #[must_use]
-pub fn plain(schema: &Value) -> Value {
+pub fn normalize(schema: &Value) -> Value {
     without_null(schema)
 }
 
@@ -64,7 +64,7 @@ fn object_without_null(map: &Map<String, Value>) -> Map<String, Value> {
 
 /// A schema that may be a reference into the definitions of `root`.
 #[must_use]
-pub fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
+pub fn resolve_reference<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let name = schema["$ref"].as_str().and_then(|it| it.strip_prefix("#/$defs/"));
     name.and_then(|name| root["$defs"].get(name)).unwrap_or(schema)
 }
@@ -73,7 +73,8 @@ pub fn resolved<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
 #[must_use]
 pub fn table_of<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let either = schema["anyOf"].as_array().into_iter().flatten();
-    let mut tables = either.map(|it| resolved(root, it)).filter(|it| it["properties"].is_object());
+    let mut tables =
+        either.map(|it| resolve_reference(root, it)).filter(|it| it["properties"].is_object());
     tables.next().unwrap_or(schema)
 }
 
@@ -92,7 +93,7 @@ pub fn choices(schema: &Value) -> Vec<(&str, &str)> {
 
 /// A table whose other keys depend on the text of one of them, its tag.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Tagged<'a> {
+pub struct TaggedTable<'a> {
     /// The tag.
     pub tag: &'a str,
     /// The texts of the tag, each with the schema of the table.
@@ -101,34 +102,37 @@ pub struct Tagged<'a> {
 
 /// The variants of a tagged table; `None` for any other schema.
 #[must_use]
-pub fn tagged<'a>(root: &'a Value, schema: &'a Value) -> Option<Tagged<'a>> {
-    let variants: Vec<_> =
-        schema["oneOf"].as_array()?.iter().map(|variant| resolved(root, variant)).collect();
+pub fn tagged<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTable<'a>> {
+    let variants: Vec<_> = schema["oneOf"]
+        .as_array()?
+        .iter()
+        .map(|variant| resolve_reference(root, variant))
+        .collect();
     let first = variants.first()?["properties"].as_object()?;
     let text = |variant: &'a Value, tag: &str| variant["properties"][tag]["const"].as_str();
     let (tag, _) = first.iter().find(|(_, property)| property["const"].is_string())?;
     let variants = variants.into_iter().map(|variant| Some((text(variant, tag)?, variant)));
-    Some(Tagged { tag, variants: variants.collect::<Option<_>>()? })
+    Some(TaggedTable { tag, variants: variants.collect::<Option<_>>()? })
 }
 
 /// The words of a table that break a schema, in the order of the file.
 #[must_use]
-pub fn findings(schema: &Value, place: Range<usize>, table: &DeTable) -> Vec<Finding> {
-    let mut walk = Walk { root: schema, findings: Vec::new() };
-    walk.table(schema, place, table);
-    walk.findings.sort_by_key(|finding| finding.span.start);
-    walk.findings
+pub fn validate(schema: &Value, span: Range<usize>, table: &DeTable) -> Vec<SchemaViolation> {
+    let mut validator = Validator { root: schema, violations: Vec::new() };
+    validator.table(schema, span, table);
+    validator.violations.sort_by_key(|finding| finding.span.start);
+    validator.violations
 }
 
-struct Walk<'a> {
+struct Validator<'a> {
     root: &'a Value,
-    findings: Vec<Finding>,
+    violations: Vec<SchemaViolation>,
 }
 
-impl Walk<'_> {
-    fn table(&mut self, schema: &Value, place: Range<usize>, table: &DeTable) {
-        if let Some(Tagged { tag, variants }) = tagged(self.root, schema) {
-            return self.tagged(tag, &variants, place, table);
+impl Validator<'_> {
+    fn table(&mut self, schema: &Value, span: Range<usize>, table: &DeTable) {
+        if let Some(TaggedTable { tag, variants }) = tagged(self.root, schema) {
+            return self.tagged(tag, &variants, span, table);
         }
         let Some(properties) = schema["properties"].as_object() else {
             let others = &schema["additionalProperties"];
@@ -150,7 +154,7 @@ impl Walk<'_> {
         for key in schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str) {
             // A misspelt key is not missing, too.
             if !table.contains_key(key) && !misspelt.contains(&key) {
-                self.missing(key, &properties[key], place.clone());
+                self.missing(key, &properties[key], span.clone());
             }
         }
     }
@@ -159,7 +163,7 @@ impl Walk<'_> {
         &mut self,
         tag: &str,
         variants: &[(&str, &Value)],
-        place: Range<usize>,
+        span: Range<usize>,
         table: &DeTable,
     ) {
         let Some(value) = table.get(tag) else {
@@ -167,14 +171,14 @@ impl Walk<'_> {
                 |key: &&Spanned<DeString>| suggest::closest(key.get_ref(), [tag]).is_some();
             return match table.keys().find(misspelt) {
                 Some(key) => self.unknown("key", key.get_ref(), vec![tag.to_owned()], key.span()),
-                None => self.missing(tag, &Value::Null, place),
+                None => self.missing(tag, &Value::Null, span),
             };
         };
         let Some(text) = value.get_ref().as_str() else {
             return self.value(&json!({ "type": "string" }), value);
         };
         match variants.iter().find(|(known, _)| *known == text) {
-            Some((_, schema)) => self.table(schema, place, table),
+            Some((_, schema)) => self.table(schema, span, table),
             None => {
                 let known = variants.iter().map(|(known, _)| (*known).to_owned()).collect();
                 self.unknown("value", text, known, value.span());
@@ -183,7 +187,7 @@ impl Walk<'_> {
     }
 
     fn value(&mut self, schema: &Value, value: &Spanned<DeValue>) {
-        let schema = resolved(self.root, schema);
+        let schema = resolve_reference(self.root, schema);
         let choices = choices(schema);
         match (value.get_ref(), schema["type"].as_str()) {
             (DeValue::String(text), _) if !choices.is_empty() => {
@@ -199,12 +203,18 @@ impl Walk<'_> {
                 self.length(schema, list.len(), value.span());
                 list.iter().for_each(|value| self.value(&schema["items"], value));
             }
-            (found, Some(expected)) if !fits(found, expected) => self.findings.push(Finding {
-                span: value.span(),
-                unknown: None,
-                message: format!("expected {}, found {}", type_name(expected), found_name(found)),
-                help: example(schema).map(|example| format!("such as {example}")),
-            }),
+            (found, Some(expected)) if !fits(found, expected) => {
+                self.violations.push(SchemaViolation {
+                    span: value.span(),
+                    unknown: None,
+                    message: format!(
+                        "expected {}, found {}",
+                        type_name(expected),
+                        value_type_name(found)
+                    ),
+                    help: example(schema).map(|example| format!("such as {example}")),
+                })
+            }
             _ => {}
         }
     }
@@ -217,24 +227,25 @@ impl Walk<'_> {
             return;
         };
         let message = format!("expected a list of {expected}, found one of {found}");
-        self.findings.push(Finding { span, unknown: None, message, help: None });
+        self.violations.push(SchemaViolation { span, unknown: None, message, help: None });
     }
 
     fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
         let Unknown { message, help, .. } =
             suggest::unknown(kind, name, known.iter().map(String::as_str));
         let unknown = Some((name.to_owned(), known));
-        self.findings.push(Finding { span, unknown, message, help });
+        self.violations.push(SchemaViolation { span, unknown, message, help });
     }
 
     fn missing(&mut self, key: &str, schema: &Value, span: Range<usize>) {
         let description = schema["description"].as_str();
-        let description =
-            description.or(resolved(self.root, schema)["description"].as_str()).unwrap_or_default();
+        let description = description
+            .or(resolve_reference(self.root, schema)["description"].as_str())
+            .unwrap_or_default();
         let first = description.split("\n\n").next().unwrap_or_default().replace('\n', " ");
         let help = (!first.is_empty()).then(|| format!("`{key}`: {first}"));
         let message = format!("the key `{key}` is missing");
-        self.findings.push(Finding { span, unknown: None, message, help });
+        self.violations.push(SchemaViolation { span, unknown: None, message, help });
     }
 }
 
@@ -279,7 +290,7 @@ pub fn type_name(name: &str) -> &str {
 
 /// The name of a value's type in messages.
 #[must_use]
-pub fn found_name(found: &DeValue) -> &'static str {
+pub fn value_type_name(found: &DeValue) -> &'static str {
     match found {
         DeValue::String(_) => "a text",
         DeValue::Integer(_) => "a whole number",
@@ -300,7 +311,7 @@ mod tests {
         let schema = schema();
         for (text, at, message, help) in CASES {
             let table = DeTable::parse(text).expect(text);
-            let found = findings(&schema, 0..0, table.get_ref());
+            let found = validate(&schema, 0..0, table.get_ref());
             if message.is_empty() {
                 assert_eq!(found, [], "{text}");
                 continue;
@@ -340,7 +351,7 @@ mod tests {
         })
     }
 
-    /// A text, the place of the mistake in it, the message and the help; no message when nothing is wrong.
+    /// A text, the span of the mistake in it, the message and the help; no message when nothing is wrong.
     type Case = (&'static str, &'static str, &'static str, Option<&'static str>);
 
     const CASES: &[Case] = &[

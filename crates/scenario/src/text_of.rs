@@ -1,4 +1,4 @@
-//! `{ text_of = "front.tir" }`: a start value that is the text of a file.
+//! Start values that are the text of a file: `{ text_of = "front.tir" }`.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ pub(crate) const KEY: &str = "text_of";
 const LARGEST: u64 = 16 << 20;
 
 /// The file that a value names, when the value is the text of one.
-pub(crate) fn file(value: &toml::Value) -> Option<&str> {
+pub(crate) fn path_of(value: &toml::Value) -> Option<&str> {
     let table = value.as_table().filter(|table| table.len() == 1)?;
     table.get(KEY)?.as_str()
 }
@@ -25,7 +25,7 @@ pub(crate) fn names_file(table: &DeTable) -> bool {
 }
 
 /// A value that is the text of the file at a path, as it is typed.
-pub(crate) fn typed(path: &Path) -> String {
+pub(crate) fn literal(path: &Path) -> String {
     let table =
         toml::Table::from_iter([(KEY.to_owned(), path.to_string_lossy().into_owned().into())]);
     format!("{{ {} }}", table.to_string().trim())
@@ -33,9 +33,9 @@ pub(crate) fn typed(path: &Path) -> String {
 
 /// The texts of the files that values name, each of which is read once.
 #[derive(Debug, Default)]
-pub(crate) struct Texts(RefCell<BTreeMap<PathBuf, Result<String, String>>>);
+pub(crate) struct TextCache(RefCell<BTreeMap<PathBuf, Result<String, String>>>);
 
-impl Texts {
+impl TextCache {
     /// The text of a file, in UTF-8, in UTF-16 with its mark, or else in Latin-1, as instruments write.
     ///
     /// # Errors
@@ -46,7 +46,7 @@ impl Texts {
             let bytes = diagnostics::read_bounded(path, LARGEST);
             let bytes = bytes
                 .map_err(|error| format!("the file {} cannot be read: {error}", path.display()))?;
-            Ok(decoded(bytes))
+            Ok(decode(bytes))
         });
         text.clone()
     }
@@ -58,7 +58,7 @@ impl Texts {
     }
 }
 
-fn decoded(bytes: Vec<u8>) -> String {
+fn decode(bytes: Vec<u8>) -> String {
     let wide = |bytes: &[u8], word: fn([u8; 2]) -> u16| -> String {
         let units = bytes.chunks_exact(2).map(|pair| word([pair[0], pair[1]]));
         char::decode_utf16(units).map(|letter| letter.unwrap_or('\u{fffd}')).collect()

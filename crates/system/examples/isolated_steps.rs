@@ -11,8 +11,8 @@ use cosim::node::{self, Host};
 use cosim::system::Body;
 use diagnostics::Error;
 use scenario::plan::RunPlan;
-use scenario::resolve::{Isolate, Overrides};
-use scenario::{Built, Scenario};
+use scenario::resolve::{IsolationPolicy, Overrides};
+use scenario::{BuildArtifacts, Scenario};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -48,9 +48,9 @@ fn measure(path: &Path, rounds: usize) -> Result<(), Box<dyn std::error::Error>>
 /// Time per step and FMU [us].
 fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
     let scenario = Scenario::read(path)?;
-    let overrides = Overrides { isolate: Isolate::Everything, ..Overrides::default() };
+    let overrides = Overrides { isolate: IsolationPolicy::Everything, ..Overrides::default() };
     let folder = PathBuf::new();
-    let mut plan = RunPlan::resolve(&scenario, &Built::default(), &overrides, folder)?;
+    let mut plan = RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
     let fmus =
         plan.system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
     plan.leave_unneeded();

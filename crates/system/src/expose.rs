@@ -10,9 +10,9 @@ use fmu_export::{Causality, Cell, Depends, Info, Initial, Row, Variability};
 use fmu_import::Value;
 use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
+use scenario::document::quoted;
 use scenario::pattern::matches;
 use scenario::plan::RunPlan;
-use scenario::words::quoted;
 
 use crate::interface::{Exposed, Interface, Role};
 

@@ -12,7 +12,7 @@ use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::plan::RunPlan;
 use scenario::resolve::{Override, Overrides};
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::SCENARIO;
 use crate::guided::{Guided, Held};
@@ -79,7 +79,7 @@ impl Running {
             ..Overrides::default()
         };
         let folder = resources.to_owned();
-        let plan = RunPlan::resolve(&scenario, &Built::default(), &overrides, folder)?;
+        let plan = RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
         let mut system = plan.system;
         system.clock.start = course.now;
         system.announced_stop = course.stop;

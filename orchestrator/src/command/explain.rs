@@ -7,7 +7,7 @@ use diagnostics::Error;
 use diagnostics::suggest::Unknown;
 use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
-use scenario::{reference, words};
+use scenario::{document, reference};
 
 use super::print;
 use super::progress::BuildLine;
@@ -30,7 +30,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let (schema, title) = match &arguments.plugin {
         Some(plugin) => (config_schema(plugin)?, format!("Configuration of `{plugin}`")),
-        None => (words::schema().clone(), "Scenario reference".to_owned()),
+        None => (document::schema().clone(), "Scenario reference".to_owned()),
     };
     match &arguments.key {
         Some(key) => print(&reference::explain(&schema, key).map_err(Unknown::input)?),
@@ -58,5 +58,5 @@ pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
         .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
     let schema = serde_json::from_str(schema);
     let schema = schema.map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
-    Ok(scenario::schema::plain(&schema))
+    Ok(scenario::schema::normalize(&schema))
 }

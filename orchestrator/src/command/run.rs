@@ -10,7 +10,8 @@ use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
 use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
-use scenario::resolve::{Isolate, Override, Overrides};
+use scenario::document::Algorithm;
+use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{print, progress, report_error, standalone, supervised, tell, this_program};
 
@@ -108,11 +109,11 @@ pub(super) enum IsolateArg {
 }
 
 impl IsolateArg {
-    fn word(self) -> Isolate {
+    fn word(self) -> IsolationPolicy {
         match self {
-            IsolateArg::All => Isolate::Everything,
-            IsolateArg::Foreign => Isolate::Foreign,
-            IsolateArg::None => Isolate::Nothing,
+            IsolateArg::All => IsolationPolicy::Everything,
+            IsolateArg::Foreign => IsolationPolicy::Foreign,
+            IsolateArg::None => IsolationPolicy::Nothing,
         }
     }
 

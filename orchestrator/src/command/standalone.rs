@@ -5,8 +5,8 @@ use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 
 use diagnostics::Error;
+use scenario::document;
 use scenario::resolve::Overrides;
-use scenario::words;
 
 use super::tell;
 
@@ -15,7 +15,7 @@ use super::tell;
 /// # Errors
 /// When not one FMU runs, or the file is there with another text.
 pub(super) fn save(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Result<(), Error> {
-    let [fmu] = runs.iter().filter(|path| words::is_fmu(path)).collect::<Vec<_>>()[..] else {
+    let [fmu] = runs.iter().filter(|path| document::is_fmu(path)).collect::<Vec<_>>()[..] else {
         let error = Error::input("--save-scenario: expected one FMU that runs by itself");
         return Err(error.help(
             "a scenario that `extends` a system of SSP or another scenario changes that one",
@@ -23,8 +23,8 @@ pub(super) fn save(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Resu
     };
     let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
     let options =
-        words::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
-    let text = words::standalone(fmu, file, &options)?;
+        document::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
+    let text = document::standalone(fmu, file, &options)?;
     // A file of the user is lost in no case.
     if std::fs::read_to_string(file).is_ok_and(|there| there == text) {
         return Ok(());

@@ -7,8 +7,8 @@ use cosim::clock::At;
 use cosim::system::{Block, Body, Link, Loop, NodePlan, System};
 use fmu_import::Causality;
 use scenario::Scenario;
+use scenario::document::Analysis;
 use scenario::plan::RunPlan;
-use scenario::words::Analysis;
 use serde_json::{Value, json};
 
 /// The order, the connections, the loops and the analyses of a scenario, as lines for a terminal.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
 use diagnostics::{Error, Mistakes, Spanned};
-use scenario::{BuildRequest, Built, Scenario};
+use scenario::{BuildArtifacts, BuildRequest, Scenario};
 
 use super::installed::Installed;
 use super::{BuildError, OnProgress, Workspace};
@@ -102,7 +102,7 @@ pub fn library(
 ///
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
-pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
+pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
     build_all(Request::all(scenario), progress)
 }
 
@@ -110,14 +110,14 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> 
 ///
 /// # Errors
 /// As of [`build`].
-pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
+pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
     let requests = Request::all(scenario).into_iter().filter(|request| !request.is_plugin);
     build_all(requests.collect(), progress)
 }
 
-fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<Built, Error> {
+fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<BuildArtifacts, Error> {
     let Makers { workspaces, installed } = Makers::of(requests)?;
-    let mut built = Built::default();
+    let mut built = BuildArtifacts::default();
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
         refuse_twins(&built, &requests)?;
         let products = |plugins: bool| {
@@ -186,7 +186,7 @@ impl<'a> Makers<'a> {
 }
 
 /// Refuses a package of a second place with the name of one that is built already.
-fn refuse_twins(built: &Built, requests: &[Request]) -> Result<(), Error> {
+fn refuse_twins(built: &BuildArtifacts, requests: &[Request]) -> Result<(), Error> {
     let known = |it: &&Request| {
         built.archives.contains_key(&it.product) || built.plugins.contains_key(&it.product)
     };

@@ -6,8 +6,8 @@ use ::sweep::design::{self, Correlation, Method, Points};
 use ::sweep::distribution::Distribution;
 use ::sweep::table::{Column, Role, Table, Values};
 use diagnostics::Error;
+use scenario::document::Design;
 use scenario::plan::{Axis, AxisValues, SweepPlan};
-use scenario::words::Design;
 
 use super::settings::{SEED, Setting};
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::sweep::table::{Reader, Role, Table};
 use diagnostics::Error;
-use scenario::words::Recorded;
+use scenario::document::Recorded;
 use serde::Serialize;
 
 use super::rows::{ERROR, PASSED};

@@ -7,10 +7,10 @@ use ::sweep::table::{Groups, Writer};
 use cosim::system::{Body, System};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
+use scenario::document::Recorded;
 use scenario::plan::{RunPlan, SweepPlan};
 use scenario::resolve::{self, Overrides};
-use scenario::words::Recorded;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use super::assignment::Assignment;
 use super::digest::{digest, digest_of_program};
@@ -73,7 +73,7 @@ pub fn make(
 /// Resolves the first variant and the last one, at the words that vary.
 fn try_out(
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     words: &SweepPlan,
     options: &PlanOptions,
 ) -> Result<RunPlan, Error> {
@@ -103,7 +103,7 @@ fn try_out(
 fn write(
     folder: &Path,
     scenario: &Scenario,
-    built: &Built,
+    built: &BuildArtifacts,
     (words, plan): (&SweepPlan, &RunPlan),
     options: &PlanOptions,
     program: &Path,

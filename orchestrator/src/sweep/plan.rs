@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use ::sweep::table::{self, Column, Reader, Role, Table, Values};
 use diagnostics::Error;
 use scenario::Scenario;
+use scenario::document::Recorded;
 use scenario::resolve::Overrides;
-use scenario::words::Recorded;
 use serde::{Deserialize, Serialize};
 
 use super::digest::{digest, digest_of_program};

@@ -8,7 +8,7 @@ use ::sweep::search::{
 use ::sweep::table::Table;
 use diagnostics::Error;
 use scenario::plan::{AxisValues, Goal, SearchPlan, SweepPlan};
-use scenario::{resolve, words};
+use scenario::{document, resolve};
 use serde::Serialize;
 
 use super::assignment::Assignment;
@@ -175,8 +175,8 @@ fn goal(
                 return Err(Error::input("[sweep.search]: --set leaves nothing to search"));
             };
             let side = match side {
-                words::Limit::Largest => Side::Largest,
-                words::Limit::Smallest => Side::Smallest,
+                document::Limit::Largest => Side::Largest,
+                document::Limit::Smallest => Side::Smallest,
             };
             let tolerance = tolerance * (bounds[1] - bounds[0]);
             Wanted::Limit(Limit { bounds, side, tolerance, batch: BATCH, most })

@@ -9,8 +9,8 @@ use cosim::node::{self, Host, Kept};
 use diagnostics::Error;
 use recording::{Event, Full, Row, Sink, StatusChange};
 use scenario::plan::RunPlan;
-use scenario::resolve::{Opened, Overrides};
-use scenario::{Built, Scenario};
+use scenario::resolve::{FmuCache, Overrides};
+use scenario::{BuildArtifacts, Scenario};
 use serde::{Deserialize, Serialize};
 
 use crate::messages;
@@ -80,9 +80,9 @@ impl Outcome {
 /// What a worker keeps from one variant to the next.
 pub(super) struct Bench {
     pub scenario: Scenario,
-    pub built: Built,
+    pub built: BuildArtifacts,
     /// The archives that were opened.
-    pub opened: Opened,
+    pub cache: FmuCache,
     /// The folder for files of analyses.
     pub folder: PathBuf,
     /// The program of isolated FMUs, and how long to wait for a call before a word is said.
@@ -126,8 +126,8 @@ impl Bench {
     ) -> Result<(), Error> {
         let stop = Stop::within(self.limit);
         let folder = self.folder.clone();
-        let Bench { scenario, built, opened, program, .. } = self;
-        let mut plan = RunPlan::resolve_again(scenario, built, overrides, folder, opened)?;
+        let Bench { scenario, built, cache, program, .. } = self;
+        let mut plan = RunPlan::resolve_cached(scenario, built, overrides, folder, cache)?;
         plan.leave_unneeded();
         let program = (program.clone(), vec!["isolated".to_owned()]);
         let host = Host { program, patience: PATIENCE, give_up: stop.patience() };

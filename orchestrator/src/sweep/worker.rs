@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use diagnostics::Error;
 use isolation::{Line, Talk};
-use scenario::Built;
-use scenario::resolve::{self, Opened, Overrides};
+use scenario::BuildArtifacts;
+use scenario::resolve::{self, FmuCache, Overrides};
 use serde::{Deserialize, Serialize};
 
 use super::plan::Plan;
@@ -102,8 +102,8 @@ impl Worker {
         let limit = resolve::limit(&scenario)?.unwrap_or(LIMIT);
         let bench = Bench {
             scenario,
-            built: Built::default(),
-            opened: Opened::default(),
+            built: BuildArtifacts::default(),
+            cache: FmuCache::default(),
             folder: scratch.path().join("run"),
             program: program.to_owned(),
             limit,

@@ -2,7 +2,6 @@
 
 use diagnostics::{Error, rounded};
 use recording::{Columns, Full, Row, fits_number};
-
 use crate::clock::At;
 use crate::system::{ExactConnection, NodePlan};
 

@@ -1,9 +1,8 @@
 //! The coupling of a run: its algorithm, its loops, and the division of its steps.
 
+use crate::clock::{At, Clock};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-use crate::clock::{At, Clock};
 
 /// The properties of a coupling algorithm that are known before a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

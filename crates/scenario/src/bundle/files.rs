@@ -1,4 +1,4 @@
-//! Gives the files of a bundle paths that every system can hold.
+//! Names the files of a bundle by paths that are valid on every operating system.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};

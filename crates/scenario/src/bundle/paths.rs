@@ -1,4 +1,4 @@
-//! Finds the words of a scenario that name files, but for those of FMUs.
+//! Finds the entries of a scenario that name files, but for those of FMUs.
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -7,7 +7,7 @@ use crate::text_of;
 
 /// What a word that names a file is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum FileRole {
     /// A file that is read as it is.
     File,
     /// A file of parameters, which names files itself.
@@ -38,9 +38,9 @@ pub(super) fn entries<'t, 'a>(
 }
 
 /// Calls `take` for each of the words.
-pub(super) fn each<'a>(
+pub(super) fn for_each_file<'a>(
     root: &mut DeTable<'a>,
-    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+    take: &mut dyn FnMut(FileRole, &mut Spanned<DeValue<'a>>),
 ) {
     let lists = [
         ("table", "path"),
@@ -50,86 +50,88 @@ pub(super) fn each<'a>(
         ("analysis", "python"),
     ];
     for (list, key) in lists {
-        entries(root, list).for_each(|entry| one(entry, key, Role::File, take));
+        entries(root, list).for_each(|entry| take_key(entry, key, FileRole::File, take));
     }
     for list in ["fmu", "analysis"] {
         for entry in entries(root, list) {
             match entry.get_mut("parameters") {
                 Some(value) if value.get_ref().is_array() => {
                     let DeValue::Array(files) = value.get_mut() else { continue };
-                    files.iter_mut().for_each(|file| take(Role::Parameters, file));
+                    files.iter_mut().for_each(|file| take(FileRole::Parameters, file));
                 }
-                Some(file) => take(Role::Parameters, file),
+                Some(file) => take(FileRole::Parameters, file),
                 None => {}
             }
         }
     }
     for fmu in entries(root, "fmu") {
-        if let Some(start) = inner(fmu, "start") {
-            texts(start, take);
+        if let Some(start) = table_at(fmu, "start") {
+            for_each_text(start, take);
         }
     }
     for analysis in entries(root, "analysis") {
-        if let Some(table) = inner(analysis, "table") {
+        if let Some(table) = table_at(analysis, "table") {
             match table.get_mut("path").map(Spanned::get_mut) {
-                Some(DeValue::Array(logs)) => logs.iter_mut().for_each(|it| take(Role::File, it)),
-                _ => one(table, "path", Role::File, take),
+                Some(DeValue::Array(logs)) => {
+                    logs.iter_mut().for_each(|it| take(FileRole::File, it))
+                }
+                _ => take_key(table, "path", FileRole::File, take),
             }
-            one(table, "aliases", Role::File, take);
+            take_key(table, "aliases", FileRole::File, take);
         }
-        if let Some(files) = inner(analysis, "files") {
-            files.iter_mut().for_each(|(_, file)| take(Role::File, file));
+        if let Some(files) = table_at(analysis, "files") {
+            files.iter_mut().for_each(|(_, file)| take(FileRole::File, file));
         }
     }
-    if let Some(sweep) = inner(root, "sweep") {
-        one(sweep, "list", Role::File, take);
+    if let Some(sweep) = table_at(root, "sweep") {
+        take_key(sweep, "list", FileRole::File, take);
         for (index, vary) in entries(sweep, "vary").enumerate() {
-            one(vary, "draws", Role::Draws(index), take);
+            take_key(vary, "draws", FileRole::Draws(index), take);
             let archives = vary.get("name").and_then(|name| name.get_ref().as_str());
             let archives = archives.is_some_and(|name| name.ends_with(".path"));
             if let Some(DeValue::Array(values)) = vary.get_mut("values").map(Spanned::get_mut) {
-                values.iter_mut().filter(|_| archives).for_each(|it| take(Role::Archive, it));
+                values.iter_mut().filter(|_| archives).for_each(|it| take(FileRole::Archive, it));
             }
         }
     }
-    let track = inner(root, "view").and_then(|view| inner(view, "track"));
+    let track = table_at(root, "view").and_then(|view| table_at(view, "track"));
     if let Some(track) = track {
-        one(track, "path", Role::File, take);
+        take_key(track, "path", FileRole::File, take);
     }
     for (index, validation) in entries(root, "validation").enumerate() {
-        one(validation, "scenario", Role::Validation(index), take);
+        take_key(validation, "scenario", FileRole::Validation(index), take);
         if let Some(DeValue::Array(set)) = validation.get_mut("set").map(Spanned::get_mut) {
-            set.iter_mut().for_each(|entry| take(Role::Values, entry));
+            set.iter_mut().for_each(|entry| take(FileRole::Values, entry));
         }
     }
 }
 
 /// Calls `take` for each file whose text is a value.
-pub(super) fn texts<'a>(
+pub(super) fn for_each_text<'a>(
     values: &mut DeTable<'a>,
-    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+    take: &mut dyn FnMut(FileRole, &mut Spanned<DeValue<'a>>),
 ) {
     for (_, value) in values.iter_mut() {
         let DeValue::Table(inner) = value.get_mut() else { continue };
         match text_of::names_file(inner) {
-            true => one(inner, text_of::KEY, Role::File, take),
-            false => texts(inner, take),
+            true => take_key(inner, text_of::KEY, FileRole::File, take),
+            false => for_each_text(inner, take),
         }
     }
 }
 
-fn one<'a>(
+fn take_key<'a>(
     table: &mut DeTable<'a>,
     key: &str,
-    role: Role,
-    take: &mut dyn FnMut(Role, &mut Spanned<DeValue<'a>>),
+    role: FileRole,
+    take: &mut dyn FnMut(FileRole, &mut Spanned<DeValue<'a>>),
 ) {
     if let Some(value) = table.get_mut(key) {
         take(role, value);
     }
 }
 
-fn inner<'t, 'a>(table: &'t mut DeTable<'a>, key: &str) -> Option<&'t mut DeTable<'a>> {
+fn table_at<'t, 'a>(table: &'t mut DeTable<'a>, key: &str) -> Option<&'t mut DeTable<'a>> {
     match table.get_mut(key)?.get_mut() {
         DeValue::Table(inner) => Some(inner),
         _ => None,

@@ -1,4 +1,4 @@
-//! Scenarios that are gathered, written and read back.
+//! Tests of bundles: scenarios are gathered, written and read back.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
     folder
 }
 
-fn gathered(path: &Path, built: &Built) -> Result<Bundle, Error> {
+fn gathered(path: &Path, built: &BuildArtifacts) -> Result<Bundle, Error> {
     Bundle::gather(&Scenario::read(path).expect("a scenario"), built, LAYOUT)
 }
 
@@ -39,7 +39,7 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
         ("track.csv", "x,y\n0,0\n"),
         ("main.toml", main),
     ]);
-    let mut built = Built::default();
+    let mut built = BuildArtifacts::default();
     let request = BuildRequest { package: "made-fmu".to_owned(), example: None };
     built.archives.insert(request, folder.path().join("made.fmu"));
     let bundle = gathered(&folder.path().join("main.toml"), &built).expect("a bundle");
@@ -72,7 +72,8 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     let again = Scenario::bundled(whole, bundle.text.clone(), elsewhere.path()).expect("read");
     assert_eq!((again.name.as_str(), again.document.seed), ("main", 7));
     assert_eq!(again.validations.len(), 1);
-    let second = Bundle::gather(&again, &Built::default(), LAYOUT).expect("gathered again");
+    let second =
+        Bundle::gather(&again, &BuildArtifacts::default(), LAYOUT).expect("gathered again");
     assert_eq!((second.text, second.files.len()), (bundle.text, bundle.files.len()));
     let written = Scenario::read(&elsewhere.path().join(SCENARIO)).expect("the file");
     assert!(again.values().expect("values") == written.values().expect("values"));
@@ -82,7 +83,8 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
 fn each_file_that_is_missing_is_told_at_its_word() {
     let main = "[time]\nstep = 0.1\nstop = 1.0\n[[fmu]]\nname = \"a\"\npath = \"none.fmu\"\n[[fmu]]\nname = \"b\"\ncrate = \"b\"\n[[table]]\nname = \"t\"\npath = \".\"\ncolumns = {}\n";
     let folder = folder(&[("main.toml", main)]);
-    let error = gathered(&folder.path().join("main.toml"), &Built::default()).expect_err("missing");
+    let error = gathered(&folder.path().join("main.toml"), &BuildArtifacts::default())
+        .expect_err("missing");
     let messages: Vec<_> = error.split().iter().map(ToString::to_string).collect();
     assert_eq!(messages.len(), 3, "{messages:?}");
     assert!(messages[0].contains("none.fmu"), "{messages:?}");

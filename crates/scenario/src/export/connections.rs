@@ -1,4 +1,4 @@
-//! Writes connections with their transformations.
+//! Writes the connections of a scenario as those of SSP, with their transformations.
 
 use cosim::system::InputChain;
 use fmu_import::Variable;
@@ -6,31 +6,31 @@ use fmu_import::description::Type;
 use ssp::write::{DraftComponent, DraftConnection};
 use ssp::{Transformation, Unit};
 
+use super::connectors::{ConnectorElement, ElementConnection, SystemVariables};
 use super::definitions::Definitions;
-use super::ends::{End, Ends, Link};
 
 /// The connections between components. What has no words in the standard is left out, with a note. So are signals and tables,
 /// since tools refuse connectors of the system itself; their first values are start values.
 pub(super) fn connections(
-    ends: &Ends,
-    links: &[Link],
+    variables: &SystemVariables,
+    element_connections: &[ElementConnection],
     components: &[DraftComponent],
     definitions: &Definitions,
     notes: &mut Vec<String>,
 ) -> Vec<DraftConnection> {
-    let unit = |end: &End| {
+    let unit = |end: &ConnectorElement| {
         let component = components.iter().find(|it| it.name == end.component)?;
         let connector = component.connectors.iter().find(|it| it.name == end.connector)?;
         definitions.find(connector.unit.as_deref())
     };
     let mut connections = Vec::new();
-    for of_target in by_target(ends, links) {
-        let Some((first, from, to)) = of_target.first() else { continue };
-        let made = match is_whole(&of_target) {
-            true => transformation(ends, first, (unit(from), unit(to))),
+    for group in by_target(variables, element_connections) {
+        let Some(Ends { connection, from, to }) = group.first() else { continue };
+        let transformation = match connects_whole_arrays(&group) {
+            true => transformation(variables, connection, unit(from), unit(to)),
             false => Err("it connects elements of arrays"),
         };
-        match made {
+        match transformation {
             Ok(transformation) => connections.push(DraftConnection {
                 from: (Some(from.component.clone()), from.connector.clone()),
                 to: (Some(to.component.clone()), to.connector.clone()),
@@ -38,65 +38,74 @@ pub(super) fn connections(
             }),
             Err(reason) => notes.push(format!(
                 "the connection from `{}` to `{}` is in the annotation only: {reason}, which SSP has no words for",
-                first.from.name(),
-                first.to.name()
+                connection.from.name(),
+                connection.to.name()
             )),
         }
     }
     connections
 }
 
-/// A connection with both of its ends.
-type Ended<'l, 'a> = (&'l Link<'a>, End, End);
+/// A connection of elements, with the connectors at its ends.
+struct Ends<'l, 'a> {
+    connection: &'l ElementConnection<'a>,
+    from: ConnectorElement,
+    to: ConnectorElement,
+}
 
 /// The connections between components, those to elements of one array together.
-fn by_target<'l, 'a>(ends: &Ends, links: &'l [Link<'a>]) -> Vec<Vec<Ended<'l, 'a>>> {
-    let mut groups: Vec<Vec<Ended>> = Vec::new();
-    for link in links {
-        let (Some(from), Some(to)) = (ends.end(link.from), ends.end(link.to)) else { continue };
-        let same = |(_, _, known): &Ended| {
-            (&known.component, &known.connector) == (&to.component, &to.connector)
-        };
-        match groups.iter_mut().find(|group| group.iter().any(same)) {
-            Some(group) => group.push((link, from, to)),
-            None => groups.push(vec![(link, from, to)]),
+fn by_target<'l, 'a>(
+    variables: &SystemVariables,
+    connections: &'l [ElementConnection<'a>],
+) -> Vec<Vec<Ends<'l, 'a>>> {
+    let mut groups: Vec<Vec<Ends>> = Vec::new();
+    for connection in connections {
+        let from = variables.element(connection.from);
+        let (Some(from), Some(to)) = (from, variables.element(connection.to)) else { continue };
+        let group = groups.iter_mut().find(|group| group.iter().any(|it| it.to.is_beside(&to)));
+        let ends = Ends { connection, from, to };
+        match group {
+            Some(group) => group.push(ends),
+            None => groups.push(vec![ends]),
         }
     }
     groups
 }
 
-/// Whether the links connect one whole connector to another, each element to that in the same place.
-fn is_whole(links: &[Ended]) -> bool {
-    let change = |link: &Link| link.chain.as_ref().map(|it| (it.factor, it.offset, it.map.clone()));
-    let Some((first, from, to)) = links.first() else { return false };
-    links.len() == to.element.1
-        && from.element.1 == to.element.1
-        && links.iter().enumerate().all(|(place, (link, source, target))| {
-            (&source.component, &source.connector) == (&from.component, &from.connector)
-                && (source.element.0, target.element.0) == (place, place)
-                && change(link) == change(first)
+/// Whether the connections connect one whole connector to another, each element to that in the same place.
+fn connects_whole_arrays(group: &[Ends]) -> bool {
+    let change =
+        |it: &Ends| it.connection.chain.as_ref().map(|it| (it.factor, it.offset, it.map.clone()));
+    let Some(first) = group.first() else { return false };
+    group.len() == first.to.element.1
+        && first.from.element.1 == first.to.element.1
+        && group.iter().enumerate().all(|(index, ends)| {
+            ends.from.is_beside(&first.from)
+                && (ends.from.element.0, ends.to.element.0) == (index, index)
+                && change(ends) == change(first)
         })
 }
 
 /// What happens on the way in place of a conversion of units. None where a tool that converts units and one that does not
 /// do the same.
 fn transformation(
-    ends: &Ends,
-    link: &Link,
-    units: (Option<&Unit>, Option<&Unit>),
+    variables: &SystemVariables,
+    connection: &ElementConnection,
+    from_unit: Option<&Unit>,
+    to_unit: Option<&Unit>,
 ) -> Result<Option<Transformation>, &'static str> {
-    let Some(chain) = &link.chain else { return Ok(None) };
-    if link.is_mixed {
+    let Some(chain) = &connection.chain else { return Ok(None) };
+    if connection.is_mixed {
         return Err("it has a map before another change");
     }
-    let target = ends.variable(&link.to.node, &link.to.variable);
-    let source = ends.variable(&link.from.node, &link.from.variable);
+    let target = variables.variable(&connection.to.node, &connection.to.variable);
+    let source = variables.variable(&connection.from.node, &connection.from.variable);
     if !chain.map.is_empty() {
-        return mapped(chain, source, target).map(Some);
+        return map_transformation(chain, source, target).map(Some);
     }
     let (factor, offset) = (chain.factor, chain.offset);
     let kept = (factor, offset) == (1.0, 0.0);
-    let is_converted = match units {
+    let is_converted = match (from_unit, to_unit) {
         (Some(from), Some(to)) => from.to(to) != Some((1.0, 0.0)),
         _ => false,
     };
@@ -108,7 +117,7 @@ fn transformation(
     }
 }
 
-fn mapped(
+fn map_transformation(
     chain: &InputChain,
     source: Option<&Variable>,
     target: Option<&Variable>,

@@ -1,4 +1,4 @@
-//! Collects units and enumerations under names of their own.
+//! Collects the units and enumerations that an SSP export defines, each under a unique name.
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! The variants of a scenario, by names and numbers.
 
-use crate::words::{Design, Limit, Recorded};
+use crate::document::{Design, Limit, Recorded};
 
 /// How the variants of a scenario are made, and what is asked of them.
 #[derive(Debug, Clone)]

@@ -1,8 +1,8 @@
-//! Lists the keys of a JSON schema.
+//! Lists the keys of a JSON schema, each with its type, unit, default and examples.
 
 use serde_json::{Value, json};
 
-use crate::schema::{Tagged, choices, resolved, table_of, tagged, type_name};
+use crate::schema::{TaggedTable, choices, resolve_reference, table_of, tagged, type_name};
 
 /// A key of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +84,7 @@ fn joined(path: &str, key: &str) -> String {
 impl<'a> Walk<'a> {
     fn table(&mut self, schema: &'a Value, path: &str) {
         match tagged(self.root, schema) {
-            Some(Tagged { tag, variants }) => self.tagged(tag, &variants, path),
+            Some(TaggedTable { tag, variants }) => self.tagged(tag, &variants, path),
             None => self.keys(schema, path, None),
         }
     }
@@ -137,7 +137,7 @@ impl<'a> Walk<'a> {
     }
 
     fn key(&mut self, property: &'a Value, path: &str, required: bool) {
-        let schema = resolved(self.root, property);
+        let schema = resolve_reference(self.root, property);
         let (inner, heading, inner_path) = self.inner(schema, path);
         let description =
             property["description"].as_str().or(schema["description"].as_str()).unwrap_or_default();
@@ -147,7 +147,8 @@ impl<'a> Walk<'a> {
         let listed = match choices(schema) {
             found if found.is_empty() => {
                 let either = inner["anyOf"].as_array().into_iter().flatten();
-                let either = either.flat_map(|schema| choices(resolved(self.root, schema)));
+                let either =
+                    either.flat_map(|schema| choices(resolve_reference(self.root, schema)));
                 choices(inner).into_iter().chain(either).collect()
             }
             found => found,
@@ -181,19 +182,23 @@ impl<'a> Walk<'a> {
     /// The schema of the innermost value of a list or of a table of names, its head and its path.
     fn inner(&self, schema: &'a Value, path: &str) -> (&'a Value, String, String) {
         if schema["type"] == "array" {
-            return (resolved(self.root, &schema["items"]), format!("[[{path}]]"), path.to_owned());
+            return (
+                resolve_reference(self.root, &schema["items"]),
+                format!("[[{path}]]"),
+                path.to_owned(),
+            );
         }
         let named = &schema["additionalProperties"];
         if named.is_object() && !schema["properties"].is_object() {
             let path = format!("{path}.NAME");
-            let named = table_of(self.root, resolved(self.root, named));
+            let named = table_of(self.root, resolve_reference(self.root, named));
             return (named, format!("[{path}]"), path);
         }
         (schema, format!("[{path}]"), path.to_owned())
     }
 
     fn kind(&self, schema: &Value) -> String {
-        let schema = resolved(self.root, schema);
+        let schema = resolve_reference(self.root, schema);
         if !choices(schema).is_empty() {
             return "a text, one of those below".to_owned();
         }

@@ -1,4 +1,4 @@
-//! Explains one key on the terminal.
+//! Formats the reference of one key for the terminal.
 
 use std::fmt::Write as _;
 

@@ -1,7 +1,8 @@
-//! Finds the plugins and the signals of `[[analysis]]`, and asks each plugin what it thinks of its part of the scenario.
+//! Resolves `[[analysis]]`: loads plugins and scripts, connects their signals to columns of the run or of a log, and lets them check
+//! their configuration.
 
-mod from_log;
-mod loaded;
+mod load;
+mod log_signals;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,38 +16,33 @@ use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
 
-use self::loaded::Loaded;
-use super::Notes;
+use self::load::LoadedAnalyser;
+use super::Diagnostics;
 use super::logs;
 use super::parameters::Parameters;
-use super::signal_units::{SignalUnits, cure};
+use super::signal_units::{RunSignals, unit_help};
 use crate::build_request::BuildRequest;
+use crate::document::{Analysis, AnalysisSignal, ScaledSignal, Scenario};
 use crate::plan::{AnalysisPlan, Origin, Wired};
-use crate::schema::{self, Finding};
-use crate::words::{Analysis, AnalysisSignal, AnalysisTable, ScaledSignal, Scenario};
-
-/// The columns of the run and their units.
-type Signals<'a> = (&'a RunColumns<Full>, &'a SignalUnits);
-
-/// The plugins that were built, and files of parameters.
-type Given<'g> = (&'g BTreeMap<BuildRequest, PathBuf>, &'g Parameters);
+use crate::schema::{self, SchemaViolation};
 
 pub(super) fn resolve(
     scenario: &Scenario,
-    given: Given,
-    signals: Signals,
-    (mistakes, warnings): Notes,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
+    parameters: &Parameters,
+    signals: RunSignals,
+    Diagnostics { mistakes, warnings }: &mut Diagnostics,
 ) -> Vec<AnalysisPlan> {
     let analyses = &scenario.document.analysis;
     let plans = analyses.iter().enumerate().filter_map(|(index, analysis)| {
-        mistakes.take(unique(scenario, &analyses[..index], analysis, signals.0));
-        mistakes.take(plan(scenario, analysis, given, signals, warnings))
+        mistakes.take(check_unique_name(scenario, &analyses[..index], analysis, signals.columns));
+        mistakes.take(plan(scenario, analysis, plugins, parameters, signals, warnings))
     });
     plans.collect()
 }
 
 /// Checks refer to results by the names of analyses.
-fn unique(
+fn check_unique_name(
     scenario: &Scenario,
     before: &[Analysis],
     analysis: &Analysis,
@@ -64,89 +60,103 @@ fn unique(
 fn plan(
     scenario: &Scenario,
     analysis: &Analysis,
-    (plugins, parameters): Given,
-    signals: Signals,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
+    parameters: &Parameters,
+    signals: RunSignals,
     warnings: &mut Vec<String>,
 ) -> Result<AnalysisPlan, Error> {
     let mut mistakes = Mistakes::default();
-    let aliases = analysis.table.as_ref().map(|table| logs::aliases(scenario, table.file()));
-    let aliases = mistakes.take(aliases.transpose());
-    let sound_aliases = aliases.is_some();
-    let aliases = aliases.flatten().flatten();
-    let loaded = mistakes.take(loaded::load(scenario, analysis, plugins, aliases.as_ref()));
-    let needs = loaded.as_ref().map_or(&[][..], |loaded| &loaded.needs);
-    let asked = needs.iter().filter(|need| !given(&analysis.signals, &need.name));
-    let asked: Vec<Wanted> = asked.cloned().collect();
-    let read = |table: &AnalysisTable| {
-        from_log::read(scenario, (table, aliases.as_ref()), &asked, warnings)
+    let aliases = match &analysis.table {
+        Some(table) => mistakes.take(logs::aliases(scenario, table.file())),
+        None => Some(None),
     };
-    let log = analysis.table.as_ref().filter(|_| sound_aliases).map(read);
-    let log = mistakes.take(log.transpose()).flatten();
-    let Some(loaded) = loaded else {
+    let known_aliases = aliases.as_ref().and_then(Option::as_ref);
+    let analyser = load::load(scenario, analysis, plugins, known_aliases);
+    let analyser = mistakes.take(analyser);
+    let needs = analyser.as_ref().map_or(&[][..], |analyser| &analyser.needs);
+    let log = match (&analysis.table, &aliases) {
+        (Some(table), Some(aliases)) => {
+            let is_open = |need: &&Wanted| !is_of_run(analysis, &need.name);
+            let open: Vec<Wanted> = needs.iter().filter(is_open).cloned().collect();
+            let log = log_signals::read_log(scenario, table, aliases.as_ref(), &open, warnings);
+            mistakes.take(log)
+        }
+        _ => None,
+    };
+    let Some(analyser) = analyser else {
         return Err(mistakes.finish().err().unwrap_or_else(Error::follow_up));
     };
     let mut wired = Vec::new();
     for (name, signal) in &analysis.signals {
-        let wanted = wanted(scenario, &loaded, name);
-        let taken = taken(scenario, signal).and_then(|(full, place, scaling)| {
-            let index = column(scenario, signals.0, (full, place.clone()))?;
-            Ok((index, (&scenario.source, place, full), scaling))
-        });
-        let made = Mistakes::both(wanted, taken).and_then(|(wanted, (index, written, scaling))| {
-            let full = written.2;
-            let found = (Origin::Run(index), signals.1.of(full));
-            let cure = |unit: &str| cure(scenario, full, unit);
-            Ok(scaled(wire(wanted, found, written, &cure)?, scaling))
-        });
-        wired.extend(mistakes.take(made));
+        let wire = wire_run_signal(scenario, &analyser, signals, name, signal);
+        wired.extend(mistakes.take(wire));
     }
     for name in analysis.table.iter().flat_map(|table| table.columns.keys()) {
-        let named = wanted(scenario, &loaded, name);
-        mistakes.take(named.and_then(|wanted| not_of_run(scenario, analysis, name, wanted)));
+        let wanted = find_wanted(scenario, &analyser, name);
+        mistakes
+            .take(wanted.and_then(|wanted| refuse_run_signal(scenario, analysis, name, wanted)));
     }
     if let Some(log) = &log {
-        wired.extend(from_log::wired(log, &loaded.needs, &mut mistakes));
+        wired.extend(log_signals::wire_columns(log, &analyser.needs, &mut mistakes));
     }
     if analysis.table.is_none() || log.is_some() {
-        mistakes.take(complete(scenario, analysis, &loaded, &wired));
+        mistakes.take(check_required(scenario, analysis, &analyser, &wired));
     }
-    let sound = mistakes.finish();
-    let texts = texts(scenario, analysis, parameters);
-    let config = texts.and_then(|texts| {
-        config((scenario, analysis), loaded.plugin(), texts, &wired, sound.is_ok())
+    let signals = mistakes.finish();
+    let config = extra_tables(scenario, analysis, parameters).and_then(|extra| {
+        config(scenario, analysis, analyser.plugin(), extra, &wired, signals.is_ok())
     });
-    let ((), config) = Mistakes::both(sound, config)?;
+    let ((), config) = Mistakes::both(signals, config)?;
     Ok(AnalysisPlan {
         name: analysis.name.get_ref().clone(),
         config,
-        analyser: loaded.analyser,
-        library: loaded.path,
+        analyser: analyser.analyser,
+        library: analyser.path,
         wired,
         log: log.map(|log| log.table),
     })
 }
 
-/// Whether a signal of the run is named.
-fn given(signals: &BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>, name: &str) -> bool {
-    signals.keys().any(|it| it.get_ref() == name)
+/// A signal of the run, in the unit that the analysis wants.
+fn wire_run_signal(
+    scenario: &Scenario,
+    analyser: &LoadedAnalyser,
+    signals: RunSignals,
+    name: &Spanned<String>,
+    signal: &Spanned<AnalysisSignal>,
+) -> Result<Wired, Error> {
+    let wanted = find_wanted(scenario, analyser, name);
+    let source = source_signal(scenario, signal).and_then(|(source, scaling)| {
+        Ok((column(scenario, signals.columns, &source)?, source, scaling))
+    });
+    let (wanted, (index, source, scaling)) = Mistakes::both(wanted, source)?;
+    let full = source.name;
+    let help = |unit: &str| unit_help(scenario, full, unit);
+    let wired = wire(wanted, Origin::Run(index), signals.units.of(full), source, &help)?;
+    Ok(apply_scaling(wired, scaling))
+}
+
+/// Whether the analysis takes a signal of this name from the run.
+fn is_of_run(analysis: &Analysis, name: &str) -> bool {
+    analysis.signals.keys().any(|it| it.get_ref() == name)
 }
 
 /// The number that a word names.
 fn column(
     scenario: &Scenario,
     columns: &RunColumns<Full>,
-    (full, place): (&str, Range<usize>),
+    source: &SourceSignal,
 ) -> Result<NumberIndex<Full>, Error> {
-    if let Some((index, _)) = columns.numbers().find(|(_, it)| it.name() == full) {
+    if let Some((index, _)) = columns.numbers().find(|(_, it)| it.name() == source.name) {
         return Ok(index);
     }
     let names: Vec<_> = columns.numbers().map(|(_, it)| it.name()).collect();
-    let unknown = suggest::unknown("signal", full, names.iter().map(String::as_str));
-    Err(unknown.at(&scenario.source, place))
+    let unknown = suggest::unknown("signal", source.name, names.iter().map(String::as_str));
+    Err(unknown.at(&scenario.source, source.span.clone()))
 }
 
 /// Refuses a column of a file under the name of a signal of the run.
-fn not_of_run<'a>(
+fn refuse_run_signal<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,
@@ -160,17 +170,17 @@ fn not_of_run<'a>(
 }
 
 /// The signal that the plugin expects under this name.
-fn wanted<'a>(
+fn find_wanted<'a>(
     scenario: &Scenario,
-    loaded: &'a Loaded,
+    analyser: &'a LoadedAnalyser,
     name: &Spanned<String>,
 ) -> Result<&'a Wanted, Error> {
-    let known = &loaded.needs;
+    let known = &analyser.needs;
     if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
         return Ok(wanted);
     }
     let names = known.iter().map(|wanted| wanted.name.as_str());
-    let what = match loaded.plugin() {
+    let what = match analyser.plugin() {
         Some(_) => "signal of the plugin",
         None => "signal of the script",
     };
@@ -178,22 +188,25 @@ fn wanted<'a>(
     Err(unknown.at(&scenario.source, name.span()))
 }
 
-/// The name of a signal of the run, its place, and its gain, offset and sign.
-fn taken<'a>(
-    scenario: &Scenario,
+/// A signal of the run, and its gain, offset and sign.
+fn source_signal<'a>(
+    scenario: &'a Scenario,
     signal: &'a Spanned<AnalysisSignal>,
-) -> Result<(&'a str, Range<usize>, Scaling), Error> {
+) -> Result<(SourceSignal<'a>, Scaling), Error> {
+    let file = &scenario.source;
     match signal.get_ref() {
-        AnalysisSignal::Name(name) => Ok((name, signal.span(), Scaling::default())),
+        AnalysisSignal::Name(name) => {
+            Ok((SourceSignal { file, span: signal.span(), name }, Scaling::default()))
+        }
         AnalysisSignal::Scaled(ScaledSignal { from, gain, offset, sign }) => {
-            let scaling = logs::scaling(&scenario.source, [gain, offset, sign])?;
-            Ok((from.get_ref(), from.span(), scaling))
+            let scaling = logs::scaling(file, gain, offset, sign)?;
+            Ok((SourceSignal { file, span: from.span(), name: from.get_ref() }, scaling))
         }
     }
 }
 
 /// The unit conversion follows gain, offset and sign.
-fn scaled(wired: Wired, scaling: Scaling) -> Wired {
+fn apply_scaling(wired: Wired, scaling: Scaling) -> Wired {
     let Scaling { gain, offset, sign } = scaling;
     match scaling == Scaling::default() {
         true => wired,
@@ -205,17 +218,33 @@ fn scaled(wired: Wired, scaling: Scaling) -> Wired {
     }
 }
 
-/// A name, and the file and the place where it is written.
-type Written<'a> = (&'a Source, Range<usize>, &'a str);
+/// A signal that an analysis takes, and where its name stands.
+struct SourceSignal<'a> {
+    file: &'a Source,
+    span: Range<usize>,
+    name: &'a str,
+}
 
-/// Converts to the unit that the plugin wants. `cure` says where a missing unit is declared.
+impl SourceSignal<'_> {
+    fn error(&self, message: impl Into<String>) -> Error {
+        self.file.error(self.span.clone(), message, "")
+    }
+
+    /// A unit that the signal has or shall have.
+    fn parse_unit(&self, unit: &str) -> Result<Unit, Error> {
+        Unit::parse(unit).map_err(|error| self.error(format!("`{}`: {error}", self.name)))
+    }
+}
+
+/// Converts to the unit that the plugin wants. `help` says where a missing unit is declared.
 fn wire(
     wanted: &Wanted,
-    (origin, unit): (Origin, SignalUnit),
-    written: Written,
-    cure: &dyn Fn(&str) -> String,
+    origin: Origin,
+    unit: SignalUnit,
+    source: SourceSignal,
+    help: &dyn Fn(&str) -> String,
 ) -> Result<Wired, Error> {
-    let wired = |unit: &str, (factor, offset)| Wired {
+    let wired = |unit: &str, factor, offset| Wired {
         name: wanted.name.clone(),
         unit: unit.to_owned(),
         origin,
@@ -225,44 +254,38 @@ fn wire(
     let Wanted { name, unit: to, .. } = wanted;
     if to.is_empty() {
         let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
-        return Ok(wired(own, (1.0, 0.0)));
+        return Ok(wired(own, 1.0, 0.0));
     }
-    let known = read_unit(&written, to)?;
-    let (source, place, signal) = written;
+    let wanted_unit = source.parse_unit(to)?;
+    let signal = source.name;
     match unit {
         SignalUnit::Known(from, own) | SignalUnit::Difference(from, own) => {
-            let conversion = Unit::conversion(&from, &known).ok_or_else(|| {
+            let (factor, offset) = Unit::conversion(&from, &wanted_unit).ok_or_else(|| {
                 let message = format!("`{name}` is wanted in [{to}], and `{signal}` is in [{own}]");
-                let help = format!("{} is not {}", from.dimension(), known.dimension());
-                source.error(place, message, "").help(help)
+                let help = format!("{} is not {}", from.dimension(), wanted_unit.dimension());
+                source.error(message).help(help)
             })?;
-            Ok(wired(to, conversion))
+            Ok(wired(to, factor, offset))
         }
-        SignalUnit::Missing if known != Unit::ONE => {
+        SignalUnit::Missing if wanted_unit != Unit::ONE => {
             let message = format!("`{name}` is wanted in [{to}], and `{signal}` has no unit");
-            Err(source.error(place, message, "").help(cure(to)))
+            Err(source.error(message).help(help(to)))
         }
-        SignalUnit::Missing | SignalUnit::Plain => Ok(wired(to, (1.0, 0.0))),
+        SignalUnit::Missing | SignalUnit::Plain => Ok(wired(to, 1.0, 0.0)),
     }
-}
-
-/// A unit that a signal or a plugin has.
-fn read_unit((source, place, signal): &Written, unit: &str) -> Result<Unit, Error> {
-    Unit::parse(unit)
-        .map_err(|error| source.error(place.clone(), format!("`{signal}`: {error}"), ""))
 }
 
 /// Whether the plugin gets all that it cannot do without.
-fn complete(
+fn check_required(
     scenario: &Scenario,
     analysis: &Analysis,
-    loaded: &Loaded,
+    analyser: &LoadedAnalyser,
     wired: &[Wired],
 ) -> Result<(), Error> {
     let from_log = analysis.table.iter().flat_map(|table| table.columns.keys());
     let given: Vec<_> = analysis.signals.keys().chain(from_log).map(Spanned::get_ref).collect();
     let is_wired = |name: &String| wired.iter().any(|it| it.name == *name);
-    let missing = loaded.needs.iter();
+    let missing = analyser.needs.iter();
     let missing =
         missing.filter(|it| it.required && !given.contains(&&it.name) && !is_wired(&it.name));
     let errors = missing.map(|Wanted { name, description, unit, .. }| {
@@ -275,40 +298,57 @@ fn complete(
     errors.collect::<Mistakes>().finish()
 }
 
+/// A table that the program adds to the configuration.
+struct ExtraTable {
+    key: &'static str,
+    /// What goes there, for messages.
+    content: &'static str,
+    values: toml::Table,
+    /// Whether the scenario asks for it.
+    is_given: bool,
+}
+
 /// What the configuration gets of other files: contents, and the values of parameters.
-fn texts(
+fn extra_tables(
     scenario: &Scenario,
     analysis: &Analysis,
     parameters: &Parameters,
-) -> Result<[Added; 2], Error> {
-    let texts = files(scenario, analysis)?;
+) -> Result<[ExtraTable; 2], Error> {
+    let contents = read_files(scenario, analysis)?;
     let mut values = toml::Table::new();
     for file in parameters.of(scenario, &analysis.parameters) {
         values.extend(file.values.iter().map(|it| (it.name.clone(), it.value.clone())));
     }
-    let given = !analysis.parameters.is_empty();
     Ok([
-        ("files", "the contents of [analysis.files]", texts, !analysis.files.is_empty()),
-        ("parameters", "the values of the parameters", values, given),
+        ExtraTable {
+            key: "files",
+            content: "the contents of [analysis.files]",
+            values: contents,
+            is_given: !analysis.files.is_empty(),
+        },
+        ExtraTable {
+            key: "parameters",
+            content: "the values of the parameters",
+            values,
+            is_given: !analysis.parameters.is_empty(),
+        },
     ])
 }
 
-/// A key of the configuration that the program fills: what goes there, the values, and whether there are any.
-type Added = (&'static str, &'static str, toml::Table, bool);
-
 /// The configuration as text, if the plugin agrees to it. Of signals that are not `sound` it hears nothing.
 fn config(
-    (scenario, analysis): (&Scenario, &Analysis),
+    scenario: &Scenario,
+    analysis: &Analysis,
     plugin: Option<&Plugin>,
-    added: [Added; 2],
+    extra: [ExtraTable; 2],
     wired: &[Wired],
     sound: bool,
 ) -> Result<String, Error> {
     let mut table =
         analysis.config.as_ref().map(|config| config.get_ref().clone()).unwrap_or_default();
-    for (key, what, values, given) in added {
-        if given && table.insert(key.to_owned(), values.into()).is_some() {
-            let message = format!("`{key}` in the configuration is where {what} go");
+    for ExtraTable { key, content, values, is_given } in extra {
+        if is_given && table.insert(key.to_owned(), values.into()).is_some() {
+            let message = format!("`{key}` in the configuration is where {content} go");
             return Err(scenario.error(&analysis.name, message));
         }
     }
@@ -322,41 +362,41 @@ fn config(
     let who = format!("analysis `{}`", analysis.name.get_ref());
     let checked = during_plugin(&who, c"the check of its configuration", || plugin.check(&request));
     let Err(error) = checked else { return Ok(text) };
-    findings(scenario, analysis, plugin)?;
+    config_errors(scenario, analysis, plugin)?;
     // The plugin may miss a signal whose mistake is told already.
-    Err(if sound { refused(scenario, analysis, &error) } else { Error::follow_up() })
+    Err(if sound { config_error(scenario, analysis, &error) } else { Error::follow_up() })
 }
 
 /// The place of an analysis in the list of them.
-fn place_in_list(scenario: &Scenario, analysis: &Analysis) -> String {
+fn index_in_list(scenario: &Scenario, analysis: &Analysis) -> String {
     let analyses = &scenario.document.analysis;
     analyses.iter().take_while(|it| !std::ptr::eq(*it, analysis)).count().to_string()
 }
 
 /// The words of the configuration that break the plugin's schema, which knows what a misspelt key was meant to be.
-fn findings(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
+fn config_errors(scenario: &Scenario, analysis: &Analysis, plugin: &Plugin) -> Result<(), Error> {
     let schema = plugin.config_schema().and_then(|text| serde_json::from_str(text).ok());
-    let Some(schema) = schema.map(|schema| schema::plain(&schema)) else { return Ok(()) };
-    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
-    let found = scenario.findings(&["analysis", &index, "config"], &schema).into_iter();
-    let errors = found.map(|Finding { span, message, help, .. }| {
+    let Some(schema) = schema.map(|schema| schema::normalize(&schema)) else { return Ok(()) };
+    let (name, index) = (analysis.name.get_ref(), index_in_list(scenario, analysis));
+    let found = scenario.schema_violations(&["analysis", &index, "config"], &schema).into_iter();
+    let errors = found.map(|SchemaViolation { span, message, help, .. }| {
         scenario.source.error(span, format!("`{name}`: {message}"), "").hint(help)
     });
     errors.collect::<Mistakes>().finish()
 }
 
 /// The error of a plugin that refuses its configuration, at the key that it blames.
-fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Error {
-    let (name, index) = (analysis.name.get_ref(), place_in_list(scenario, analysis));
+fn config_error(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Error {
+    let (name, index) = (analysis.name.get_ref(), index_in_list(scenario, analysis));
     let keys: Vec<_> = error.path.iter().map(String::as_str).collect();
     let under = |tables: &[&str]| {
         let path = [&["analysis", &index], tables, &keys].concat();
-        scenario.place(&path).filter(|(depth, _)| *depth > 2 + tables.len())
+        scenario.span_of_keys(&path).filter(|(depth, _)| *depth > 2 + tables.len())
     };
     // The key may be that of the configuration, of a file, or of a signal.
     let tables: [&[&str]; 4] = [&["config"], &[], &["signals"], &["table", "columns"]];
-    let place = tables.into_iter().find_map(under);
-    let span = place.map_or(analysis.name.span(), |(_, span)| span);
+    let found = tables.into_iter().find_map(under);
+    let span = found.map_or(analysis.name.span(), |(_, span)| span);
     scenario.source.error(span, format!("`{name}`: {}", error.message.trim()), "")
 }
 
@@ -364,7 +404,7 @@ fn refused(scenario: &Scenario, analysis: &Analysis, error: &ConfigError) -> Err
 const LARGEST_FILE: u64 = 256 << 20;
 
 /// The contents of the files: texts, and what is none as [`plugin::File::value`] has it.
-fn files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
+fn read_files(scenario: &Scenario, analysis: &Analysis) -> Result<toml::Table, Error> {
     let read = |(name, path): (&Spanned<String>, &Spanned<String>)| {
         let file = scenario.source.resolve(path);
         let bytes = diagnostics::read_bounded(&file, LARGEST_FILE).map_err(|error| {

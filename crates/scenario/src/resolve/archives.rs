@@ -1,4 +1,4 @@
-//! Finds the archive of an FMU: that of `path`, or the one that was built from a package. Opens it once for all nodes.
+//! Opens the archives of FMUs, those of `path` and those that were built from packages, once for all nodes.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
@@ -8,15 +8,15 @@ use cosim::system::Body;
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
-use super::nodes::UnplacedNode;
-use super::starts::{Given, sizes};
+use super::nodes::NodeDraft;
+use super::starts::{StartSources, structural_parameters};
 use crate::build_request::BuildRequest;
-use crate::words::{self, Scenario};
+use crate::document::{Scenario, self};
 
 /// The archive of an FMU, with the word that gives it.
 pub(super) fn archive<'w>(
     scenario: &Scenario,
-    node: &'w words::Fmu,
+    node: &'w document::Fmu,
     archives: &BTreeMap<BuildRequest, PathBuf>,
 ) -> Result<(&'w Spanned<String>, PathBuf), Error> {
     match (&node.path, &node.package, node.build_request()) {
@@ -39,22 +39,23 @@ pub(super) fn archive<'w>(
 }
 
 /// The FMUs that nodes share, by their paths: a thousand nodes of one FMU, or as many runs, unpack it once.
-pub type Opened = HashMap<PathBuf, Arc<Fmu>>;
+pub type FmuCache = HashMap<PathBuf, Arc<Fmu>>;
 
 /// The FMU of a node. Its arrays may have sizes of their own; then it has it for itself.
-pub(super) fn open_for(
-    (scenario, node): (&Scenario, &words::Fmu),
+pub(super) fn open_fmu(
+    scenario: &Scenario,
+    node: &document::Fmu,
     path: &Path,
-    opened: &mut Opened,
-    given: Given,
+    cache: &mut FmuCache,
+    starts: StartSources,
 ) -> Result<Arc<Fmu>, OpenError> {
-    let fmu = match opened.get(path) {
+    let fmu = match cache.get(path) {
         Some(fmu) => Arc::clone(fmu),
         None => Arc::new(Fmu::open(path)?),
     };
-    let sizes = sizes(scenario, node, &fmu.description.variables, given);
+    let sizes = structural_parameters(scenario, node, &fmu.description.variables, starts);
     if sizes.is_empty() {
-        opened.insert(path.to_owned(), Arc::clone(&fmu));
+        cache.insert(path.to_owned(), Arc::clone(&fmu));
         return Ok(fmu);
     }
     // Nobody else has it when it has just been opened.
@@ -64,7 +65,7 @@ pub(super) fn open_for(
 }
 
 /// What is unusual about the archives of nodes.
-pub(super) fn noted(nodes: &[UnplacedNode]) -> BTreeSet<String> {
+pub(super) fn archive_notes(nodes: &[NodeDraft]) -> BTreeSet<String> {
     let fmus = nodes.iter().filter_map(|node| match &node.body {
         Body::Fmu { fmu, .. } => Some(fmu),
         _ => None,

@@ -1,25 +1,24 @@
-//! Turns a connection of two arrays into connections of their elements.
+//! Expands a connection of two arrays into connections of their elements.
 
 use diagnostics::{Error, Mistakes, Spanned};
 
-use super::nodes::UnplacedNode;
-use super::port::{Side, find};
-use crate::words::{Connect, Scenario};
+use super::lookup::{PortSide, find_port};
+use super::nodes::NodeDraft;
+use crate::document::{Connect, Scenario};
 
 /// The connections, each of one output and one input. Names that are wrong stay as they are.
-pub(super) fn expanded(
+pub(super) fn expand_arrays(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
     mistakes: &mut Mistakes,
 ) -> Vec<Connect> {
     let mut all = Vec::new();
     for connect in connects {
-        let from = elements(unplaced, connect.from.get_ref(), Side::Output);
-        let to = elements(unplaced, connect.to.get_ref(), Side::Input);
+        let from = elements(nodes, connect.from.get_ref(), PortSide::Output);
+        let to = elements(nodes, connect.to.get_ref(), PortSide::Input);
         if from.len() != to.len() {
-            let sizes = (from.len(), to.len());
-            mistakes.push(wrong(scenario, unplaced, connect, sizes));
+            mistakes.push(size_error(scenario, nodes, connect, from.len(), to.len()));
             continue;
         }
         if from.is_empty() {
@@ -35,29 +34,30 @@ pub(super) fn expanded(
 }
 
 /// The names of the elements of an array, row by row; none for anything else.
-fn elements(unplaced: &[UnplacedNode], full: &str, side: Side) -> Vec<String> {
+fn elements(nodes: &[NodeDraft], full: &str, side: PortSide) -> Vec<String> {
     let Some((node, array)) = full.split_once('.') else { return Vec::new() };
-    let Some(unplaced) = unplaced.iter().find(|it| it.name == node) else { return Vec::new() };
-    let ports = unplaced.ports(side);
-    unplaced.elements(side, array).map(|place| format!("{node}.{}", ports[place].name)).collect()
+    let Some(draft) = nodes.iter().find(|it| it.name == node) else { return Vec::new() };
+    let ports = draft.ports(side);
+    draft.elements(side, array).map(|index| format!("{node}.{}", ports[index].name)).collect()
 }
 
 /// The error of two ends of different sizes, or of the one that is not there.
-fn wrong(
+fn size_error(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
     connect: &Connect,
-    (from, to): (usize, usize),
+    from: usize,
+    to: usize,
 ) -> Error {
     let (word, side) = match from {
-        0 => (&connect.from, Side::Output),
-        _ => (&connect.to, Side::Input),
+        0 => (&connect.from, PortSide::Output),
+        _ => (&connect.to, PortSide::Input),
     };
-    let absent = find(scenario, unplaced, word, side).err().filter(|_| from == 0 || to == 0);
-    absent.unwrap_or_else(|| differ(scenario, connect, (from, to)))
+    let absent = find_port(scenario, nodes, word, side).err().filter(|_| from == 0 || to == 0);
+    absent.unwrap_or_else(|| size_mismatch(scenario, connect, from, to))
 }
 
-fn differ(scenario: &Scenario, connect: &Connect, (from, to): (usize, usize)) -> Error {
+fn size_mismatch(scenario: &Scenario, connect: &Connect, from: usize, to: usize) -> Error {
     let (output, input) = (connect.from.get_ref(), connect.to.get_ref());
     let size = |name: &str, count: usize| match count {
         0 => format!("`{name}` is no array"),

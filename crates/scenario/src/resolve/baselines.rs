@@ -1,4 +1,4 @@
-//! Turns `[[baseline]]` into columns and sizes of tubes.
+//! Resolves `[[baseline]]` to columns and the sizes of their tubes.
 
 use std::ops::Range;
 
@@ -7,8 +7,8 @@ use cosim::clock::Clock;
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Column, ColumnIndex, Columns, Full, ValueKind};
 
+use crate::document::{Baseline, Scenario, Tube};
 use crate::pattern::matches;
-use crate::words::{Baseline, Scenario, Tube};
 
 pub(super) fn resolve(
     scenario: &Scenario,
@@ -17,13 +17,13 @@ pub(super) fn resolve(
 ) -> Result<Vec<BaselinePlan>, Error> {
     let baselines = scenario.document.baseline.iter().enumerate();
     Mistakes::all(baselines.map(|(index, baseline)| {
-        let unique = unique(scenario, index, baseline);
+        let unique = check_unique_name(scenario, index, baseline);
         Mistakes::both(unique, plan(scenario, baseline, columns, clock)).map(|((), plan)| plan)
     }))
 }
 
 /// Reports tell baselines and checks by their names.
-fn unique(scenario: &Scenario, index: usize, baseline: &Baseline) -> Result<(), Error> {
+fn check_unique_name(scenario: &Scenario, index: usize, baseline: &Baseline) -> Result<(), Error> {
     let name = baseline.name.get_ref();
     let before = scenario.document.baseline[..index].iter().map(|other| &other.name);
     let mut others = scenario.document.check.iter().map(|check| &check.name).chain(before);
@@ -42,10 +42,10 @@ fn plan(
     columns: &Columns<Full>,
     clock: Option<Clock>,
 ) -> Result<BaselinePlan, Error> {
-    let place = baseline.recording.span();
+    let span = baseline.recording.span();
     let signals = signals(scenario, baseline, columns);
     let during = during(scenario, baseline, clock);
-    let form = form(scenario, baseline);
+    let form = check_format(scenario, baseline);
     let (signals, (during, ())) = Mistakes::both(signals, Mistakes::both(during, form))?;
     let (file, line) = scenario.source.line(baseline.name.span().start);
     Ok(BaselinePlan {
@@ -53,14 +53,14 @@ fn plan(
         line,
         name: baseline.name.get_ref().clone(),
         path: scenario.source.resolve(&baseline.recording),
-        place,
+        place: span,
         during,
         signals,
         chosen: baseline.signals.is_some(),
     })
 }
 
-fn form(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
+fn check_format(scenario: &Scenario, baseline: &Baseline) -> Result<(), Error> {
     let name = baseline.recording.get_ref();
     match name.rsplit_once('.') {
         Some((_, "mcap" | "csv")) => Ok(()),
@@ -94,12 +94,17 @@ fn signals(
 ) -> Result<Vec<BaselineSignal>, Error> {
     let given = baseline.signals.iter().flatten();
     let patterns = given.chain(baseline.tubes.iter().flat_map(|tube| &tube.signals));
-    let known = Mistakes::all(patterns.map(|pattern| fits(scenario, pattern, columns)));
+    let known = Mistakes::all(patterns.map(|pattern| check_pattern(scenario, pattern, columns)));
     let all =
         TubeSize { absolute: baseline.absolute, relative: baseline.relative, time: baseline.time };
-    let sizes = Mistakes::all(std::iter::once(check(scenario, baseline.name.span(), all)).chain(
-        baseline.tubes.iter().map(|tube| check(scenario, place(tube, baseline), merged(all, tube))),
-    ));
+    let sizes = Mistakes::all(
+        std::iter::once(check_size(scenario, baseline.name.span(), all)).chain(
+            baseline
+                .tubes
+                .iter()
+                .map(|tube| check_size(scenario, tube_span(tube, baseline), tube_size(all, tube))),
+        ),
+    );
     Mistakes::both(known, sizes)?;
     let except = &scenario.document.record.except;
     let numbers = columns.numbers().map(|(index, column)| (ColumnIndex::Number(index), column));
@@ -123,7 +128,7 @@ fn signals(
             exact: column.kind != ValueKind::Real,
             unit: column.unit.clone(),
             named,
-            size: tubes.fold(all, merged),
+            size: tubes.fold(all, tube_size),
             name: name.clone(),
         })
     };
@@ -131,7 +136,7 @@ fn signals(
 }
 
 /// A tube whose sizes are partly those of another one.
-fn merged(size: TubeSize, tube: &Tube) -> TubeSize {
+fn tube_size(size: TubeSize, tube: &Tube) -> TubeSize {
     TubeSize {
         absolute: tube.absolute.unwrap_or(size.absolute),
         relative: tube.relative.unwrap_or(size.relative),
@@ -139,23 +144,23 @@ fn merged(size: TubeSize, tube: &Tube) -> TubeSize {
     }
 }
 
-fn place(tube: &Tube, baseline: &Baseline) -> Range<usize> {
+fn tube_span(tube: &Tube, baseline: &Baseline) -> Range<usize> {
     tube.signals.first().map_or(baseline.name.span(), Spanned::span)
 }
 
-fn check(scenario: &Scenario, place: Range<usize>, size: TubeSize) -> Result<(), Error> {
+fn check_size(scenario: &Scenario, span: Range<usize>, size: TubeSize) -> Result<(), Error> {
     let sizes = [("absolute", size.absolute), ("relative", size.relative), ("time", size.time)];
     match sizes.into_iter().find(|(_, size)| !(*size >= 0.0 && size.is_finite())) {
         None => Ok(()),
         Some((key, size)) => {
             let message =
                 format!("expected a number from 0 on as `{key}` of the tube, found {size}");
-            Err(scenario.source.error(place, message, ""))
+            Err(scenario.source.error(span, message, ""))
         }
     }
 }
 
-fn fits(
+fn check_pattern(
     scenario: &Scenario,
     pattern: &Spanned<String>,
     columns: &Columns<Full>,

@@ -1,4 +1,4 @@
-//! Attaches the faults of calls to the nodes that have them.
+//! Resolves `[[fault]]` of FMUs: faults that are injected into their calls.
 
 use std::time::Duration;
 
@@ -8,24 +8,25 @@ use cosim::system::{Body, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full, ValueKind};
 
+use crate::document::{Fault, Scenario};
 use crate::pattern;
-use crate::words::{Fault, Scenario};
 
 /// Gives nodes the faults of their calls; the nodes with their columns.
 pub(super) fn attach(
     scenario: &Scenario,
-    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
+    nodes: &mut [NodePlan],
+    columns: &Columns<Full>,
     seed: u64,
     mistakes: &mut Mistakes,
 ) {
     for fault in &scenario.document.fault {
         let attached = match (&fault.input, &fault.node) {
-            (None, Some(name)) => find(scenario, nodes, name).and_then(|place| {
-                let made = of_node(scenario, fault, (name, &nodes[place]), columns, seed)?;
-                nodes[place].faults.push(made);
+            (None, Some(name)) => find_fmu(scenario, nodes, name).and_then(|index| {
+                let made = call_fault(scenario, fault, name, &nodes[index], columns, seed)?;
+                nodes[index].faults.push(made);
                 Ok(())
             }),
-            (Some(_), None) => of_input(scenario, fault),
+            (Some(_), None) => check_input_fault(scenario, fault),
             _ => {
                 let message = "expected either the `input` or the `node` that has the fault";
                 Err(scenario.error(&fault.from, message.to_owned()))
@@ -36,7 +37,7 @@ pub(super) fn attach(
 }
 
 /// Refuses words of nodes at the fault of an input.
-fn of_input(scenario: &Scenario, fault: &Fault) -> Result<(), Error> {
+fn check_input_fault(scenario: &Scenario, fault: &Fault) -> Result<(), Error> {
     let words = [
         ("probability", fault.probability.is_some()),
         ("discard", fault.discard.is_some()),
@@ -56,11 +57,15 @@ fn of_input(scenario: &Scenario, fault: &Fault) -> Result<(), Error> {
     }
 }
 
-fn find(scenario: &Scenario, nodes: &[NodePlan], name: &Spanned<String>) -> Result<usize, Error> {
+fn find_fmu(
+    scenario: &Scenario,
+    nodes: &[NodePlan],
+    name: &Spanned<String>,
+) -> Result<usize, Error> {
     let wanted = name.get_ref();
     let fmus = nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. }));
     match nodes.iter().position(|node| node.name == *wanted) {
-        Some(place) if matches!(nodes[place].body, Body::Fmu { .. }) => Ok(place),
+        Some(index) if matches!(nodes[index].body, Body::Fmu { .. }) => Ok(index),
         Some(_) => {
             let message = format!("`{wanted}` is no FMU, and only FMUs have calls that can fail");
             Err(scenario.error(name, message))
@@ -72,10 +77,11 @@ fn find(scenario: &Scenario, nodes: &[NodePlan], name: &Spanned<String>) -> Resu
     }
 }
 
-fn of_node(
+fn call_fault(
     scenario: &Scenario,
     fault: &Fault,
-    (name, plan): (&Spanned<String>, &NodePlan),
+    name: &Spanned<String>,
+    plan: &NodePlan,
     columns: &Columns<Full>,
     seed: u64,
 ) -> Result<CallFault, Error> {
@@ -96,8 +102,8 @@ fn of_node(
             }
         });
     let nan = fault.nan.as_ref().map(|word| {
-        let places = outputs(scenario, word, plan, columns)?;
-        Ok(("nan", CallFaultKind::NotANumber(places)))
+        let indices = outputs(scenario, word, plan, columns)?;
+        Ok(("nan", CallFaultKind::NotANumber(indices)))
     });
     let discard =
         fault.discard.filter(|given| *given).map(|_| Ok(("discard", CallFaultKind::Discard)));
@@ -114,31 +120,31 @@ fn of_node(
             return Err(scenario.error(word, message));
         }
     };
-    let [from, until] = super::connections::window(scenario, fault)?;
+    let [from, until] = super::connections::fault_window(scenario, fault)?;
     let stream = stream_seed(seed, &format!("{} {word}", plan.name));
     Ok(CallFault { from, until, probability, stream, kind })
 }
 
-/// The places of the outputs that are to be NaN.
+/// The indices of the outputs that are to be NaN.
 fn outputs(
     scenario: &Scenario,
     word: &Spanned<Vec<String>>,
     plan: &NodePlan,
     columns: &Columns<Full>,
 ) -> Result<Vec<usize>, Error> {
-    let mut places = Vec::new();
+    let mut indices = Vec::new();
     for wanted in word.get_ref() {
         let outputs = plan.outputs.indices().map(|index| &columns[index]).enumerate();
         let reals = outputs.filter(|(_, column)| column.kind == ValueKind::Real);
         let matching = reals.filter(|(_, column)| pattern::matches(wanted, &column.variable));
-        let before = places.len();
-        places.extend(matching.map(|(place, _)| place));
-        if places.len() == before {
+        let before = indices.len();
+        indices.extend(matching.map(|(index, _)| index));
+        if indices.len() == before {
             let message = format!("`{}` has no output `{wanted}` that is a real number", plan.name);
             return Err(scenario.error(word, message));
         }
     }
-    places.sort_unstable();
-    places.dedup();
-    Ok(places)
+    indices.sort_unstable();
+    indices.dedup();
+    Ok(indices)
 }

@@ -1,4 +1,4 @@
-//! Turns `[[check]]` into expressions over columns.
+//! Resolves `[[check]]` to expressions over columns and results.
 
 use std::collections::BTreeSet;
 
@@ -9,22 +9,19 @@ use expression::{Expression, NumberIndex, Operand, ParseError, Signal, TextIndex
 use recording::{Column, ColumnIndex, Columns, Full, IntegerIndex};
 
 use super::manoeuvres;
-use super::signal_units::{SignalUnits, cure};
+use super::signal_units::{RunSignals, unit_help};
+use crate::document::{Check, Scenario};
 use crate::plan::MESSAGES;
-use crate::words::{Check, Scenario};
-
-/// The columns of the run and their units.
-type Signals<'a> = (&'a Columns<Full>, &'a SignalUnits);
 
 pub(super) fn resolve(
     scenario: &Scenario,
-    signals: Signals,
+    signals: RunSignals,
     clock: Option<Clock>,
     mistakes: &mut Mistakes,
 ) -> Vec<CheckPlan> {
     let checks = &scenario.document.check;
     let plans = Mistakes::all(checks.iter().enumerate().map(|(index, check)| {
-        let unique = unique(scenario, &checks[..index], check);
+        let unique = check_unique_name(scenario, &checks[..index], check);
         let plan = plan(scenario, check, signals, clock);
         Mistakes::both(unique, plan).map(|(_, plan)| plan)
     }));
@@ -32,7 +29,7 @@ pub(super) fn resolve(
 }
 
 /// Reports and test results tell checks by their names.
-fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
+fn check_unique_name(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Error> {
     let name = check.name.get_ref();
     if before.iter().any(|other| other.name.get_ref() == name) {
         let message = format!("there are two checks called `{name}`");
@@ -44,12 +41,12 @@ fn unique(scenario: &Scenario, before: &[Check], check: &Check) -> Result<(), Er
 fn plan(
     scenario: &Scenario,
     check: &Check,
-    signals: Signals,
+    signals: RunSignals,
     clock: Option<Clock>,
 ) -> Result<CheckPlan, Error> {
     let condition = condition(scenario, check, signals);
     let during = match (&condition, &check.during) {
-        (Ok(Condition::Results(..)), Some(_)) => Err(timeless(scenario, check)),
+        (Ok(Condition::Results(..)), Some(_)) => Err(window_error(scenario, check)),
         _ => during(scenario, check, clock),
     };
     let numbers = Mistakes::both(tolerance(scenario, check), during);
@@ -60,7 +57,7 @@ fn plan(
         that: check.that.get_ref().clone(),
         file: file.to_owned(),
         line,
-        integers: integers(&condition, signals.0),
+        integers: integers(&condition, signals.columns),
         condition,
         during,
         windowed: check.during.is_some(),
@@ -85,17 +82,17 @@ fn tolerance(scenario: &Scenario, check: &Check) -> Result<f64, Error> {
 }
 
 /// Marks conditions that may mix signals with results: nothing evaluates them.
-struct Mixed;
+struct TypeCheckOnly;
 
 /// The condition of a check, over the run or over results.
 fn condition(
     scenario: &Scenario,
     check: &Check,
-    (columns, units): Signals,
+    RunSignals { columns, units }: RunSignals,
 ) -> Result<Condition, Error> {
     let result = |number| Operand::Either(NumberIndex::new(number), TextIndex::new(number));
     let (mut signals, mut results) = (0, Vec::new());
-    let mixed = parse::<Mixed>(scenario, check, columns, &mut |name| {
+    let mixed = parse::<TypeCheckOnly>(scenario, check, columns, &mut |name| {
         if let Some(result) = result_name(scenario, columns, name) {
             results.push(result);
             return Some(Operand::Either(NumberIndex::new(0), TextIndex::new(0)).into());
@@ -122,7 +119,7 @@ fn condition(
         return parse(scenario, check, columns, resolve).map(Condition::Run);
     }
     if signals > 0 {
-        return Err(timeless(scenario, check));
+        return Err(window_error(scenario, check));
     }
     let mut numbers = 0..results.len();
     let mut resolve = |_: &str| Some(result(numbers.next()?).into());
@@ -130,8 +127,8 @@ fn condition(
     for index in condition.texts() {
         results[index.position()].is_text = true;
     }
-    manoeuvres::known(scenario, &results, &check.that)?;
-    known_messages(scenario, columns, &results, &check.that)?;
+    manoeuvres::check_result_names(scenario, &results, &check.that)?;
+    check_message_counts(scenario, columns, &results, &check.that)?;
     Ok(Condition::Results(condition, results))
 }
 
@@ -142,10 +139,10 @@ fn parse<S>(
     resolve: &mut dyn FnMut(&str) -> Option<Signal<S>>,
 ) -> Result<Expression<S>, Error> {
     Expression::parse(check.that.get_ref(), resolve)
-        .map_err(|error| malformed(scenario, check, columns, error))
+        .map_err(|error| expression_error(scenario, check, columns, error))
 }
 
-fn timeless(scenario: &Scenario, check: &Check) -> Error {
+fn window_error(scenario: &Scenario, check: &Check) -> Error {
     let message = format!(
         "check `{}`: results of analyses have no time, nor have numbers of messages",
         check.name.get_ref()
@@ -158,21 +155,21 @@ fn timeless(scenario: &Scenario, check: &Check) -> Error {
 }
 
 /// A mistake in the text of a check, at its place.
-fn malformed(
+fn expression_error(
     scenario: &Scenario,
     check: &Check,
     columns: &Columns<Full>,
     error: ParseError,
 ) -> Error {
     let names: Vec<_> = columns.iter().map(Column::name).collect();
-    let span = inside(scenario, &check.that, error.span);
+    let span = span_within(scenario, &check.that, error.span);
     let unknown = error.unknown.as_deref();
     let hint = unknown.and_then(|name| suggest::hint(name, names.iter().map(String::as_str)));
     let closest =
         unknown.and_then(|name| suggest::closest_question(name, names.iter().map(String::as_str)));
     let message = format!("check `{}`: {}", check.name.get_ref(), error.message);
     let pointed = scenario.source.error(span, message, "here");
-    let cure = error.unitless.map(|it| cure(scenario, &it.signal, &it.other));
+    let cure = error.unitless.map(|it| unit_help(scenario, &it.signal, &it.other));
     pointed.hint(closest.or(cure).or(error.help).or(hint)).about_unknown(error.unknown)
 }
 
@@ -185,7 +182,7 @@ fn message_counts(scenario: &Scenario, columns: &Columns<Full>) -> BTreeSet<Stri
 }
 
 /// Refuses numbers of messages that nobody counts.
-pub(super) fn known_messages(
+pub(super) fn check_message_counts(
     scenario: &Scenario,
     columns: &Columns<Full>,
     results: &[ResultName],
@@ -193,7 +190,7 @@ pub(super) fn known_messages(
 ) -> Result<(), Error> {
     for ResultName { of, path, .. } in results.iter().filter(|it| it.of == MESSAGES) {
         let (name, known) = (format!("{of}.{path}"), message_counts(scenario, columns));
-        if named(scenario, of).is_none() && !known.contains(&name) {
+        if find_producer(scenario, of).is_none() && !known.contains(&name) {
             let known = known.iter().map(String::as_str);
             let unknown = suggest::unknown("number of messages", &name, known);
             return Err(unknown.at(&scenario.source, at.span()));
@@ -203,7 +200,7 @@ pub(super) fn known_messages(
 }
 
 /// The analysis, validation or manoeuvre of this name.
-fn named<'s>(scenario: &'s Scenario, name: &str) -> Option<&'s String> {
+fn find_producer<'s>(scenario: &'s Scenario, name: &str) -> Option<&'s String> {
     producers(scenario).find(|of| *of == name)
 }
 
@@ -254,7 +251,7 @@ fn during(scenario: &Scenario, check: &Check, clock: Option<Clock>) -> Result<[f
 
 /// The place in the file of a part of a text that is written there in plain quotes; texts with
 /// escapes are pointed at as a whole.
-pub(super) fn inside(
+pub(super) fn span_within(
     scenario: &Scenario,
     word: &Spanned<String>,
     part: std::ops::Range<usize>,

@@ -1,4 +1,4 @@
-//! Judges the units of both ends of each connection, and converts between them.
+//! Works out the unit conversion of each connection, and finds ends whose units are missing or do not fit.
 
 use std::collections::BTreeMap;
 
@@ -7,29 +7,29 @@ use diagnostics::{Error, Mistakes, Spanned};
 use expression::SignalUnit;
 use units::Unit;
 
-use super::nodes::UnplacedNode;
-use super::port::{Side, find};
+use super::lookup::{PortRef, PortSide, find_port};
+use super::nodes::NodeDraft;
 use super::ports::Port;
-use super::signal_units::{cure, key, signal_unit};
+use super::signal_units::{signal_unit, toml_key, unit_help};
 use super::unit;
-use crate::words::{Connect, Scenario, Transform};
+use crate::document::{Connect, Scenario, Transform};
 
 /// Variables that a message lists.
 const LISTED: usize = 4;
 
 /// How the units of two ends fit.
-enum Fit {
+enum UnitMatch {
     /// Factor and offset from one to the other.
-    Converted((f64, f64)),
+    Conversion((f64, f64)),
     /// One end has a unit, and this one has none that can be read.
-    Lacks(Side),
-    Differ((Unit, String), (Unit, String)),
+    Missing(PortSide),
+    Mismatch((Unit, String), (Unit, String)),
     /// One end is a difference, the other a point on a scale with a shifted zero; their units.
-    Zeros(String, String),
+    ZeroMismatch(String, String),
 }
 
-fn fit(from: &Port, to: &Port) -> Fit {
-    let same = Fit::Converted((1.0, 0.0));
+fn match_units(from: &Port, to: &Port) -> UnitMatch {
+    let same = UnitMatch::Conversion((1.0, 0.0));
     // A plain number may do without.
     let plain = |unit: &Unit, other: &Port| *unit == Unit::ONE && other.unit.is_none();
     match (signal_unit(from), signal_unit(to)) {
@@ -42,20 +42,20 @@ fn fit(from: &Port, to: &Port) -> Fit {
             } else if from.relative.is_some() != to.relative.is_some()
                 && (shifted(from) || shifted(to))
             {
-                return Fit::Zeros(one, other);
+                return UnitMatch::ZeroMismatch(one, other);
             }
-            let differ = || Fit::Differ((a, one), (b, other));
-            Unit::conversion(&a, &b).map_or_else(differ, Fit::Converted)
+            let differ = || UnitMatch::Mismatch((a, one), (b, other));
+            Unit::conversion(&a, &b).map_or_else(differ, UnitMatch::Conversion)
         }
         _ if from.unit == to.unit => same,
         (SignalUnit::Known(unit, _), _) if plain(&unit, to) => same,
         (_, SignalUnit::Known(unit, _)) if plain(&unit, from) => same,
-        (SignalUnit::Missing, SignalUnit::Known(..)) => Fit::Lacks(Side::Output),
-        (SignalUnit::Known(..), SignalUnit::Missing) => Fit::Lacks(Side::Input),
+        (SignalUnit::Missing, SignalUnit::Known(..)) => UnitMatch::Missing(PortSide::Output),
+        (SignalUnit::Known(..), SignalUnit::Missing) => UnitMatch::Missing(PortSide::Input),
         (SignalUnit::Missing, SignalUnit::Missing) if from.unit.is_none() => {
-            Fit::Lacks(Side::Output)
+            UnitMatch::Missing(PortSide::Output)
         }
-        _ => Fit::Lacks(Side::Input),
+        _ => UnitMatch::Missing(PortSide::Input),
     }
 }
 
@@ -67,14 +67,28 @@ fn shifted(port: &Port) -> bool {
 /// Factor and offset of each connection of the scenario; none where an end is wrong.
 pub(super) type Conversions = Vec<Option<(f64, f64)>>;
 
-/// The nodes and ports of both ends of a connection.
-type Ends = ((usize, usize), (usize, usize));
+/// Both ends of a connection.
+#[derive(Clone, Copy)]
+struct Ends {
+    from: PortRef,
+    to: PortRef,
+}
+
+impl Ends {
+    fn output(self, nodes: &[NodeDraft]) -> &Port {
+        &nodes[self.from.node].outputs[self.from.port]
+    }
+
+    fn input(self, nodes: &[NodeDraft]) -> &Port {
+        &nodes[self.to.node].inputs[self.to.port]
+    }
+}
 
 /// Judges all connections. An FMU of which several connected variables lack a unit is one mistake.
-pub(super) fn judge(
+pub(super) fn convert_units(
     scenario: &Scenario,
     connects: &[Connect],
-    nodes: &mut [UnplacedNode],
+    nodes: &mut [NodeDraft],
     mistakes: &mut Mistakes,
 ) -> Conversions {
     for connect in connects {
@@ -85,28 +99,28 @@ pub(super) fn judge(
         }
         // A name that is wrong is told where it is connected.
         let Some(ends) = ends(scenario, nodes, connect) else { continue };
-        mistakes.take(declare(scenario, connects, nodes, (connect, ends)));
+        mistakes.take(declare_unit(scenario, connects, nodes, connect, ends));
     }
-    let mut lacking: BTreeMap<usize, Vec<Lacking>> = BTreeMap::new();
+    let mut lacking: BTreeMap<usize, Vec<MissingUnit>> = BTreeMap::new();
     let conversions = connects.iter().map(|connect| {
-        let ends @ (from, to) = ends(scenario, nodes, connect)?;
+        let ends = ends(scenario, nodes, connect)?;
         if let Some(transform) = &connect.transform {
             let Transform { factor, offset, .. } = transform.get_ref();
-            return finite(scenario, transform, [*factor, *offset], mistakes);
+            return finite_transform(scenario, transform, *factor, *offset, mistakes);
         }
-        match fit(&nodes[from.0].outputs[from.1], &nodes[to.0].inputs[to.1]) {
-            Fit::Converted((factor, offset)) if connect.inverted => {
+        match match_units(ends.output(nodes), ends.input(nodes)) {
+            UnitMatch::Conversion((factor, offset)) if connect.inverted => {
                 return Some((-factor, -offset));
             }
-            Fit::Converted(conversion) => return Some(conversion),
-            Fit::Differ(a, b) => mistakes.push(differ(scenario, connect, &a, &b)),
-            Fit::Zeros(one, other) => {
-                let source = (&nodes[from.0].outputs[from.1], one);
-                mistakes.push(zeros(scenario, connect, source, other));
+            UnitMatch::Conversion(conversion) => return Some(conversion),
+            UnitMatch::Mismatch(a, b) => mistakes.push(mismatch_error(scenario, connect, &a, &b)),
+            UnitMatch::ZeroMismatch(one, other) => {
+                let from = ends.output(nodes);
+                mistakes.push(zero_mismatch_error(scenario, connect, from, &one, &other));
             }
-            Fit::Lacks(side) => {
-                let node = if side == Side::Output { from.0 } else { to.0 };
-                lacking.entry(node).or_default().push(Lacking { connect, ends, side });
+            UnitMatch::Missing(side) => {
+                let node = if side == PortSide::Output { ends.from.node } else { ends.to.node };
+                lacking.entry(node).or_default().push(MissingUnit { connect, ends, side });
             }
         }
         None
@@ -115,22 +129,27 @@ pub(super) fn judge(
     for (node, variables) in lacking {
         let is_fmu = matches!(nodes[node].body, Body::Fmu { .. });
         match variables.as_slice() {
-            [_, _, ..] if is_fmu => mistakes.push(unitless(scenario, nodes, node, &variables)),
-            single => single.iter().for_each(|it| mistakes.push(lacks(scenario, nodes, it))),
+            [_, _, ..] if is_fmu => {
+                mistakes.push(missing_units_error(scenario, nodes, node, &variables))
+            }
+            single => {
+                single.iter().for_each(|it| mistakes.push(missing_unit_error(scenario, nodes, it)))
+            }
         }
-        for Lacking { ends: (from, to), side, .. } in variables {
-            let place = if side == Side::Output { from } else { to };
-            port(nodes, place, side).wrong_unit = true;
+        for MissingUnit { ends, side, .. } in variables {
+            let end = if side == PortSide::Output { ends.from } else { ends.to };
+            port_mut(nodes, end, side).wrong_unit = true;
         }
     }
     conversions
 }
 
 /// Factor and offset that stand in the file.
-fn finite(
+fn finite_transform(
     scenario: &Scenario,
     word: &Spanned<Transform>,
-    [factor, offset]: [f64; 2],
+    factor: f64,
+    offset: f64,
     mistakes: &mut Mistakes,
 ) -> Option<(f64, f64)> {
     if factor.is_finite() && offset.is_finite() {
@@ -141,29 +160,29 @@ fn finite(
     None
 }
 
-fn ends(scenario: &Scenario, nodes: &[UnplacedNode], connect: &Connect) -> Option<Ends> {
-    let from = find(scenario, nodes, &connect.from, Side::Output).ok()?;
-    Some((from, find(scenario, nodes, &connect.to, Side::Input).ok()?))
+fn ends(scenario: &Scenario, nodes: &[NodeDraft], connect: &Connect) -> Option<Ends> {
+    let from = find_port(scenario, nodes, &connect.from, PortSide::Output).ok()?;
+    let to = find_port(scenario, nodes, &connect.to, PortSide::Input).ok()?;
+    Some(Ends { from, to })
 }
 
 /// A connection of which one end lacks a unit.
-struct Lacking<'a> {
+struct MissingUnit<'a> {
     connect: &'a Connect,
     ends: Ends,
-    side: Side,
+    side: PortSide,
 }
 
-impl<'a> Lacking<'a> {
+impl<'a> MissingUnit<'a> {
     /// The full name and the port of the end without a unit, then those of the other end.
-    fn named<'n>(&self, nodes: &'n [UnplacedNode]) -> [(&'a Spanned<String>, &'n Port); 2] {
-        let (from, to) = self.ends;
-        let from = (&self.connect.from, &nodes[from.0].outputs[from.1]);
-        let to = (&self.connect.to, &nodes[to.0].inputs[to.1]);
-        if self.side == Side::Output { [from, to] } else { [to, from] }
+    fn named<'n>(&self, nodes: &'n [NodeDraft]) -> [(&'a Spanned<String>, &'n Port); 2] {
+        let from = (&self.connect.from, self.ends.output(nodes));
+        let to = (&self.connect.to, self.ends.input(nodes));
+        if self.side == PortSide::Output { [from, to] } else { [to, from] }
     }
 }
 
-fn differ(
+fn mismatch_error(
     scenario: &Scenario,
     connect: &Connect,
     (a, from): &(Unit, String),
@@ -177,11 +196,12 @@ fn differ(
 }
 
 /// The error about a difference that meets a point on a scale with a shifted zero.
-fn zeros(
+fn zero_mismatch_error(
     scenario: &Scenario,
     connect: &Connect,
-    (from, one): (&Port, String),
-    other: String,
+    from: &Port,
+    one: &str,
+    other: &str,
 ) -> Error {
     let (a, b) = (connect.from.get_ref(), connect.to.get_ref());
     let words = ["a difference (relativeQuantity)", "a point on a scale with a shifted zero"];
@@ -195,7 +215,7 @@ fn zeros(
 }
 
 /// The error about one end without a unit.
-fn lacks(scenario: &Scenario, nodes: &[UnplacedNode], lacking: &Lacking) -> Error {
+fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &MissingUnit) -> Error {
     let [(word, port), (other, other_port)] = lacking.named(nodes);
     let (name, unit) = (word.get_ref(), other_port.unit.as_deref().unwrap_or("1"));
     let what = match &port.unit {
@@ -204,28 +224,29 @@ fn lacks(scenario: &Scenario, nodes: &[UnplacedNode], lacking: &Lacking) -> Erro
     };
     let message = format!("`{}` is in [{unit}], and {what}", other.get_ref());
     let example = if other_port.dimension.is_some() { unit } else { "m/s" };
-    let cure = cure(scenario, name, example);
+    let cure = unit_help(scenario, name, example);
     scenario
         .error(word, message)
         .help(format!("{cure}, or unit = \"{example}\" in the [[connect]]"))
 }
 
 /// Gives the end without a unit the one that the connection declares.
-fn declare(
+fn declare_unit(
     scenario: &Scenario,
     connects: &[Connect],
-    nodes: &mut [UnplacedNode],
-    (connect, (from, to)): (&Connect, Ends),
+    nodes: &mut [NodeDraft],
+    connect: &Connect,
+    Ends { from, to }: Ends,
 ) -> Result<(), Error> {
     let Some(word) = &connect.unit else { return Ok(()) };
-    let known = unit::unit(scenario, word);
-    let mut ends = [(from, Side::Output), (to, Side::Input)].into_iter();
+    let known = unit::parse_unit(scenario, word);
+    let mut ends = [(from, PortSide::Output), (to, PortSide::Input)].into_iter();
     let mut lacking = ends
         .clone()
-        .filter(|&(place, side)| signal_unit(port(nodes, place, side)) == SignalUnit::Missing);
+        .filter(|&(end, side)| signal_unit(port_mut(nodes, end, side)) == SignalUnit::Missing);
     match (lacking.next(), lacking.next()) {
-        (Some((place, side)), None) => {
-            let port = port(nodes, place, side);
+        (Some((end, side)), None) => {
+            let port = port_mut(nodes, end, side);
             port.wrong_unit = known.is_err();
             (port.dimension, port.unit) = (Some(known?), Some(word.get_ref().clone()));
             Ok(())
@@ -238,24 +259,24 @@ fn declare(
                     && other.unit.as_ref() == Some(word)
                     && (other.from == connect.from)
             });
-            match declared && ends.any(|(place, side)| same(port(nodes, place, side))) {
+            match declared && ends.any(|(end, side)| same(port_mut(nodes, end, side))) {
                 true => known.map(|_| ()),
-                false => Err(pointless(scenario, connect, word, true)),
+                false => Err(redundant_unit_error(scenario, connect, word, true)),
             }
         }
-        _ => Err(pointless(scenario, connect, word, false)),
+        _ => Err(redundant_unit_error(scenario, connect, word, false)),
     }
 }
 
-fn port(nodes: &mut [UnplacedNode], (node, port): (usize, usize), side: Side) -> &mut Port {
+fn port_mut(nodes: &mut [NodeDraft], end: PortRef, side: PortSide) -> &mut Port {
     match side {
-        Side::Input => &mut nodes[node].inputs[port],
-        Side::Output => &mut nodes[node].outputs[port],
+        PortSide::Input => &mut nodes[end.node].inputs[end.port],
+        PortSide::Output => &mut nodes[end.node].outputs[end.port],
     }
 }
 
 /// The error about a unit of a connection that no end needs, or both.
-fn pointless(
+fn redundant_unit_error(
     scenario: &Scenario,
     connect: &Connect,
     word: &Spanned<String>,
@@ -276,8 +297,13 @@ fn pointless(
 }
 
 /// The error about all connected variables of an FMU that lack a unit.
-fn unitless(scenario: &Scenario, nodes: &[UnplacedNode], node: usize, all: &[Lacking]) -> Error {
-    let UnplacedNode { name, place, .. } = &nodes[node];
+fn missing_units_error(
+    scenario: &Scenario,
+    nodes: &[NodeDraft],
+    node: usize,
+    all: &[MissingUnit],
+) -> Error {
+    let NodeDraft { name, span, .. } = &nodes[node];
     let unit = |port: &Port| port.unit.clone().unwrap_or_else(|| "1".to_owned());
     let meets = all.iter().map(|lacking| {
         let [(_, port), (other, other_port)] = lacking.named(nodes);
@@ -295,10 +321,10 @@ fn unitless(scenario: &Scenario, nodes: &[UnplacedNode], node: usize, all: &[Lac
         (port.name.as_str(), unit(other))
     });
     let units: BTreeMap<_, _> = units.collect();
-    let units = units.iter().map(|(port, unit)| format!("{} = \"{unit}\"", key(port)));
+    let units = units.iter().map(|(port, unit)| format!("{} = \"{unit}\"", toml_key(port)));
     let help = format!(
         "say in [[fmu]] `{name}` which units they have, such as unit = {{ {} }}",
         units.collect::<Vec<_>>().join(", ")
     );
-    scenario.source.error(place.clone(), message, "this node").help(help)
+    scenario.source.error(span.clone(), message, "this node").help(help)
 }

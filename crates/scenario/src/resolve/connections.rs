@@ -1,4 +1,4 @@
-//! Connects inputs to outputs: finds both ends, checks types and units, and attaches effects and faults.
+//! Resolves `[[connect]]`: finds both ends, checks types, and builds the input chain of effects and faults.
 
 use std::collections::HashSet;
 
@@ -9,11 +9,11 @@ use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Type;
 
 use super::connection_units::Conversions;
-use super::nodes::UnplacedNode;
-use super::port::{Side, find};
+use super::lookup::{PortRef, PortSide, find_port};
+use super::nodes::NodeDraft;
 use super::ports::Port;
-use super::{coupling, manoeuvres, types};
-use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
+use crate::document::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
+use super::{RunSettings, coupling, manoeuvres, types};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -21,91 +21,95 @@ pub(super) type Connections = Vec<Vec<Option<Connection>>>;
 /// A connection whose values have no place in the row yet.
 #[derive(Debug)]
 pub(super) struct Connection {
-    /// The node and its output that the value comes from.
-    pub from: (usize, usize),
+    /// The output that the value comes from.
+    pub from: PortRef,
     /// Which end of the step the value is taken at.
     pub at: At,
     /// The way of a number; a text arrives unchanged.
     pub input_chain: Option<InputChain>,
-    /// The course of the input within a step; without one it holds its value.
-    pub course: Option<Extrapolate>,
+    /// How the input goes on within a step; without a word it holds its value.
+    pub extrapolation: Option<Extrapolate>,
 }
 
-/// Connects the unplaced as the scenario says.
+/// Connects the inputs of nodes as the scenario says.
 pub(super) fn connect(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
-    (all, conversions): (&[Connect], &Conversions),
-    timed: (Option<Clock>, u64),
+    nodes: &[NodeDraft],
+    connects: &[Connect],
+    conversions: &Conversions,
+    run: RunSettings,
     mistakes: &mut Mistakes,
 ) -> Connections {
-    let none = |node: &UnplacedNode| node.inputs.iter().map(|_| None).collect();
-    let mut connections: Connections = unplaced.iter().map(none).collect();
+    let none = |node: &NodeDraft| node.inputs.iter().map(|_| None).collect();
+    let mut connections: Connections = nodes.iter().map(none).collect();
     let mut connected = HashSet::new();
-    for (index, connect) in all.iter().enumerate() {
+    for (connect, conversion) in connects.iter().zip(conversions) {
         if !connected.insert(connect.to.get_ref()) {
             let message = format!("`{}` is connected twice", connect.to.get_ref());
             mistakes.push(scenario.error(&connect.to, message));
             continue;
         }
-        let from = find(scenario, unplaced, &connect.from, Side::Output);
-        let from = mistakes.take(from).ok_or_else(Error::follow_up);
-        let to = find(scenario, unplaced, &connect.to, Side::Input);
+        let from = mistakes.take(find_port(scenario, nodes, &connect.from, PortSide::Output));
+        let to = find_port(scenario, nodes, &connect.to, PortSide::Input);
         let Some(to) = mistakes.take(to) else { continue };
         // An input whose connection is wrong has no column that a check could name.
-        let units = conversions[index];
-        let made =
-            from.and_then(|from| connection(scenario, unplaced, (connect, from, to), units, timed));
-        connections[to.0][to.1] = mistakes.take_named(connect.to.get_ref(), made);
+        let connection = from
+            .ok_or_else(Error::follow_up)
+            .and_then(|from| connection(scenario, nodes, connect, from, to, *conversion, run));
+        connections[to.node][to.port] = mistakes.take_named(connect.to.get_ref(), connection);
     }
     for fault in &scenario.document.fault {
-        // Those of nodes have their turn when the nodes have their places.
+        // Those of nodes have their turn when the nodes have their columns.
         if let (Some(input), None) = (&fault.input, &fault.node) {
-            mistakes.take(attach(scenario, unplaced, &mut connections, (fault, input)));
+            mistakes.take(attach_fault(scenario, nodes, &mut connections, fault, input));
         }
     }
-    for node in unplaced.iter().filter(|node| !node.is_connector()) {
-        mistakes.take(unconnected(scenario, &connected, node));
+    for node in nodes.iter().filter(|node| !node.is_connector()) {
+        mistakes.take(check_open_inputs(scenario, &connected, node));
     }
     connections
 }
 
-/// A connection between two ends.
+/// A connection between two ends; `conversion` is factor and offset between their units.
 fn connection(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
-    (connect, from, to): (&Connect, (usize, usize), (usize, usize)),
-    units: Option<(f64, f64)>,
-    timed: (Option<Clock>, u64),
+    nodes: &[NodeDraft],
+    connect: &Connect,
+    from: PortRef,
+    to: PortRef,
+    conversion: Option<(f64, f64)>,
+    run: RunSettings,
 ) -> Result<Connection, Error> {
-    let ports = (&unplaced[from.0].outputs[from.1], &unplaced[to.0].inputs[to.1]);
-    let at = at(scenario, connect, (&unplaced[from.0], &unplaced[to.0]));
-    let input_chain = types::fit(scenario, connect, ports).and_then(|accepts| {
-        let chain = |accepts| input_chain(scenario, connect, units, (accepts, timed));
-        accepts.map(chain).transpose()
+    let (producer, receiver) = (&nodes[from.node], &nodes[to.node]);
+    let (output, input) = (&producer.outputs[from.port], &receiver.inputs[to.port]);
+    let at = at(scenario, connect, producer, receiver);
+    let input_chain = types::fit(scenario, connect, output, input).and_then(|accepts| {
+        accepts.map(|it| input_chain(scenario, connect, conversion, it, run)).transpose()
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
-    let course = coupling::course(scenario, connect, at, (ports.0, ports.1, &unplaced[to.0].body))?;
-    Ok(Connection { from, at, input_chain, course })
+    let extrapolation =
+        coupling::extrapolation(scenario, connect, at, output, input, &receiver.body)?;
+    Ok(Connection { from, at, input_chain, extrapolation })
 }
 
 /// The way of a number to its input.
 fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
-    units: Option<(f64, f64)>,
-    (accepts, (clock, seed)): (Accepts, (Option<Clock>, u64)),
+    conversion: Option<(f64, f64)>,
+    accepts: Accepts,
+    run: RunSettings,
 ) -> Result<InputChain, Error> {
     let stages = || {
-        let communication_step = clock.ok_or_else(Error::follow_up)?.step;
-        let stream = stream_seed(seed, connect.to.get_ref());
+        let communication_step = run.clock.ok_or_else(Error::follow_up)?.step;
+        let stream = stream_seed(run.seed, connect.to.get_ref());
         let context = Context { communication_step, stream };
-        Mistakes::all(connect.effects().into_iter().map(|(_, place, effect)| {
-            effect.stage(&context).map_err(|message| scenario.source.error(place, message, ""))
+        Mistakes::all(connect.effects().into_iter().map(|(_, span, effect)| {
+            effect.stage(&context).map_err(|message| scenario.source.error(span, message, ""))
         }))
     };
-    let converted = units.ok_or_else(Error::follow_up);
-    let ((factor, offset), stages) = Mistakes::both(converted, stages())?;
+    let conversion = conversion.ok_or_else(Error::follow_up);
+    let ((factor, offset), stages) = Mistakes::both(conversion, stages())?;
     let map = connect.transform.as_ref().map(|it| it.get_ref().map.clone()).unwrap_or_default();
     Ok(InputChain { factor, offset, map, effects: stages.into(), faults: Vec::new(), accepts })
 }
@@ -117,7 +121,8 @@ fn input_chain(
 fn at(
     scenario: &Scenario,
     connect: &Connect,
-    (producer, receiver): (&UnplacedNode, &UnplacedNode),
+    producer: &NodeDraft,
+    receiver: &NodeDraft,
 ) -> Result<At, Error> {
     let rules = scenario.document.coupling.algorithm.rules();
     // On this side a connector has the value of the moment: the other side decides.
@@ -148,22 +153,23 @@ fn at(
     }
 }
 
-fn attach(
+fn attach_fault(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
     connections: &mut Connections,
-    (fault, input): (&Fault, &Spanned<String>),
+    fault: &Fault,
+    input: &Spanned<String>,
 ) -> Result<(), Error> {
-    let action = action(scenario, (fault, input));
-    let chain = find(scenario, unplaced, input, Side::Input)
-        .and_then(|(node, port)| chain(scenario, &mut connections[node][port], input));
+    let action = action(scenario, fault, input);
+    let chain = find_port(scenario, nodes, input, PortSide::Input)
+        .and_then(|it| chain_of(scenario, &mut connections[it.node][it.port], input));
     let (chain, action) = Mistakes::both(chain, action)?;
     chain.faults.push(action);
     Ok(())
 }
 
 /// The way of the number that a fault acts on.
-fn chain<'c>(
+fn chain_of<'c>(
     scenario: &Scenario,
     connection: &'c mut Option<Connection>,
     word: &Spanned<String>,
@@ -183,21 +189,18 @@ fn chain<'c>(
 }
 
 /// The action of a fault, and its time.
-fn action(
-    scenario: &Scenario,
-    (fault, input): (&Fault, &Spanned<String>),
-) -> Result<FaultPlan, Error> {
+fn action(scenario: &Scenario, fault: &Fault, input: &Spanned<String>) -> Result<FaultPlan, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
         return Err(scenario.error(input, message));
     };
-    let [from, until] = window(scenario, fault)?;
+    let [from, until] = fault_window(scenario, fault)?;
     Ok(FaultPlan { from, until, action })
 }
 
 /// The first communication point of a fault and the first one after it [s].
-pub(super) fn window(scenario: &Scenario, fault: &Fault) -> Result<[f64; 2], Error> {
+pub(super) fn fault_window(scenario: &Scenario, fault: &Fault) -> Result<[f64; 2], Error> {
     let (from, until) = (*fault.from.get_ref(), fault.until.unwrap_or(f64::INFINITY));
     if from.is_nan() || from >= until {
         let message = format!("the fault begins at {from} s and ends at {until} s");
@@ -208,60 +211,60 @@ pub(super) fn window(scenario: &Scenario, fault: &Fault) -> Result<[f64; 2], Err
 
 /// An input that nobody thought of keeps the FMU's start value for ever, which looks like a result:
 /// the scenario has to say that it wants that.
-fn unconnected(
+fn check_open_inputs(
     scenario: &Scenario,
     connected: &HashSet<&String>,
-    node: &UnplacedNode,
+    node: &NodeDraft,
 ) -> Result<(), Error> {
     // What a driver does not find at its car is told there.
     if manoeuvres::has_car(scenario, &node.name) {
         return Ok(());
     }
-    let open = open(connected, node);
+    let open = open_inputs(connected, node);
     let Some(first) = open.first().filter(|_| !keeps_start(scenario, node)) else { return Ok(()) };
     let names: Vec<_> = open.iter().map(|port| port.name.as_str()).collect();
     let (name, inputs) = (&node.name, names.join("`, `"));
     let (first, value) = (&first.name, types::example(first));
     let message =
         format!("nothing is connected to `{inputs}` of `{name}`, and there is no start value");
-    let error = scenario.source.error(node.place.clone(), message, "this node");
+    let error = scenario.source.error(node.span.clone(), message, "this node");
     Err(error.help(format!(
         "connect it: [[connect]] to = \"{name}.{first}\", or let it stay at a value: start = {{ \"{first}\" = {value} }}; with `unconnected = \"start\"` all of them keep the start values of the FMU's description"
     )))
 }
 
 /// The inputs without a connection and a start value.
-fn open<'a>(connected: &HashSet<&String>, node: &'a UnplacedNode) -> Vec<&'a Port> {
-    let started: HashSet<_> = node.started.iter().collect();
+fn open_inputs<'a>(connected: &HashSet<&String>, node: &'a NodeDraft) -> Vec<&'a Port> {
+    let started_inputs: HashSet<_> = node.started_inputs.iter().collect();
     let is_open = |port: &&Port| {
         let name = format!("{}.{}", node.name, port.name);
         let is_connected = connected.contains(&name);
         // A clock without a connection never ticks.
         let may_stay = port.kind == Type::Clock || port.optional || port.tunable;
-        !is_connected && !started.contains(&port.name) && !may_stay
+        !is_connected && !started_inputs.contains(&port.name) && !may_stay
     };
     node.inputs.iter().filter(is_open).collect()
 }
 
-fn keeps_start(scenario: &Scenario, node: &UnplacedNode) -> bool {
+fn keeps_start(scenario: &Scenario, node: &NodeDraft) -> bool {
     let mut words = scenario.document.fmu.iter();
     words.any(|fmu| *fmu.name.get_ref() == node.name && fmu.unconnected == Some(Unconnected::Start))
 }
 
 /// For each FMU that keeps the start values of its description, the inputs that do, with their values.
-pub(super) fn kept<'a>(
+pub(super) fn start_value_notes<'a>(
     scenario: &'a Scenario,
     connects: &'a [Connect],
-    nodes: &'a [UnplacedNode],
+    nodes: &'a [NodeDraft],
 ) -> impl Iterator<Item = String> + 'a {
     let connected: HashSet<_> = connects.iter().map(|connect| connect.to.get_ref()).collect();
-    let of = move |node: &UnplacedNode| {
+    let of = move |node: &NodeDraft| {
         let Body::Fmu { fmu, .. } = &node.body else { return None };
         let start = |port: &&Port| {
             let variable = &fmu.description.variables[fmu.description.find(&port.name)?];
             Some(format!("`{}` = {}", port.name, variable.start.as_deref().unwrap_or("nothing")))
         };
-        let starts: Vec<_> = open(&connected, node).iter().filter_map(start).collect();
+        let starts: Vec<_> = open_inputs(&connected, node).iter().filter_map(start).collect();
         (!starts.is_empty()).then(|| {
             format!(
                 "`{}` keeps the start values of its description: {}",

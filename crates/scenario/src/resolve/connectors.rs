@@ -1,4 +1,5 @@
-//! Makes nodes of connectors: each hands on one value from an output to inputs.
+//! Resolves `[[connector]]` to nodes that hand on one value from an output to inputs, and expands terminals and arrays into
+//! connections of single values.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -6,74 +7,76 @@ use std::ops::Range;
 use cosim::system::Body;
 use diagnostics::{Error, Mistakes};
 
-use super::nodes::{Names, UnplacedNode};
-use super::port::{Side, find};
+use super::lookup::{PortSide, find_port};
+use super::nodes::{NodeDraft, PortNames};
 use super::ports::Port;
-use super::{Notes, arrays, manoeuvres, terminals, types, unit};
-use crate::words::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
+use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
+use super::{Diagnostics, arrays, manoeuvres, terminals, types, unit};
 
 /// The connections of a scenario, each of one output and one input; connectors join the nodes. Connections that lead on from an
 /// input connector without one are left out.
-pub(super) fn connects(
+pub(super) fn expand_connections(
     scenario: &Scenario,
-    unplaced: &mut Vec<UnplacedNode>,
-    (mistakes, warnings): Notes,
+    nodes: &mut Vec<NodeDraft>,
+    diagnostics: &mut Diagnostics,
 ) -> Vec<Connect> {
-    let mut words = terminals::expanded(scenario, unplaced, (mistakes, warnings));
-    words.extend(manoeuvres::measured(scenario, unplaced, &words, mistakes));
-    let mut connects = arrays::expanded(scenario, &words, unplaced, mistakes);
-    let mut open: BTreeMap<String, (Range<usize>, Vec<Open>)> = BTreeMap::new();
+    let mut connects = terminals::expand_terminals(scenario, nodes, diagnostics);
+    let mistakes = &mut diagnostics.mistakes;
+    connects.extend(manoeuvres::measurement_connections(scenario, nodes, &connects, mistakes));
+    let mut connects = arrays::expand_arrays(scenario, &connects, nodes, mistakes);
+    let mut open: BTreeMap<String, (Range<usize>, Vec<UnconnectedConnector>)> = BTreeMap::new();
     for word in &scenario.document.connector {
         let name = word.name.get_ref();
-        let named = names(scenario, word, unplaced);
+        let named = split_name(scenario, word, nodes);
         let Some((node, variable)) = mistakes.take_named(name, named) else { continue };
-        let made = connector(scenario, (word, variable), &connects, unplaced);
-        let Some((body, port)) = mistakes.take_named(name, made) else { continue };
+        let connector = connector(scenario, word, variable, &connects, nodes);
+        let Some((body, port)) = mistakes.take_named(name, connector) else { continue };
         let fed = connects.iter().any(|connect| connect.to.get_ref() == name);
         if word.kind == ConnectorKind::Input && !fed {
-            let found = unstarted(scenario, word, &connects, unplaced);
+            let found = input_without_start(scenario, word, &connects, nodes);
             if let Some(found) = found.filter(|_| word.unconnected != Some(Unconnected::Start)) {
-                let place = place(scenario, word, node);
-                let connector = Open { connector: variable.to_owned(), inner: found };
-                open.entry(node.to_owned()).or_insert((place, Vec::new())).1.push(connector);
+                let span = connector_span(scenario, word, node);
+                let connector =
+                    UnconnectedConnector { connector: variable.to_owned(), inner: found };
+                open.entry(node.to_owned()).or_insert((span, Vec::new())).1.push(connector);
             }
             connects.retain(|connect| connect.from.get_ref() != name);
         }
-        unplaced.push(UnplacedNode {
+        nodes.push(NodeDraft {
             name: node.to_owned(),
             body,
             outputs: vec![port.clone()],
             inputs: vec![port],
-            started: Vec::new(),
-            place: word.name.span(),
-            names: Names::default(),
+            started_inputs: Vec::new(),
+            span: word.name.span(),
+            port_names: PortNames::default(),
         });
     }
-    for (node, (place, open)) in open {
-        mistakes.push(unconnected(scenario, &node, place, &open));
+    for (node, (span, open)) in open {
+        mistakes.push(unconnected_error(scenario, &node, span, &open));
     }
     connects
 }
 
 /// An input connector that nothing leads to, and an input behind it that has no start value.
-struct Open {
+struct UnconnectedConnector {
     connector: String,
     inner: (String, String),
 }
 
 /// Node and variable of a connector.
-fn names<'w>(
+fn split_name<'w>(
     scenario: &Scenario,
     word: &'w Connector,
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
 ) -> Result<(&'w str, &'w str), Error> {
     let name = word.name.get_ref();
     let wrong = |message: String| Err(scenario.error(&word.name, message));
     let Some((node, variable)) = name.split_once('.') else {
         return wrong(format!("expected `node.variable`, found `{name}`"));
     };
-    let of_node = |known: &&UnplacedNode| known.name == node;
-    for known in unplaced.iter().filter(of_node) {
+    let of_node = |known: &&NodeDraft| known.name == node;
+    for known in nodes.iter().filter(of_node) {
         if !known.is_connector() {
             return wrong(format!("there are two nodes called `{node}`"));
         }
@@ -87,20 +90,21 @@ fn names<'w>(
 /// What a connector is, and its port: that of the input that it leads to, of an output that of its source.
 fn connector(
     scenario: &Scenario,
-    (word, variable): (&Connector, &str),
+    word: &Connector,
+    variable: &str,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
 ) -> Result<(Body, Port), Error> {
     let name = word.name.get_ref();
     let before = connects.iter().find(|connect| connect.to.get_ref() == name);
     let behind = connects.iter().find(|connect| connect.from.get_ref() == name);
     let source = |connect: &Connect| {
-        let (node, port) = find(scenario, unplaced, &connect.from, Side::Output)?;
-        Ok(unplaced[node].outputs[port].clone())
+        let end = find_port(scenario, nodes, &connect.from, PortSide::Output)?;
+        Ok(nodes[end.node].outputs[end.port].clone())
     };
     let target = |connect: &Connect| {
-        let (node, port) = find(scenario, unplaced, &connect.to, Side::Input)?;
-        Ok(unplaced[node].inputs[port].clone())
+        let end = find_port(scenario, nodes, &connect.to, PortSide::Input)?;
+        Ok(nodes[end.node].inputs[end.port].clone())
     };
     let (body, inner) = match (word.kind, before, behind) {
         (ConnectorKind::Input, _, Some(behind)) => (Body::Inlet, target(behind)),
@@ -114,13 +118,13 @@ fn connector(
     };
     // An end that is wrong is told where it is connected.
     let inner = inner.map_err(|_: Error| Error::follow_up());
-    let own = word.unit.as_ref().map(|word| unit::unit(scenario, word)).transpose();
+    let own = word.unit.as_ref().map(|word| unit::parse_unit(scenario, word)).transpose();
     let (inner, own) = Mistakes::both(inner, own)?;
     let mut port = Port {
         name: variable.to_owned(),
         description: None,
         element: (0, 1),
-        place: 0,
+        index: 0,
         follows: Some([0].into()),
         ..inner
     };
@@ -132,17 +136,18 @@ fn connector(
 }
 
 /// An input behind a connector that has neither a start value nor another way to one: its node and its name.
-fn unstarted(
+fn input_without_start(
     scenario: &Scenario,
     word: &Connector,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
 ) -> Option<(String, String)> {
     let behind = connects.iter().filter(|connect| connect.from == word.name);
     let mut targets = behind.filter_map(|connect| {
-        let (node, port) = find(scenario, unplaced, &connect.to, Side::Input).ok()?;
-        let (node, port) = (&unplaced[node], &unplaced[node].inputs[port]);
-        (!node.started.contains(&port.name) && !port.optional).then(|| {
+        let end = find_port(scenario, nodes, &connect.to, PortSide::Input).ok()?;
+        let node = &nodes[end.node];
+        let port = &node.inputs[end.port];
+        (!node.started_inputs.contains(&port.name) && !port.optional).then(|| {
             let example = format!("{{ \"{}\" = {} }}", port.name, types::example(port));
             (node.name.clone(), example)
         })
@@ -151,22 +156,29 @@ fn unstarted(
 }
 
 /// The word that a message about a connector points at: that of its system.
-fn place(scenario: &Scenario, word: &Connector, node: &str) -> Range<usize> {
+fn connector_span(scenario: &Scenario, word: &Connector, node: &str) -> Range<usize> {
     let mut systems = scenario.document.system.iter();
     let system = systems.find(|system| system.label() == node);
-    system.map_or_else(|| word.name.span(), Subsystem::place)
+    system.map_or_else(|| word.name.span(), Subsystem::span)
 }
 
 /// An input that nobody thought of keeps its start value for ever, which looks like a result: the scenario has to say that it wants
 /// that.
-fn unconnected(scenario: &Scenario, node: &str, place: Range<usize>, open: &[Open]) -> Error {
+fn unconnected_error(
+    scenario: &Scenario,
+    node: &str,
+    span: Range<usize>,
+    open: &[UnconnectedConnector],
+) -> Error {
     let names: Vec<_> = open.iter().map(|open| open.connector.as_str()).collect();
     let message = format!(
         "nothing is connected to `{}` of `{node}`, and there is no start value",
         names.join("`, `")
     );
-    let error = scenario.source.error(place, message, "this one");
-    let Some(Open { connector, inner: (inner, example) }) = open.first() else { return error };
+    let error = scenario.source.error(span, message, "this one");
+    let Some(UnconnectedConnector { connector, inner: (inner, example) }) = open.first() else {
+        return error;
+    };
     error.help(format!(
         "connect it: [[connect]] to = \"{node}.{connector}\", or let the input behind it stay at a value: start = {example} in [[fmu]] `{inner}`; with `unconnected = \"start\"` all of them keep the start values of the system"
     ))

@@ -1,4 +1,4 @@
-//! Checks the words of `[coupling]` and those of steps: courses of inputs, steps of FMUs, the division of communication steps.
+//! Resolves `[coupling]`, the steps of FMUs and the extrapolation of inputs.
 
 use cosim::clock::Clock;
 use cosim::system::{Body, BondPlan, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
@@ -6,14 +6,16 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};
 
 use super::ports::Port;
-use crate::words::{Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario};
+use crate::document::{Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario};
 
 /// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
-pub(super) fn course(
+pub(super) fn extrapolation(
     scenario: &Scenario,
     connect: &Connect,
     at: At,
-    (from, to, receiver): (&Port, &Port, &Body),
+    from: &Port,
+    to: &Port,
+    receiver: &Body,
 ) -> Result<Option<Extrapolate>, Error> {
     let takes = to.continuous && matches!(receiver, Body::Fmu { .. });
     let Some(word) = &connect.extrapolate else {
@@ -35,7 +37,7 @@ pub(super) fn course(
 }
 
 /// Gives the nodes the steps that the scenario has for them.
-fn paces(
+fn assign_steps(
     scenario: &Scenario,
     nodes: &mut [NodePlan],
     clock: Option<Clock>,
@@ -43,7 +45,7 @@ fn paces(
 ) {
     for fmu in &scenario.document.fmu {
         let (Some(word), Some(clock)) = (&fmu.step, clock) else { continue };
-        let pace = mistakes.take(pace(scenario, word, clock)).flatten();
+        let pace = mistakes.take(node_step(scenario, word, clock)).flatten();
         if let Some(node) = nodes.iter_mut().find(|node| node.name == *fmu.name.get_ref()) {
             node.pace = pace;
         }
@@ -51,7 +53,11 @@ fn paces(
 }
 
 /// The step of a node beside the communication step; none if it is the same.
-fn pace(scenario: &Scenario, word: &Spanned<f64>, clock: Clock) -> Result<Option<Pace>, Error> {
+fn node_step(
+    scenario: &Scenario,
+    word: &Spanned<f64>,
+    clock: Clock,
+) -> Result<Option<Pace>, Error> {
     let (own, step) = (*word.get_ref(), clock.step);
     let whole = |ratio: f64| {
         let times = ratio.round();
@@ -85,16 +91,17 @@ fn pace(scenario: &Scenario, word: &Spanned<f64>, clock: Clock) -> Result<Option
 /// The coupling, without its loops. Nodes get the steps that they have of their own.
 pub(super) fn plan(
     scenario: &Scenario,
-    (nodes, columns): (&mut [NodePlan], &Columns<Full>),
+    nodes: &mut [NodePlan],
+    columns: &Columns<Full>,
     clock: Option<Clock>,
     mistakes: &mut Mistakes,
 ) -> CouplingPlan {
-    paces(scenario, nodes, clock, mistakes);
+    assign_steps(scenario, nodes, clock, mistakes);
     let coupling = &scenario.document.coupling;
     CouplingPlan {
         algorithm: coupling.algorithm,
         iteration: iteration(scenario, mistakes),
-        division: division(scenario, (nodes, columns), mistakes),
+        division: division(scenario, nodes, columns, mistakes),
         ..CouplingPlan::default()
     }
 }
@@ -105,7 +112,7 @@ fn iteration(scenario: &Scenario, mistakes: &mut Mistakes) -> Iteration {
     let mut iteration = Iteration { method: written.method, ..Iteration::default() };
     if let Some(word) = &written.tolerance {
         iteration.tolerance = *word.get_ref();
-        mistakes.take(relative(scenario, word));
+        mistakes.take(check_relative_tolerance(scenario, word));
     }
     if let Some(word) = &written.passes {
         iteration.passes = *word.get_ref();
@@ -117,7 +124,7 @@ fn iteration(scenario: &Scenario, mistakes: &mut Mistakes) -> Iteration {
 }
 
 /// Refuses what is no relative tolerance.
-fn relative(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
+fn check_relative_tolerance(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
     let tolerance = *word.get_ref();
     if tolerance > 0.0 && tolerance < 1.0 {
         return Ok(());
@@ -128,16 +135,18 @@ fn relative(scenario: &Scenario, word: &Spanned<f64>) -> Result<(), Error> {
 
 fn division(
     scenario: &Scenario,
-    placed: (&[NodePlan], &Columns<Full>),
+    nodes: &[NodePlan],
+    columns: &Columns<Full>,
     mistakes: &mut Mistakes,
 ) -> Option<Division> {
     let coupling = &scenario.document.coupling;
     let estimate = coupling.error.as_ref().map(|word| *word.get_ref()).unwrap_or_default();
     let bonds = coupling.bond.iter();
-    let bonds = bonds.filter_map(|word| mistakes.take(bond(scenario, word, placed))).collect();
+    let bonds =
+        bonds.filter_map(|word| mistakes.take(bond(scenario, word, nodes, columns))).collect();
     let control = coupling.tolerance.as_ref().map(|word| (estimate, *word.get_ref()));
     if let Some(word) = &coupling.tolerance {
-        mistakes.take(relative(scenario, word));
+        mistakes.take(check_relative_tolerance(scenario, word));
     } else if let Some(word) = &coupling.error {
         let error = scenario.error(word, "an estimate of the error has nothing to decide");
         mistakes.push(error.help("add `tolerance` to [coupling]"));
@@ -170,7 +179,8 @@ fn division(
 fn bond(
     scenario: &Scenario,
     bond: &Bond,
-    (nodes, columns): (&[NodePlan], &Columns<Full>),
+    nodes: &[NodePlan],
+    columns: &Columns<Full>,
 ) -> Result<BondPlan, Error> {
     let inputs = || {
         nodes.iter().enumerate().flat_map(|(node, plan)| {

@@ -1,4 +1,4 @@
-//! Reads the units that the scenario declares for variables of FMUs, which must not contradict their descriptions.
+//! Resolves `unit` of `[[fmu]]`: units of variables whose description has none, which must not contradict it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::convert::Infallible;
@@ -8,8 +8,8 @@ use fmu_import::description::{Type, Variable};
 use units::Unit;
 
 use super::{starts, unit};
+use crate::document::{Fmu, Scenario};
 use crate::pattern::matches;
-use crate::words::{Fmu, Scenario};
 
 /// The declared units by the indices of the variables; none when the declaration is wrong.
 type DeclaredUnits = BTreeMap<usize, Option<(Unit, String)>>;
@@ -42,10 +42,10 @@ fn declared_units(
     mistakes: &mut Mistakes,
 ) -> DeclaredUnits {
     let (patterns, names): (Vec<_>, Vec<_>) =
-        written(node).into_iter().partition(|(pattern, _)| pattern.get_ref().contains('*'));
+        unit_entries(node).into_iter().partition(|(pattern, _)| pattern.get_ref().contains('*'));
     let mut declared = DeclaredUnits::new();
     for (pattern, word) in &patterns {
-        let fitting = mistakes.take(fitting(scenario, node, variables, pattern));
+        let fitting = mistakes.take(matching_variables(scenario, node, variables, pattern));
         for index in fitting.into_iter().flatten() {
             let found = mistakes.take(declare(scenario, &variables[index], word));
             if let (Some(Some((unit, other))), Some((said, text))) = (declared.get(&index), &found)
@@ -61,7 +61,7 @@ fn declared_units(
         }
     }
     for (name, word) in &names {
-        let fitting = mistakes.take(fitting(scenario, node, variables, name));
+        let fitting = mistakes.take(matching_variables(scenario, node, variables, name));
         for index in fitting.into_iter().flatten() {
             let found = mistakes.take(declare(scenario, &variables[index], word));
             declared.insert(index, found);
@@ -74,13 +74,13 @@ fn declared_units(
 type Word = Spanned<Option<String>>;
 
 /// Names or patterns with their units. Keys with dots are the names of structured variables.
-fn written(node: &Fmu) -> Vec<(Spanned<String>, Word)> {
+fn unit_entries(node: &Fmu) -> Vec<(Spanned<String>, Word)> {
     let mut written = Vec::new();
     for (key, whole) in &node.unit {
         let mut take = |name: &str, value: &toml::Value| {
-            let place = if value == whole.get_ref() { whole.span() } else { key.span() };
+            let span = if value == whole.get_ref() { whole.span() } else { key.span() };
             let word = value.as_str().map(str::to_owned);
-            written.push((Spanned::new(key.span(), name.to_owned()), Spanned::new(place, word)));
+            written.push((Spanned::new(key.span(), name.to_owned()), Spanned::new(span, word)));
             Ok::<_, Infallible>(())
         };
         let Ok(()) = starts::flatten(key.get_ref(), whole.get_ref(), &mut take);
@@ -89,7 +89,7 @@ fn written(node: &Fmu) -> Vec<(Spanned<String>, Word)> {
 }
 
 /// The Real variables that a pattern fits.
-fn fitting(
+fn matching_variables(
     scenario: &Scenario,
     node: &Fmu,
     variables: &[Variable],
@@ -122,7 +122,7 @@ fn declare(scenario: &Scenario, variable: &Variable, word: &Word) -> Result<(Uni
         return Err(scenario.error(word, message));
     };
     let word = &Spanned::new(word.span(), text.clone());
-    let declared = unit::unit(scenario, word)?;
+    let declared = unit::parse_unit(scenario, word)?;
     if let (Some(own), Some(text)) = (&variable.dimension, &variable.unit)
         && Unit::conversion(own, &variable.scale(declared)) != Some((1.0, 0.0))
     {

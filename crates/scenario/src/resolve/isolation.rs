@@ -1,4 +1,4 @@
-//! Decides which FMUs run in processes of their own, and how.
+//! Decides which FMUs run in processes of their own, with which sandbox and limits.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,13 +6,12 @@ use std::time::Duration;
 use cosim::system::{Body, Isolation};
 use diagnostics::{Error, Mistakes};
 
-use super::Overrides;
-use super::nodes::UnplacedNode;
-use crate::words::{Fmu, Scenario};
+use crate::document::{Fmu, Scenario};
+use super::nodes::NodeDraft;
 
 /// Which FMUs run in processes of their own, where the scenario does not say it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Isolate {
+pub enum IsolationPolicy {
     /// None.
     #[default]
     Nothing,
@@ -26,25 +25,25 @@ pub enum Isolate {
 pub(super) fn isolation(
     scenario: &Scenario,
     node: &Fmu,
-    overrides: &Overrides,
+    policy: IsolationPolicy,
     mistakes: &mut Mistakes,
 ) -> Option<Isolation> {
     let written = node.isolate.as_ref().map(|word| *word.get_ref());
-    let apart = written.unwrap_or(match overrides.isolate {
-        Isolate::Nothing => false,
-        Isolate::Foreign => node.package.is_none(),
-        Isolate::Everything => true,
+    let is_isolated = written.unwrap_or(match policy {
+        IsolationPolicy::Nothing => false,
+        IsolationPolicy::Foreign => node.package.is_none(),
+        IsolationPolicy::Everything => true,
     });
     if written != Some(true) {
-        let words = [
+        let spans = [
             ("on_failure", node.on_failure.as_ref().map(|word| word.span())),
             ("call_limit", node.call_limit.as_ref().map(|word| word.span())),
             ("sandbox", node.sandbox.as_ref().map(|word| word.span())),
             ("may_read", node.may_read.first().map(|word| word.span())),
         ];
-        for (key, place) in words.into_iter().filter_map(|(key, place)| Some((key, place?))) {
+        for (key, span) in spans.into_iter().filter_map(|(key, span)| Some((key, span?))) {
             let message = format!("`{key}` is for an FMU in a process of its own");
-            let error = scenario.source.error(place, message, "");
+            let error = scenario.source.error(span, message, "");
             mistakes.push(error.help("add `isolate = true`"));
         }
     }
@@ -65,7 +64,7 @@ pub(super) fn isolation(
         })
     };
     let may_read = node.may_read.iter().filter_map(|word| mistakes.take(existing(word))).collect();
-    apart.then(|| Isolation {
+    is_isolated.then(|| Isolation {
         on_failure: node.on_failure.as_ref().map(|word| *word.get_ref()).unwrap_or_default(),
         call_limit,
         sandbox: node.sandbox.as_ref().is_none_or(|word| *word.get_ref()),
@@ -74,9 +73,9 @@ pub(super) fn isolation(
 }
 
 /// Gives FMUs processes of their own that would share with another one what each has for itself elsewhere, and tells that.
-pub(super) fn separate(nodes: &mut [UnplacedNode], warnings: &mut Vec<String>) {
+pub(super) fn isolate_clashes(nodes: &mut [NodeDraft], warnings: &mut Vec<String>) {
     let mut together: Vec<Arc<fmu_import::Fmu>> = Vec::new();
-    for UnplacedNode { name, body, .. } in nodes {
+    for NodeDraft { name, body, .. } in nodes {
         let Body::Fmu { fmu, isolation: isolation @ None, .. } = body else { continue };
         match together.iter().find_map(|other| fmu.clash(other)) {
             Some(why) => {

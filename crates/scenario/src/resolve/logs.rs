@@ -1,9 +1,10 @@
-//! Reads the recorded files of a scenario, and points at the word that does not fit the file.
+//! Reads the recorded files of `[[table]]` and `[analysis.table]` with their columns, units and aliases; an error points at the entry
+//! that does not fit the file.
 
 mod columns;
 mod units;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use ::units::Unit;
@@ -11,8 +12,8 @@ use diagnostics::{Error, Mistakes, Source, Spanned};
 use plugin::Wanted as Need;
 use recording::table::{Reading, Scaling, Table, TableError, Wanted, WantedColumn};
 
-use self::columns::{Chosen, Entry};
-use crate::words::{Aliases, Column, RecordedFile, Scenario};
+use self::columns::{ColumnRequest, ColumnSelection};
+use crate::document::{Aliases, Column, Scenario, TableFile};
 
 /// A recorded file, or several one after another, as it was wanted.
 pub(super) struct Log {
@@ -38,7 +39,7 @@ pub(super) struct LogColumn {
 
 /// What aliases are asked for.
 #[derive(Clone, Copy)]
-pub(super) enum Asked<'a> {
+pub(super) enum AliasRequest<'a> {
     /// What an analysis takes, as far as the file has it; what it needs must be there.
     Needs(&'a [Need]),
     /// All, if no column is named.
@@ -48,144 +49,159 @@ pub(super) enum Asked<'a> {
 /// Reads the columns as numbers over rising times.
 pub(super) fn read(
     scenario: &Scenario,
-    (words, aliases): (RecordedFile, Option<&Aliases>),
-    asked: Asked,
+    file: TableFile,
+    aliases: Option<&Aliases>,
+    request: AliasRequest,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    let reader = Reader { scenario, words, aliases, asked, readings: None };
+    let reader = LogReader { scenario, file, aliases, request, reading_rule: None };
     let mut logs = Vec::new();
-    let each = words.paths.iter().map(|path| reader.read(path, warnings));
+    let each = file.paths.iter().map(|path| reader.read(path, warnings));
     logs.extend(Mistakes::all(each)?);
-    units::join(scenario, words, logs, warnings)
+    units::join_logs(scenario, file, logs, warnings)
 }
 
 /// The form in which a column is read, by its name in the scenario and the words about it.
-pub(super) type Readings<'r> = &'r dyn Fn(&str, &Column) -> Reading;
+pub(super) type ReadingRule<'r> = &'r dyn Fn(&str, &Column) -> Reading;
 
 /// Reads the columns to play them back, each in its form; two rows may have one time.
-pub(super) fn read_again(
+pub(super) fn read_for_playback(
     scenario: &Scenario,
-    (words, readings): (RecordedFile, Readings),
+    file: TableFile,
+    reading_rule: ReadingRule,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
-    let [path] = words.paths else {
+    let [path] = file.paths else {
         let message = "several logs one after another are for analyses: expected one to play back";
-        let place = words.paths.get(1);
-        return Err(place.map_or_else(Error::follow_up, |second| scenario.error(second, message)));
+        let second = file.paths.get(1);
+        return Err(second.map_or_else(Error::follow_up, |second| scenario.error(second, message)));
     };
-    let aliases = aliases(scenario, words)?;
-    let (aliases, readings) = (aliases.as_ref(), Some(readings));
-    let reader = Reader { scenario, words, aliases, asked: Asked::All, readings };
+    let aliases = aliases(scenario, file)?;
+    let reader = LogReader {
+        scenario,
+        file,
+        aliases: aliases.as_ref(),
+        request: AliasRequest::All,
+        reading_rule: Some(reading_rule),
+    };
     let mut log = reader.read(path, warnings)?;
-    set_origin(scenario, words, &mut log.table)?;
+    set_origin(scenario, file, &mut log.table)?;
     Ok(log)
 }
 
 /// The aliases of a file, if it has some.
-pub(super) fn aliases(scenario: &Scenario, words: RecordedFile) -> Result<Option<Aliases>, Error> {
+pub(super) fn aliases(scenario: &Scenario, file: TableFile) -> Result<Option<Aliases>, Error> {
     let read = |word: &Spanned<String>| {
         Aliases::read(&scenario.source.resolve(word))
             .map_err(|error| error.unwrap_or_else(|message| scenario.error(word, message)))
     };
-    let Some(aliases) = words.aliases.map(read).transpose()? else { return Ok(None) };
+    let Some(aliases) = file.aliases.map(read).transpose()? else { return Ok(None) };
     let sound = aliases.all().map(|Column { unit: word, gain, offset, sign, delay, .. }| {
         let source = &aliases.source;
-        word.as_ref().map(|word| unit(source, word)).transpose()?;
+        word.as_ref().map(|word| parse_unit(source, word)).transpose()?;
         delay.as_ref().map(|word| finite(source, word)).transpose()?;
-        scaling(source, [gain, offset, sign]).map(drop)
+        scaling(source, gain, offset, sign).map(drop)
     });
     Mistakes::all(sound)?;
     Ok(Some(aliases))
 }
 
-fn set_origin(scenario: &Scenario, words: RecordedFile, table: &mut Table) -> Result<(), Error> {
-    if let Some(origin) = words.origin.filter(|origin| !origin.get_ref().is_finite()) {
+fn set_origin(scenario: &Scenario, file: TableFile, table: &mut Table) -> Result<(), Error> {
+    if let Some(origin) = file.origin.filter(|origin| !origin.get_ref().is_finite()) {
         let message = format!("`origin`: expected a time in s, found {}", origin.get_ref());
         return Err(scenario.error(origin, message));
     }
-    table.set_origin(words.origin.map(|origin| *origin.get_ref()));
+    table.set_origin(file.origin.map(|origin| *origin.get_ref()));
     Ok(())
 }
 
 /// What reads one file after another.
-struct Reader<'r> {
+struct LogReader<'r> {
     scenario: &'r Scenario,
-    words: RecordedFile<'r>,
+    file: TableFile<'r>,
     aliases: Option<&'r Aliases>,
-    asked: Asked<'r>,
-    readings: Option<Readings<'r>>,
+    request: AliasRequest<'r>,
+    reading_rule: Option<ReadingRule<'r>>,
 }
 
-impl Reader<'_> {
+impl LogReader<'_> {
     fn read(&self, word: &Spanned<String>, warnings: &mut Vec<String>) -> Result<Log, Error> {
         let Self { scenario, .. } = *self;
         let path = scenario.source.resolve(word);
-        let chosen = columns::choose(self, (word, &path))?;
-        let units = Mistakes::all(chosen.entries.iter().map(|entry| {
+        let selection = columns::select_columns(self, word, &path)?;
+        let units = Mistakes::all(selection.entries.iter().map(|entry| {
             let word = entry.column.unit.as_ref();
-            word.map(|word| unit(&entry.source, word)).transpose()
+            word.map(|word| parse_unit(&entry.source, word)).transpose()
         }));
-        let table = self.wanted(&chosen);
-        let table = table.and_then(|wanted| self.whole((word, &path), &wanted, &chosen));
+        let table = self
+            .wanted(&selection)
+            .and_then(|wanted| self.read_table(word, &path, &wanted, &selection));
         let (units, table) = Mistakes::both(units, table)?;
         warnings.extend_from_slice(table.warnings());
-        let said = chosen.entries.iter().map(|it| (it.column.column.get_ref(), &it.column.unit));
-        let unknown = said.zip(0..).filter_map(|((name, said), place)| match said {
-            Some(_) => None,
-            None => units::unknown(name, table.unit(place), word.get_ref()),
-        });
-        warnings.extend(unknown);
-        let columns = chosen.entries.into_iter().zip(units).zip(0..);
-        let columns = columns.map(|((entry, unit), place)| {
-            let unit = units::agreed(&entry, unit, table.unit(place))?;
-            let Entry { name, column, source } = entry;
+        for (index, ColumnRequest { column, .. }) in selection.entries.iter().enumerate() {
+            if column.unit.is_none() {
+                let (name, path) = (column.column.get_ref(), word.get_ref());
+                warnings.extend(units::unknown_unit_note(name, table.unit(index), path));
+            }
+        }
+        let columns = selection.entries.into_iter().zip(units).zip(0..);
+        let columns = columns.map(|((entry, unit), index)| {
+            let unit = units::reconcile_unit(&entry, unit, table.unit(index))?;
+            let ColumnRequest { name, column, source } = entry;
             Ok(LogColumn { name, column, source, unit, path: word.get_ref().clone() })
         });
         Ok(Log { columns: Mistakes::all(columns)?, table })
     }
 
     /// The table with all columns, or what is wrong with each of them.
-    fn whole(
+    fn read_table(
         &self,
-        (word, path): (&Spanned<String>, &PathBuf),
+        word: &Spanned<String>,
+        path: &Path,
         wanted: &Wanted,
-        chosen: &Chosen,
+        selection: &ColumnSelection,
     ) -> Result<Table, Error> {
         Table::read(path, wanted).map_err(|error| {
-            let each = error.each().into_iter().map(|error| self.wrong(word, chosen, &error));
+            let each = error.each().into_iter().map(|error| self.wrong(word, selection, &error));
             // Errors alone make an error.
             Mistakes::all::<Table>(each.map(Err)).err().unwrap_or_else(Error::follow_up)
         })
     }
 
-    fn wanted(&self, chosen: &Chosen) -> Result<Wanted, Error> {
-        let Self { words, readings, .. } = *self;
-        let column = |Entry { name, column: words_of, source, .. }: &Entry| {
-            let Column { column, gain, offset, sign, delay, gaps, .. } = words_of;
+    fn wanted(&self, selection: &ColumnSelection) -> Result<Wanted, Error> {
+        let Self { file, reading_rule, .. } = *self;
+        let column = |request: &ColumnRequest| {
+            let ColumnRequest { name, column, source } = request;
+            let Column { gain, offset, sign, delay, gaps, .. } = column;
             Ok(WantedColumn {
                 name: name.clone(),
-                column: column.get_ref().clone(),
-                reading: readings.map_or(Reading::Number, |reading| reading(name, words_of)),
-                gaps: gaps.unwrap_or(words.gaps),
-                scaling: scaling(source, [gain, offset, sign])?,
+                column: column.column.get_ref().clone(),
+                reading: reading_rule.map_or(Reading::Number, |reading| reading(name, column)),
+                gaps: gaps.unwrap_or(file.gaps),
+                scaling: scaling(source, gain, offset, sign)?,
                 delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,
             })
         };
         let time_unit = |(source, word): &(Arc<Source>, Spanned<String>)| time_unit(source, word);
         Ok(Wanted {
-            time: chosen.time.as_ref().map(|(_, time)| time.get_ref().clone()),
-            time_unit: chosen.time_unit.as_ref().map(time_unit).transpose()?,
-            columns: Mistakes::all(chosen.entries.iter().map(column))?,
-            jumps: readings.is_some(),
-            dialect: words.dialect,
+            time: selection.time.as_ref().map(|(_, time)| time.get_ref().clone()),
+            time_unit: selection.time_unit.as_ref().map(time_unit).transpose()?,
+            columns: Mistakes::all(selection.entries.iter().map(column))?,
+            jumps: reading_rule.is_some(),
+            dialect: file.dialect,
         })
     }
 
     /// An error at the word that does not fit the file, of the scenario or of an alias.
-    fn wrong(&self, path: &Spanned<String>, chosen: &Chosen, error: &TableError) -> Error {
+    fn wrong(
+        &self,
+        path: &Spanned<String>,
+        selection: &ColumnSelection,
+        error: &TableError,
+    ) -> Error {
         let columns =
-            chosen.entries.iter().map(|entry| (entry.source.as_ref(), &entry.column.column));
-        let time = chosen.time.iter().map(|(source, word)| (source.as_ref(), word));
+            selection.entries.iter().map(|entry| (entry.source.as_ref(), &entry.column.column));
+        let time = selection.time.iter().map(|(source, word)| (source.as_ref(), word));
         let is =
             |(_, word): &(&Source, &Spanned<String>)| Some(word.get_ref().as_str()) == error.word();
         match columns.chain(time).find(is) {
@@ -195,12 +211,12 @@ impl Reader<'_> {
     }
 }
 
-fn unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
+fn parse_unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
     Unit::parse(word.get_ref()).map_err(|error| source.error(word.span(), error.to_string(), ""))
 }
 
 fn time_unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
-    let unit = unit(source, word)?;
+    let unit = parse_unit(source, word)?;
     match unit.dimension().as_str() {
         "s" => Ok(unit),
         found => {
@@ -214,7 +230,9 @@ fn time_unit(source: &Source, word: &Spanned<String>) -> Result<Unit, Error> {
 /// Gain, offset and sign, which are numbers that keep the values apart.
 pub(super) fn scaling(
     source: &Source,
-    [gain, offset, sign]: [&Option<Spanned<f64>>; 3],
+    gain: &Option<Spanned<f64>>,
+    offset: &Option<Spanned<f64>>,
+    sign: &Option<Spanned<f64>>,
 ) -> Result<Scaling, Error> {
     let wrong = |word: &Spanned<f64>, message: String| Err(source.error(word.span(), message, ""));
     let mut scaling = Scaling::default();
@@ -246,12 +264,13 @@ fn finite(source: &Source, word: &Spanned<f64>) -> Result<f64, Error> {
 }
 
 /// The titles of a file that can be one of its columns.
-fn looked_up(
-    reader: &Reader,
-    (word, path): (&Spanned<String>, &Path),
+fn look_up_columns(
+    reader: &LogReader,
+    word: &Spanned<String>,
+    path: &Path,
     names: &[&str],
 ) -> Result<Vec<Result<(), TableError>>, Error> {
-    let found = recording::table::look_up(path, names, &reader.words.dialect);
+    let found = recording::table::look_up(path, names, &reader.file.dialect);
     found.map_err(|error| reader.scenario.error(word, error.to_string()))
 }
 

@@ -1,4 +1,4 @@
-//! Turns `[[manoeuvre]]` into drivers, who are nodes, and into analyses of what they did.
+//! Resolves `[[manoeuvre]]` to driver nodes, their connections to the car, and the analyses of characteristic values.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -13,31 +13,36 @@ use manoeuvre::{Common, Manoeuvre, Output, Wrong};
 use recording::{Columns, Full, NumberIndex};
 use units::Unit;
 
-use super::nodes::{Names, UnplacedNode};
-use super::port::{Side, find};
+use super::RunSettings;
+use super::lookup::{PortSide, find_port};
+use super::nodes::{NodeDraft, PortNames};
 use super::ports::Port;
+use crate::document::{Connect, Scenario, self};
 use crate::plan::{Analyser, AnalysisPlan, Origin, Wired};
-use crate::words::{self, Connect, Scenario};
 
 /// The drivers of all manoeuvres.
 pub(super) fn drivers(
     scenario: &Scenario,
-    timed: (Option<Clock>, u64),
+    run: RunSettings,
     mistakes: &mut Mistakes,
-) -> Vec<UnplacedNode> {
+) -> Vec<NodeDraft> {
     let words = scenario.document.manoeuvre.iter().enumerate();
-    let drivers = words.filter_map(|(place, word)| {
-        mistakes.take(unique(scenario, place, word));
-        mistakes.take_named(word.node(), driver(scenario, word, timed))
+    let drivers = words.filter_map(|(index, word)| {
+        mistakes.take(check_unique_name(scenario, index, word));
+        mistakes.take_named(word.node(), driver(scenario, word, run))
     });
     drivers.collect()
 }
 
 /// Checks refer to the values by the names of manoeuvres.
-fn unique(scenario: &Scenario, place: usize, word: &words::Manoeuvre) -> Result<(), Error> {
+fn check_unique_name(
+    scenario: &Scenario,
+    index: usize,
+    word: &document::Manoeuvre,
+) -> Result<(), Error> {
     let (name, document) = (word.name.get_ref(), &scenario.document);
-    let before = document.manoeuvre[..place].iter().map(|other| other.name.get_ref().as_str());
-    let drivers = document.manoeuvre.iter().map(words::Manoeuvre::node);
+    let before = document.manoeuvre[..index].iter().map(|other| other.name.get_ref().as_str());
+    let drivers = document.manoeuvre.iter().map(document::Manoeuvre::node);
     let fmus = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str());
     let analyses = document.analysis.iter().map(|other| other.name.get_ref().as_str());
     if before.chain(drivers).chain(fmus).chain(analyses).any(|other| other == name) {
@@ -51,12 +56,12 @@ fn unique(scenario: &Scenario, place: usize, word: &words::Manoeuvre) -> Result<
 /// The driver of a manoeuvre, whose inputs are not connected yet.
 fn driver(
     scenario: &Scenario,
-    word: &words::Manoeuvre,
-    (clock, seed): (Option<Clock>, u64),
-) -> Result<UnplacedNode, Error> {
+    word: &document::Manoeuvre,
+    run: RunSettings,
+) -> Result<NodeDraft, Error> {
     let kinds = word.kinds();
     let [(key, kind)] = kinds.as_slice() else {
-        let known = words::Manoeuvre::KINDS.join("`, `");
+        let known = document::Manoeuvre::KINDS.join("`, `");
         let message = match kinds.as_slice() {
             [_, (second, _), ..] => {
                 format!("expected one kind of manoeuvre, found `{}` and `{second}`", kinds[0].0)
@@ -67,7 +72,7 @@ fn driver(
         let help = format!("give it one of `{known}`, such as step_steer = {{ amplitude = 0.02 }}");
         return Err(scenario.source.error(at, message, "").help(help));
     };
-    let clock = clock.ok_or_else(Error::follow_up)?;
+    let clock = run.clock.ok_or_else(Error::follow_up)?;
     let number =
         |word: &Option<Spanned<f64>>, usual| word.as_ref().map_or(usual, |it| *it.get_ref());
     let common = Common {
@@ -83,30 +88,30 @@ fn driver(
             .unwrap_or_default(),
         path_follower: word.path_follower.as_ref().map(|it| *it.get_ref()).unwrap_or_default(),
         step: clock.step,
-        seed: stream_seed(seed, word.name.get_ref()),
+        seed: stream_seed(run.seed, word.name.get_ref()),
     };
     let manoeuvre = Arc::new(Manoeuvre { common, kind: Arc::clone(kind.get_ref()) });
     let wrong = |wrong: Wrong| {
-        let place = place(scenario, word, (kind, &wrong));
-        scenario.source.error(place, format!("`{key}`: {}", wrong.message), "")
+        let span = span_of_number(scenario, word, kind, &wrong);
+        scenario.source.error(span, format!("`{key}`: {}", wrong.message), "")
     };
-    let steering_ratio = ratio(scenario, word);
+    let steering_ratio = steering_ratio(scenario, word);
     let ((), steering_ratio) = Mistakes::both(manoeuvre.check().map_err(wrong), steering_ratio)?;
     let inputs = manoeuvre.kind.needs().into_iter();
     let inputs = inputs.map(|it| port(it.name(), it.unit(), it.about())).collect();
     let outputs = DriverPlan::outputs().map(|Output { name, unit, about }| port(name, unit, about));
-    Ok(UnplacedNode {
+    Ok(NodeDraft {
         name: word.node().to_owned(),
         body: Body::Driver(DriverPlan { manoeuvre, steering_ratio }),
         outputs: outputs.collect(),
         inputs,
-        started: Vec::new(),
-        place: word.place().span(),
-        names: Names::default(),
+        started_inputs: Vec::new(),
+        span: word.driver_or_name().span(),
+        port_names: PortNames::default(),
     })
 }
 
-fn ratio(scenario: &Scenario, word: &words::Manoeuvre) -> Result<f64, Error> {
+fn steering_ratio(scenario: &Scenario, word: &document::Manoeuvre) -> Result<f64, Error> {
     let Some(word) = &word.steering_ratio else { return Ok(1.0) };
     let ratio = *word.get_ref();
     if ratio.is_finite() && ratio != 0.0 {
@@ -117,10 +122,11 @@ fn ratio(scenario: &Scenario, word: &words::Manoeuvre) -> Result<f64, Error> {
 }
 
 /// The place of a wrong number: its own, or that of the table which it is in.
-fn place(
+fn span_of_number(
     scenario: &Scenario,
-    word: &words::Manoeuvre,
-    (kind, wrong): (&Spanned<Arc<dyn manoeuvre::kind::Kind>>, &Wrong),
+    word: &document::Manoeuvre,
+    kind: &Spanned<Arc<dyn manoeuvre::kind::Kind>>,
+    wrong: &Wrong,
 ) -> Range<usize> {
     let numbers = [
         ("entry_speed", Some(&word.entry_speed)),
@@ -137,12 +143,13 @@ fn place(
     let table = kind.span();
     let own = own.and_then(|(_, word)| Some(word?.span())).or(gains.filter(|_| !wrong.of_kind));
     own.unwrap_or_else(|| {
-        entry(scenario.source.letters(table.clone()), wrong.key, table.start).unwrap_or(table)
+        span_in_table(scenario.source.letters(table.clone()), wrong.key, table.start)
+            .unwrap_or(table)
     })
 }
 
 /// The place of the value of a key in the letters of a table, which begin at `start`.
-fn entry(letters: &str, key: &str, start: usize) -> Option<Range<usize>> {
+fn span_in_table(letters: &str, key: &str, start: usize) -> Option<Range<usize>> {
     let (before, after) = letters.split_once(key)?;
     let value = after.trim_start().strip_prefix('=')?.trim_start();
     let begin = letters.len() - value.len();
@@ -158,16 +165,16 @@ fn port(name: &str, unit: &str, about: &str) -> Port {
 }
 
 /// Connections from the cars to their drivers, but for inputs that have connections of their own.
-pub(super) fn measured(
+pub(super) fn measurement_connections(
     scenario: &Scenario,
-    unplaced: &[UnplacedNode],
+    nodes: &[NodeDraft],
     connects: &[Connect],
     mistakes: &mut Mistakes,
 ) -> Vec<Connect> {
     let mut all = Vec::new();
     for word in &scenario.document.manoeuvre {
         let Some(car) = &word.car else { continue };
-        let driver = unplaced.iter().find(|node| node.name == word.node());
+        let driver = nodes.iter().find(|node| node.name == word.node());
         for input in driver.into_iter().flat_map(|node| &node.inputs) {
             let to = format!("{}.{}", word.node(), input.name);
             if connects.iter().any(|connect| *connect.to.get_ref() == to) {
@@ -175,7 +182,7 @@ pub(super) fn measured(
             }
             let at = |name: String| Spanned::new(car.span(), name);
             let from = at(format!("{}.{}", car.get_ref(), input.name));
-            match find(scenario, unplaced, &from, Side::Output) {
+            match find_port(scenario, nodes, &from, PortSide::Output) {
                 Ok(_) => all.push(Connect::plain(from, at(to))),
                 Err(error) => {
                     let (about, unit) = (input.description.as_deref(), input.unit.as_deref());
@@ -183,7 +190,7 @@ pub(super) fn measured(
                     let help = format!(
                         "the driver measures the {about} [{unit}]: connect another output to it: [[connect]] to = \"{to}\""
                     );
-                    let known = unplaced.iter().any(|node| node.name == *car.get_ref());
+                    let known = nodes.iter().any(|node| node.name == *car.get_ref());
                     mistakes.push(if known { error.help(help) } else { error });
                     if !known {
                         break;
@@ -238,7 +245,7 @@ pub(super) fn analyses(
 ///
 /// # Errors
 /// At the word that has the name.
-pub(super) fn known(
+pub(super) fn check_result_names(
     scenario: &Scenario,
     results: &[ResultName],
     at: &Spanned<String>,

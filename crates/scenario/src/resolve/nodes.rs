@@ -1,4 +1,4 @@
-//! Makes nodes of `[[fmu]]`, `[[signal]]` and `[[table]]`, whose inputs are not connected yet.
+//! Resolves `[[fmu]]`, `[[signal]]` and `[[table]]` to nodes with their ports, not connected yet.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -15,68 +15,69 @@ use fmu_import::{Causality, OpenError};
 use recording::table::{Interpolation, Reading};
 use units::Unit;
 
-use super::archives::{Opened, archive, noted, open_for};
+use super::archives::{FmuCache, archive, archive_notes, open_fmu};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
-use super::ports::{Port, Side, is_tunable, port, references};
-use super::starts::{Given, starts};
-use super::{Notes, isolation, manoeuvres, overrides, readings};
+use super::ports::{Port, PortSide, fmu_port, is_tunable, port_groups};
+use super::starts::{StartSources, start_values};
+use super::{Diagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
 use crate::build_request::BuildRequest;
+use crate::document::{self, Scenario};
 use crate::pattern::matches;
-use crate::words::{self, Part, Scenario};
+use crate::document::Part;
 
-/// A node before its inputs are connected.
+/// A node before its inputs are connected and its values have columns in the row.
 #[derive(Debug)]
-pub(super) struct UnplacedNode {
+pub(super) struct NodeDraft {
     pub name: String,
     pub body: Body,
     pub outputs: Vec<Port>,
     pub inputs: Vec<Port>,
     /// Inputs that have a start value in the scenario.
-    pub started: Vec<String>,
+    pub started_inputs: Vec<String>,
     /// Place of the node's name in the file.
-    pub place: Range<usize>,
-    pub names: Names,
+    pub span: Range<usize>,
+    pub port_names: PortNames,
 }
 
 /// The ports of a node by their names, and the elements of arrays by those of the arrays; made when somebody asks first.
 #[derive(Debug, Default)]
-pub(super) struct Names([OnceCell<HashMap<String, Vec<usize>>>; 2]);
+pub(super) struct PortNames([OnceCell<HashMap<String, Vec<usize>>>; 2]);
 
-impl UnplacedNode {
+impl NodeDraft {
     /// Whether it hands on a value and does nothing else.
     pub fn is_connector(&self) -> bool {
         matches!(self.body, Body::Inlet | Body::Outlet)
     }
 
     /// The ports of a side.
-    pub fn ports(&self, side: Side) -> &[Port] {
+    pub fn ports(&self, side: PortSide) -> &[Port] {
         match side {
-            Side::Input => &self.inputs,
-            Side::Output => &self.outputs,
+            PortSide::Input => &self.inputs,
+            PortSide::Output => &self.outputs,
         }
     }
 
-    /// The place of the port of this name on a side.
-    pub fn port(&self, side: Side, name: &str) -> Option<usize> {
-        let places = self.named(side).get(name)?;
-        places.iter().copied().find(|place| self.ports(side)[*place].name == name)
+    /// The index of the port of this name on a side.
+    pub fn port(&self, side: PortSide, name: &str) -> Option<usize> {
+        let indices = self.named(side).get(name)?;
+        indices.iter().copied().find(|index| self.ports(side)[*index].name == name)
     }
 
-    /// The places of the elements of an array on a side, row by row.
-    pub fn elements(&self, side: Side, array: &str) -> impl Iterator<Item = usize> {
-        let places = self.named(side).get(array).into_iter().flatten().copied();
-        places.filter(move |place| self.ports(side)[*place].name != array)
+    /// The indices of the elements of an array on a side, row by row.
+    pub fn elements(&self, side: PortSide, array: &str) -> impl Iterator<Item = usize> {
+        let indices = self.named(side).get(array).into_iter().flatten().copied();
+        indices.filter(move |index| self.ports(side)[*index].name != array)
     }
 
-    fn named(&self, side: Side) -> &HashMap<String, Vec<usize>> {
-        self.names.0[side as usize].get_or_init(|| {
+    fn named(&self, side: PortSide) -> &HashMap<String, Vec<usize>> {
+        self.port_names.0[side as usize].get_or_init(|| {
             let mut named = HashMap::<String, Vec<usize>>::new();
-            for (place, port) in self.ports(side).iter().enumerate() {
-                named.entry(port.name.clone()).or_default().push(place);
+            for (index, port) in self.ports(side).iter().enumerate() {
+                named.entry(port.name.clone()).or_default().push(index);
                 let array = port.name.rsplit_once('[').filter(|_| port.element.1 > 1);
                 if let Some((array, _)) = array {
-                    named.entry(array.to_owned()).or_default().push(place);
+                    named.entry(array.to_owned()).or_default().push(index);
                 }
             }
             named
@@ -85,36 +86,38 @@ impl UnplacedNode {
 }
 
 /// The nodes of a scenario, in the order of the file: signals and tables, then FMUs. Those that are wrong are left out.
-pub(super) fn unplaced(
+pub(super) fn resolve_nodes(
     scenario: &Scenario,
-    (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
-    given: Given,
-    (clock, seed): (Option<Clock>, u64),
-    (mistakes, warnings): Notes,
-) -> Vec<UnplacedNode> {
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    cache: &mut FmuCache,
+    starts: StartSources,
+    run: RunSettings,
+    diagnostics: &mut Diagnostics,
+) -> Vec<NodeDraft> {
     let document = &scenario.document;
-    let mut unplaced = signals(scenario, clock, seed, mistakes);
+    let mut nodes = signals(scenario, run, &mut diagnostics.mistakes);
     // A table is read as the inputs of FMUs want its columns.
     let mut fmus = Vec::new();
     for fmu in &document.fmu {
-        let node = self::fmu(scenario, fmu, (archives, &mut *opened), given, mistakes);
-        fmus.extend(mistakes.take_named(fmu.name.get_ref(), node));
+        let node = self::fmu(scenario, fmu, archives, cache, starts, &mut diagnostics.mistakes);
+        fmus.extend(diagnostics.mistakes.take_named(fmu.name.get_ref(), node));
     }
-    given.1.tell_unused(scenario, &fmus, (mistakes, warnings));
-    for node in manoeuvres::drivers(scenario, (clock, seed), mistakes) {
-        unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
+    starts.parameters.report_unused(scenario, &fmus, diagnostics);
+    let Diagnostics { mistakes, warnings } = diagnostics;
+    for node in manoeuvres::drivers(scenario, run, mistakes) {
+        nodes.extend(mistakes.take(check_unique(scenario, node, &nodes)));
     }
     for table in &document.table {
         let node = self::table(scenario, table, &fmus, warnings);
         let node = mistakes.take_named(table.name.get_ref(), node);
-        unplaced.extend(node.and_then(|node| mistakes.take(added(scenario, node, &unplaced))));
+        nodes.extend(node.and_then(|node| mistakes.take(check_unique(scenario, node, &nodes))));
     }
-    warnings.extend(noted(&fmus));
+    warnings.extend(archive_notes(&fmus));
     for node in fmus {
-        unplaced.extend(mistakes.take(added(scenario, node, &unplaced)));
+        nodes.extend(mistakes.take(check_unique(scenario, node, &nodes)));
     }
-    isolation::separate(&mut unplaced, warnings);
-    mistakes.take(overrides::check_nodes(scenario, given.0));
+    isolation::isolate_clashes(&mut nodes, warnings);
+    mistakes.take(overrides::check_node_names(scenario, starts.overrides));
     let is_empty =
         document.fmu.is_empty() && document.signal.is_empty() && document.table.is_empty();
     if is_empty && document.analysis.is_empty() {
@@ -124,39 +127,39 @@ pub(super) fn unplaced(
             "add an `[[fmu]]`, a `[[signal]]`, a `[[table]]`, or an `[[analysis]]` of a log",
         ));
     }
-    unplaced
+    nodes
 }
 
 /// The node, if it can be added to the others.
-fn added(
+fn check_unique(
     scenario: &Scenario,
-    node: UnplacedNode,
-    others: &[UnplacedNode],
-) -> Result<UnplacedNode, Error> {
+    node: NodeDraft,
+    others: &[NodeDraft],
+) -> Result<NodeDraft, Error> {
     if others.iter().any(|other| other.name == node.name) {
         let message = format!("there are two nodes called `{}`", node.name);
-        return Err(scenario.source.error(node.place, message, "the second one"));
+        return Err(scenario.source.error(node.span, message, "the second one"));
     }
-    only_once(scenario, &node, others).map(|()| node)
+    check_single_instance(scenario, &node, others).map(|()| node)
 }
 
 /// Refuses a second node of an FMU that can be instantiated only once per process.
-fn only_once(
+fn check_single_instance(
     scenario: &Scenario,
-    unplaced_node: &UnplacedNode,
-    before: &[UnplacedNode],
+    node: &NodeDraft,
+    before: &[NodeDraft],
 ) -> Result<(), Error> {
-    let Body::Fmu { fmu, isolation: None, .. } = &unplaced_node.body else { return Ok(()) };
+    let Body::Fmu { fmu, isolation: None, .. } = &node.body else { return Ok(()) };
     // One in a process of its own shares that with none.
-    let same = |other: &&UnplacedNode| matches!(&other.body, Body::Fmu { fmu: other, isolation: None, .. } if other.sha256 == fmu.sha256);
+    let same = |other: &&NodeDraft| matches!(&other.body, Body::Fmu { fmu: other, isolation: None, .. } if other.sha256 == fmu.sha256);
     let Some(first) = before.iter().find(same).filter(|_| fmu.description.only_once) else {
         return Ok(());
     };
     let message = format!(
         "`{}` and `{}` are the same FMU, of which a process can hold one instance only",
-        first.name, unplaced_node.name
+        first.name, node.name
     );
-    let error = scenario.source.error(unplaced_node.place.clone(), message, "the second one");
+    let error = scenario.source.error(node.span.clone(), message, "the second one");
     Err(error.help(
         "its description sets canBeInstantiatedOnlyOncePerProcess: give one of the nodes `isolate = true`",
     ))
@@ -164,24 +167,19 @@ fn only_once(
 
 fn unit(scenario: &Scenario, written: Option<&Spanned<String>>) -> Result<Option<Unit>, Error> {
     let Some(written) = written else { return Ok(None) };
-    super::unit::unit(scenario, written).map(Some)
+    super::unit::parse_unit(scenario, written).map(Some)
 }
 
-fn signals(
-    scenario: &Scenario,
-    clock: Option<Clock>,
-    seed: u64,
-    mistakes: &mut Mistakes,
-) -> Vec<UnplacedNode> {
-    let mut unplaced: Vec<UnplacedNode> = Vec::new();
-    let (mut nodes, mut names) = (HashMap::new(), HashSet::new());
+fn signals(scenario: &Scenario, run: RunSettings, mistakes: &mut Mistakes) -> Vec<NodeDraft> {
+    let mut nodes: Vec<NodeDraft> = Vec::new();
+    let (mut indices, mut names) = (HashMap::new(), HashSet::new());
     for part in &scenario.document.signal {
         let Some(name) = &part.get_ref().name else {
             mistakes.push(scenario.error(part, "a signal needs a name, such as \"reference.v_x\""));
             continue;
         };
-        let made = signal(scenario, part.get_ref(), name, (clock, seed));
-        let Some((node, port, signal)) = mistakes.take_named(name.get_ref(), made) else {
+        let signal = signal(scenario, part.get_ref(), name, run);
+        let Some((node, port, signal)) = mistakes.take_named(name.get_ref(), signal) else {
             continue;
         };
         if !names.insert(name.get_ref()) {
@@ -189,24 +187,24 @@ fn signals(
             mistakes.push(scenario.error(name, message));
             continue;
         }
-        let place = *nodes.entry(node).or_insert(unplaced.len());
-        match unplaced.get_mut(place) {
-            Some(UnplacedNode { outputs, body: Body::Signals(signals), .. }) => {
+        let index = *indices.entry(node).or_insert(nodes.len());
+        match nodes.get_mut(index) {
+            Some(NodeDraft { outputs, body: Body::Signals(signals), .. }) => {
                 outputs.push(port);
                 signals.push(signal);
             }
-            _ => unplaced.push(UnplacedNode {
+            _ => nodes.push(NodeDraft {
                 name: node.to_owned(),
                 body: Body::Signals(vec![signal]),
                 outputs: vec![port],
                 inputs: Vec::new(),
-                started: Vec::new(),
-                place: name.span(),
-                names: Names::default(),
+                started_inputs: Vec::new(),
+                span: name.span(),
+                port_names: PortNames::default(),
             }),
         }
     }
-    unplaced
+    nodes
 }
 
 /// A signal, its node and its output.
@@ -214,17 +212,17 @@ fn signal<'a>(
     scenario: &Scenario,
     part: &'a Part,
     name: &'a Spanned<String>,
-    (clock, seed): (Option<Clock>, u64),
+    run: RunSettings,
 ) -> Result<(&'a str, Port, Signal), Error> {
     let Some((node, variable)) = name.get_ref().split_once('.') else {
         let message = format!("expected `node.variable`, found `{}`", name.get_ref());
         let error = scenario.error(name, message);
         return Err(error.help("signals with the same node are recorded together"));
     };
-    let signal = clock.ok_or_else(Error::follow_up).and_then(|clock| {
-        part.build(seed, clock.stop()).map_err(|error| {
-            let place = error.span.clone().unwrap_or_else(|| name.span());
-            scenario.source.error(place, error.message, "")
+    let signal = run.clock.ok_or_else(Error::follow_up).and_then(|clock| {
+        part.build(run.seed, clock.stop()).map_err(|error| {
+            let span = error.span.clone().unwrap_or_else(|| name.span());
+            scenario.source.error(span, error.message, "")
         })
     });
     let dimension = unit(scenario, part.unit.as_ref());
@@ -236,21 +234,21 @@ fn signal<'a>(
 
 fn table(
     scenario: &Scenario,
-    table: &words::Table,
-    fmus: &[UnplacedNode],
+    table: &document::Table,
+    fmus: &[NodeDraft],
     warnings: &mut Vec<String>,
-) -> Result<UnplacedNode, Error> {
-    let reading = |column: &str, words: &words::Column| {
-        readings::wanted(scenario, table, (column, words), fmus)
+) -> Result<NodeDraft, Error> {
+    let reading = |column: &str, keys: &document::Column| {
+        column_readings::reading_for(scenario, table, column, keys, fmus)
     };
     let Log { table: mut read, columns } =
-        logs::read_again(scenario, (table.file(), &reading), warnings)?;
+        logs::read_for_playback(scenario, table.file(), &reading, warnings)?;
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
-    for (place, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
-        let (kind, storage) = match read.reading(place) {
+    for (index, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
+        let (kind, storage) = match read.reading(index) {
             Reading::Number => (Type::Real, Storage::Float64),
-            Reading::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
+            Reading::Integer if read.is_unsigned(index) => (Type::Integer, Storage::UInt64),
             Reading::Integer => (Type::Integer, Storage::Int64),
             Reading::Text => (Type::String, Storage::String),
         };
@@ -273,99 +271,102 @@ fn table(
             tunable: false,
             clocks: Vec::new(),
             optional: false,
-            place: 0,
+            index: 0,
             follows: Some(Arc::default()),
         });
     }
-    Ok(UnplacedNode {
+    Ok(NodeDraft {
         name: table.name.get_ref().clone(),
         body: Body::Table(read),
         outputs,
         inputs: Vec::new(),
-        started: Vec::new(),
-        place: table.name.span(),
-        names: Names::default(),
+        started_inputs: Vec::new(),
+        span: table.name.span(),
+        port_names: PortNames::default(),
     })
 }
 
 fn fmu(
     scenario: &Scenario,
-    node: &words::Fmu,
-    (archives, opened): (&BTreeMap<BuildRequest, PathBuf>, &mut Opened),
-    given: Given,
+    node: &document::Fmu,
+    archives: &BTreeMap<BuildRequest, PathBuf>,
+    cache: &mut FmuCache,
+    sources: StartSources,
     mistakes: &mut Mistakes,
-) -> Result<UnplacedNode, Error> {
+) -> Result<NodeDraft, Error> {
     let (word, path) = archive(scenario, node, archives)?;
-    let wrong = |error: OpenError| scenario.error(word, error.to_string());
-    let fmu = open_for((scenario, node), &path, opened, given).map_err(wrong)?;
-    mistakes.take(fmu.library().map_err(wrong));
-    let (variables, wrong) =
+    let archive_error = |error: OpenError| scenario.error(word, error.to_string());
+    let fmu = open_fmu(scenario, node, &path, cache, sources).map_err(archive_error)?;
+    mistakes.take(fmu.library().map_err(archive_error));
+    let (variables, wrong_units) =
         with_declared_units(scenario, node, &fmu.description.variables, mistakes);
-    let variables = &variables;
-    let ports = |places: Vec<usize>| -> Vec<Port> {
-        let port = |place| {
-            let port = port(variables, place, fmu.description.event_mode);
-            Port { wrong_unit: wrong.contains(&place), ..port }
+    let events = fmu.description.event_mode;
+    let ports = |variable_indices: Vec<usize>| -> Vec<Port> {
+        let port = |index| Port {
+            wrong_unit: wrong_units.contains(&index),
+            ..fmu_port(&variables, index, events)
         };
-        let mut ports: Vec<_> = places.into_iter().map(port).collect();
+        let mut ports: Vec<_> = variable_indices.into_iter().map(port).collect();
         ports.sort_by_key(|port| port.storage);
         ports
     };
-    let events = fmu.description.event_mode;
-    // Clocks tick in event mode. Those that tick by time need no connection, and are shown.
-    let can_connect = |place: &usize| match &variables[*place] {
+    // Clocks tick in event mode. Those that tick by time need no connection, and are recorded as outputs.
+    let can_connect = |index: &usize| match &variables[*index] {
         Variable { kind: Type::Clock, ticks, .. } => {
             events && ticks.as_ref().is_none_or(|ticks| ticks.interval == Interval::Triggered)
         }
         _ => true,
     };
-    let mut inputs: Vec<_> = fmu.description.with(Causality::Input).filter(can_connect).collect();
-    inputs.extend(tuned(scenario, node, variables));
-    let inputs = ports(inputs);
-    let shown = shown(scenario, node, (variables, events), mistakes);
-    let outputs = ports(shown);
-    let (starts, started) = starts(scenario, node, variables, given, mistakes);
-    let references = references(&outputs);
-    Ok(UnplacedNode {
+    let tunable = connected_parameters(scenario, node, &variables);
+    let inputs = fmu.description.with(Causality::Input).filter(can_connect);
+    let inputs = ports(inputs.chain(tunable.iter().copied()).collect());
+    check_observe_patterns(scenario, node, &variables, mistakes);
+    let outputs = ports(output_indices(node, &variables, events, &tunable));
+    let (starts, started_inputs) = start_values(scenario, node, &variables, sources, mistakes);
+    Ok(NodeDraft {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
             fmu,
             starts,
             inputs: Ports::default(),
-            outputs: references,
+            outputs: port_groups(&outputs),
             log: node.log,
-            isolation: isolation::isolation(scenario, node, given.0, mistakes),
+            isolation: isolation::isolation(scenario, node, sources.overrides.isolate, mistakes),
         },
         outputs,
         inputs,
-        started,
-        place: node.name.span(),
-        names: Names::default(),
+        started_inputs,
+        span: node.name.span(),
+        port_names: PortNames::default(),
     })
 }
 
-/// The places of the tunable parameters that a connection or a fault names: they take values during the run, as inputs do.
-fn tuned(scenario: &Scenario, node: &words::Fmu, variables: &[Variable]) -> Vec<usize> {
-    let own = |name: &'_ Spanned<String>| -> Option<String> {
+/// The tunable parameters that a connection or a fault names, by their indices: they take values during the run, as inputs do.
+fn connected_parameters(
+    scenario: &Scenario,
+    node: &document::Fmu,
+    variables: &[Variable],
+) -> Vec<usize> {
+    let variable_of_node = |name: &'_ Spanned<String>| -> Option<String> {
         let (of, variable) = name.get_ref().split_once('.')?;
         (of == node.name.get_ref()).then(|| variable.to_owned())
     };
     let document = &scenario.document;
-    let connected = document.connect.iter().filter_map(|connect| own(&connect.to));
-    let faulty = document.fault.iter().filter_map(|fault| own(fault.input.as_ref()?));
+    let connected = document.connect.iter().filter_map(|it| variable_of_node(&it.to));
+    let faulty = document.fault.iter().filter_map(|it| variable_of_node(it.input.as_ref()?));
     let names: HashSet<_> = connected.chain(faulty).collect();
     let is_named = |it: &Variable| names.contains(&it.name) || names.contains(it.array());
-    let places = variables.iter().enumerate().filter(|(_, it)| is_tunable(it) && is_named(it));
-    places.map(|(place, _)| place).collect()
+    let indexed = variables.iter().enumerate();
+    indexed.filter(|(_, it)| is_tunable(it) && is_named(it)).map(|(index, _)| index).collect()
 }
 
-/// The places of the outputs, and of what the scenario wants to observe besides.
-fn shown(
+/// Finds the patterns of `observe` that no variable fits.
+fn check_observe_patterns(
     scenario: &Scenario,
-    node: &words::Fmu,
-    (variables, events): (&[Variable], bool),
+    node: &document::Fmu,
+    variables: &[Variable],
     mistakes: &mut Mistakes,
-) -> Vec<usize> {
+) {
     for pattern in &node.observe {
         if !variables.iter().any(|variable| matches(pattern.get_ref(), &variable.name)) {
             let known = variables.iter().map(|variable| variable.name.as_str());
@@ -373,20 +374,31 @@ fn shown(
             mistakes.push(unknown.at(&scenario.source, pattern.span()));
         }
     }
-    let tuned = tuned(scenario, node, variables);
-    let observed = |variable: &Variable| {
+}
+
+/// The outputs, and what the scenario observes besides, by their indices. `tunable` are the parameters that take values as inputs do.
+fn output_indices(
+    node: &document::Fmu,
+    variables: &[Variable],
+    events: bool,
+    tunable: &[usize],
+) -> Vec<usize> {
+    let is_observed = |variable: &Variable| {
         node.observe.iter().any(|pattern| matches(pattern.get_ref(), &variable.name))
     };
-    let is_shown = |place: &usize| match variables[*place].causality {
-        Causality::Output => true,
-        Causality::Input if variables[*place].kind == Type::Clock => {
-            let ticks = variables[*place].ticks.as_ref();
-            ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+    let is_output = |index: &usize| {
+        let variable = &variables[*index];
+        match variable.causality {
+            _ if variable.kind == Type::Clock && !events => false,
+            Causality::Output => true,
+            Causality::Input if variable.kind == Type::Clock => {
+                let ticks = variable.ticks.as_ref();
+                ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+            }
+            // Inputs are recorded in any case, and so are parameters that take values as inputs do.
+            Causality::Input => false,
+            _ => is_observed(variable) && !tunable.contains(index),
         }
-        // Inputs are recorded in any case, and so are parameters that take values as inputs do.
-        Causality::Input => false,
-        _ => observed(&variables[*place]) && !tuned.contains(place),
     };
-    let can_show = |place: &usize| events || variables[*place].kind != Type::Clock;
-    (0..variables.len()).filter(can_show).filter(is_shown).collect()
+    (0..variables.len()).filter(is_output).collect()
 }

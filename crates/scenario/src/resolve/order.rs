@@ -8,20 +8,20 @@ use cosim::system::Body;
 use diagnostics::Error;
 use diagnostics::suggest::shortened;
 
-use super::Notes;
+use super::Diagnostics;
 use super::connections::Connections;
-use super::nodes::UnplacedNode;
+use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::words::{Connect, Loops, Scenario};
+use crate::document::{Connect, Loops, Scenario};
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
 /// fresh value goes first, then the one that comes first in the file. Connections of loops are delayed, if the scenario wants that.
 pub(super) fn order(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     connections: &mut Connections,
-    (mistakes, warnings): Notes,
+    diagnostics: &mut Diagnostics,
 ) -> Option<Order> {
     let mut all = edges(unplaced, connections);
     let coupling = &scenario.document.coupling;
@@ -31,7 +31,7 @@ pub(super) fn order(
             matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
         };
         for delay in delays(&all, &hands_on) {
-            warnings.push(delayed(&delay, &all));
+            diagnostics.warnings.push(delayed(&delay, &all));
             for edge in delay.edges {
                 let edge = &mut all[edge];
                 edge.at = At::Start;
@@ -41,7 +41,7 @@ pub(super) fn order(
             }
         }
     }
-    mistakes.take(sorted(scenario, connects, unplaced, &all))
+    diagnostics.mistakes.take(sorted(scenario, connects, unplaced, &all))
 }
 
 /// The warning about connections of a loop that are delayed.
@@ -67,7 +67,7 @@ fn delayed(delay: &Delay, edges: &[Edge]) -> String {
 fn sorted(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     edges: &[Edge],
 ) -> Result<Order, Error> {
     let solves_loops = scenario.document.coupling.algorithm.rules().solves_loops;
@@ -78,7 +78,7 @@ fn sorted(
         follows: &|before, behind| {
             let node = &unplaced[before.to];
             let (output, input) = (&node.outputs[behind.output], &node.inputs[before.input]);
-            output.follows.as_ref().is_none_or(|places| places.contains(&input.place))
+            output.follows.as_ref().is_none_or(|places| places.contains(&input.index))
         },
     };
     Order::of(&graph, solves_loops).map_err(|it| looped(scenario, connects, edges, it))
@@ -104,7 +104,7 @@ fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<
 struct Followed(Option<HashSet<usize>>);
 
 impl Followed {
-    fn of(node: &UnplacedNode) -> Self {
+    fn of(node: &NodeDraft) -> Self {
         let (mut places, mut known) = (HashSet::new(), HashSet::new());
         for output in &node.outputs {
             let Some(inputs) = &output.follows else { return Followed(None) };
@@ -117,11 +117,11 @@ impl Followed {
     }
 
     fn has(&self, input: &Port) -> bool {
-        self.0.as_ref().is_none_or(|places| places.contains(&input.place))
+        self.0.as_ref().is_none_or(|places| places.contains(&input.index))
     }
 }
 
-fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
+fn edges(unplaced: &[NodeDraft], connections: &Connections) -> Vec<Edge> {
     let mut edges = Vec::new();
     let followed: Vec<_> = unplaced.iter().map(Followed::of).collect();
     for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
@@ -130,8 +130,8 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
             let Some(connection) = connection else { continue };
             let place = connection.input_chain.is_some().then_some(numbers);
             numbers += usize::from(place.is_some());
-            let (from, given) = connection.from;
-            let output = &unplaced[from].outputs[given];
+            let from = connection.from.node;
+            let output = &unplaced[from].outputs[connection.from.port];
             let needed = match (&unplaced[from].body, &unplaced_node.body) {
                 (Body::Inlet, _) | (_, Body::Outlet) => true,
                 // An inlet waits as its receivers would.
@@ -144,7 +144,7 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
             edges.push(Edge {
                 from,
                 to,
-                output: given,
+                output: connection.from.port,
                 input: port,
                 needed,
                 at: connection.at,
@@ -158,13 +158,13 @@ fn edges(unplaced: &[UnplacedNode], connections: &Connections) -> Vec<Edge> {
 
 /// Whether an output of a node that an inlet leads to follows the value without a step in between.
 fn is_followed(
-    unplaced: &[UnplacedNode],
+    unplaced: &[NodeDraft],
     (connections, followed): (&Connections, &[Followed]),
     inlet: usize,
 ) -> bool {
     unplaced.iter().zip(connections).zip(followed).any(|((node, connections), followed)| {
         let fed = node.inputs.iter().zip(connections).filter(|(_, connection)| {
-            connection.as_ref().is_some_and(|connection| connection.from.0 == inlet)
+            connection.as_ref().is_some_and(|connection| connection.from.node == inlet)
         });
         fed.into_iter().any(|(input, _)| followed.has(input))
     })

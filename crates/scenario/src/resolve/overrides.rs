@@ -1,4 +1,4 @@
-//! Reads values that do not stand in the scenario: `node.variable=value`, or a file of them.
+//! Parses and applies values from outside the scenario: `--set node.variable=value`, or a file of them.
 
 use std::path::{Path, PathBuf};
 
@@ -8,8 +8,8 @@ use diagnostics::{Error, Mistakes};
 
 use super::Overrides;
 use super::starts::flatten;
+use crate::document::{Edit, EditError, Scenario};
 use crate::text_of;
-use crate::words::{Change, Misfit, Scenario};
 
 /// The most letters of a value that reports repeat: the text of a file is longer.
 const LONGEST: usize = 400;
@@ -35,7 +35,7 @@ impl Override {
     /// In words, when it has another form, or the file cannot be read.
     pub fn parse(entry: &str, find: impl Fn(&str) -> PathBuf) -> Result<Vec<Self>, String> {
         if let Some(file) = entry.strip_prefix('@') {
-            return read(&find(file));
+            return read_file(&find(file));
         }
         let parts =
             entry.split_once('=').and_then(|(name, value)| Some((name.split_once('.')?, value)));
@@ -45,8 +45,8 @@ impl Override {
         // An archive, or a file whose text is a value, lies where its giver is, not where the scenario is.
         let is_archive = variable == "path" && value.ends_with(".fmu");
         let absolute = |file: &str| std::path::absolute(find(file)).ok();
-        let value = match value.parse::<toml::Value>().ok().as_ref().and_then(text_of::file) {
-            Some(file) => absolute(file).map(|path| text_of::typed(&path)),
+        let value = match value.parse::<toml::Value>().ok().as_ref().and_then(text_of::path_of) {
+            Some(file) => absolute(file).map(|path| text_of::literal(&path)),
             None if is_archive => absolute(value).map(|path| path.to_string_lossy().into_owned()),
             None => None,
         }
@@ -77,7 +77,7 @@ impl Override {
     }
 }
 
-/// The scenario with the words that these values change, and the start values among them; no scenario when it stays as it is.
+/// The scenario with the entries that these values change, and the start values among them; no scenario when it stays as it is.
 pub(super) fn apply(
     scenario: &Scenario,
     overrides: &Overrides,
@@ -85,18 +85,18 @@ pub(super) fn apply(
 ) -> (Option<Scenario>, Overrides) {
     let is_word = |given: &Override| {
         let name = given.name();
-        scenario.has_word(&name) || scenario.is_archive(&name, &given.value)
+        scenario.has_target(&name) || scenario.is_archive(&name, &given.value)
     };
     let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
     let rest = Overrides { starts, ..overrides.clone() };
     if words.is_empty() && overrides.coupling.is_none() {
         return (None, rest);
     }
-    let change = |given: &Override| Change { name: given.name(), value: given.value.clone() };
-    let changes: Vec<_> = words.iter().map(change).collect();
-    let mut changed = scenario.changed(&changes).map_err(|misfits| {
-        let told = |it: Misfit| words[it.place].error(&it.message).hint(it.help);
-        misfits.into_iter().for_each(|misfit| mistakes.push(told(misfit)));
+    let edit = |given: &Override| Edit { name: given.name(), value: given.value.clone() };
+    let edits: Vec<_> = words.iter().map(edit).collect();
+    let mut changed = scenario.with_edits(&edits).map_err(|errors| {
+        let located = |it: EditError| words[it.index].error(&it.message).hint(it.help);
+        errors.into_iter().for_each(|error| mistakes.push(located(error)));
     });
     if let (Ok(changed), Some(algorithm)) = (&mut changed, overrides.coupling) {
         changed.document.coupling.algorithm = algorithm;
@@ -105,7 +105,7 @@ pub(super) fn apply(
 }
 
 /// Finds the values of nodes that are no FMUs, and of no word of the scenario.
-pub(super) fn check_nodes(scenario: &Scenario, overrides: &Overrides) -> Result<(), Error> {
+pub(super) fn check_node_names(scenario: &Scenario, overrides: &Overrides) -> Result<(), Error> {
     let document = &scenario.document;
     let fmus: Vec<_> = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str()).collect();
     let signals: Vec<_> =
@@ -135,7 +135,7 @@ const LARGEST: u64 = 64 << 20;
 
 /// Start values from a TOML file with a table for each node, or with keys `"node.variable"`, such as an
 /// identification writes.
-fn read(path: &Path) -> Result<Vec<Override>, String> {
+fn read_file(path: &Path) -> Result<Vec<Override>, String> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let text =
         diagnostics::read_text_bounded(path, LARGEST).map_err(|error| wrong(error.to_string()))?;
@@ -153,7 +153,7 @@ fn read(path: &Path) -> Result<Vec<Override>, String> {
             let beside = |file: &str| {
                 std::path::absolute(path.parent().unwrap_or(Path::new("")).join(file)).ok()
             };
-            let text = text_of::file(value).and_then(beside).map(|path| text_of::typed(&path));
+            let text = text_of::path_of(value).and_then(beside).map(|path| text_of::literal(&path));
             let text = text.or_else(|| value.as_str().map(str::to_owned));
             let value = text.unwrap_or_else(|| value.to_string());
             starts.push(Override { node, variable, value, place: None });

@@ -1,4 +1,4 @@
-//! Reads files of parameters, from which several FMUs and analyses take their values, so that none is in a scenario twice.
+//! Reads files of parameters, which several FMUs and analyses share.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -11,29 +11,30 @@ use fmu_import::description::Variable;
 use serde::Deserialize as _;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use super::nodes::UnplacedNode;
-use crate::text_of::{self, Texts};
-use crate::words::{self, Scenario, Unused};
+use crate::document::{Scenario, Unused, self};
+use crate::text_of::{TextCache, self};
+use super::Diagnostics;
+use super::nodes::NodeDraft;
 
 /// The largest file of parameters [B].
 const LARGEST: u64 = 64 << 20;
 
 /// So many values that no FMU has are told by name.
-const TOLD: usize = 12;
+const MOST_NAMES: usize = 12;
 
 /// A value of a file.
 pub(super) struct Parameter {
     /// The keys that lead to it, with dots in between.
     pub name: String,
-    /// The place of its last key.
+    /// The span of its last key.
     pub key: Range<usize>,
     pub value: toml::Value,
-    /// The place of the value.
-    pub place: Range<usize>,
+    /// The span of the value.
+    pub span: Range<usize>,
 }
 
 /// A file.
-pub(super) struct File {
+pub(super) struct ParameterFile {
     path: PathBuf,
     pub source: Arc<Source>,
     pub values: Vec<Parameter>,
@@ -42,8 +43,8 @@ pub(super) struct File {
 /// The files that a scenario names, and the texts of those that values name.
 #[derive(Default)]
 pub(super) struct Parameters {
-    files: Vec<File>,
-    pub texts: Texts,
+    files: Vec<ParameterFile>,
+    pub texts: TextCache,
 }
 
 impl Parameters {
@@ -61,7 +62,7 @@ impl Parameters {
                 scenario.error(word, format!("the parameters {path} cannot be read: {error}"))
             });
             let Some(text) = mistakes.take(text) else { continue };
-            let file = file(path, text, &read.texts, mistakes);
+            let file = parse_file(path, text, &read.texts, mistakes);
             read.files.extend(mistakes.take(file));
         }
         read
@@ -72,7 +73,7 @@ impl Parameters {
         &'a self,
         scenario: &'a Scenario,
         words: &'a [diagnostics::Spanned<String>],
-    ) -> impl DoubleEndedIterator<Item = &'a File> {
+    ) -> impl DoubleEndedIterator<Item = &'a ParameterFile> {
         words.iter().filter_map(|word| {
             let path = scenario.source.resolve(word);
             self.files.iter().find(|file| file.path == path)
@@ -80,14 +81,14 @@ impl Parameters {
     }
 
     /// Tells values that no FMU with their file has. Of an FMU that cannot be used nobody knows what it has.
-    pub fn tell_unused(
+    pub fn report_unused(
         &self,
         scenario: &Scenario,
-        nodes: &[UnplacedNode],
-        (mistakes, warnings): super::Notes,
+        nodes: &[NodeDraft],
+        Diagnostics { mistakes, warnings }: &mut Diagnostics,
     ) {
         for file in &self.files {
-            let names = |fmu: &&words::Fmu| {
+            let names = |fmu: &&document::Fmu| {
                 fmu.parameters.iter().any(|word| scenario.source.resolve(word) == file.path)
             };
             let fmus: Vec<_> = scenario.document.fmu.iter().filter(names).collect();
@@ -100,18 +101,23 @@ impl Parameters {
                 variables().flat_map(|it| [it.name.as_str(), it.array()]).collect();
             let unused = file.values.iter().filter(|it| !known.contains(it.name.as_str()));
             if fmus.iter().any(|fmu| fmu.unused == Some(Unused::Tell)) {
-                warnings.extend(left_out(file, &unused.collect::<Vec<_>>()));
+                warnings.extend(unused_note(file, &unused.collect::<Vec<_>>()));
                 continue;
             }
             for parameter in unused {
-                mistakes.push(nobodys(file, parameter, &fmus, variables().map(Variable::array)));
+                mistakes.push(unused_error(
+                    file,
+                    parameter,
+                    &fmus,
+                    variables().map(Variable::array),
+                ));
             }
         }
     }
 }
 
 /// The variables of an FMU among the nodes.
-fn variables<'n>(fmu: &words::Fmu, nodes: &'n [UnplacedNode]) -> Option<&'n [Variable]> {
+fn variables<'n>(fmu: &document::Fmu, nodes: &'n [NodeDraft]) -> Option<&'n [Variable]> {
     let node = nodes.iter().find(|node| node.name == *fmu.name.get_ref())?;
     match &node.body {
         Body::Fmu { fmu, .. } => Some(&fmu.description.variables),
@@ -120,10 +126,10 @@ fn variables<'n>(fmu: &words::Fmu, nodes: &'n [UnplacedNode]) -> Option<&'n [Var
 }
 
 /// The error of a value that no FMU has.
-fn nobodys<'v>(
-    file: &File,
+fn unused_error<'v>(
+    file: &ParameterFile,
     Parameter { name, key, .. }: &Parameter,
-    fmus: &[&words::Fmu],
+    fmus: &[&document::Fmu],
     known: impl Iterator<Item = &'v str>,
 ) -> Error {
     let nodes: Vec<_> = fmus.iter().map(|fmu| format!("`{}`", fmu.name.get_ref())).collect();
@@ -138,8 +144,8 @@ fn nobodys<'v>(
 }
 
 /// The note about values that are left out.
-fn left_out(file: &File, unused: &[&Parameter]) -> Option<String> {
-    let names: Vec<_> = unused.iter().map(|it| it.name.as_str()).take(TOLD).collect();
+fn unused_note(file: &ParameterFile, unused: &[&Parameter]) -> Option<String> {
+    let names: Vec<_> = unused.iter().map(|it| it.name.as_str()).take(MOST_NAMES).collect();
     let more = match unused.len() - names.len() {
         0 => String::new(),
         more => format!(" and {more} more"),
@@ -151,12 +157,12 @@ fn left_out(file: &File, unused: &[&Parameter]) -> Option<String> {
 }
 
 /// The values of a text, each with the places of its key and of itself.
-fn file(
+fn parse_file(
     path: PathBuf,
     text: String,
-    texts: &Texts,
+    texts: &TextCache,
     mistakes: &mut Mistakes,
-) -> Result<File, Error> {
+) -> Result<ParameterFile, Error> {
     // A byte order mark is as long as three blanks.
     let text = text.replacen('\u{feff}', "   ", 1);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -168,25 +174,26 @@ fn file(
     }
     let mut values = Vec::new();
     flatten(table.get_ref(), "", &mut |name, key, value| {
-        let place = value.span();
+        let span = value.span();
         let read = toml::Value::deserialize(ValueDeserializer::from(value.clone()));
         let read = read.map_err(|error| error.message().to_owned()).and_then(|value| {
-            text_of::file(&value).map_or(Ok(value.clone()), |file| {
+            text_of::path_of(&value).map_or(Ok(value.clone()), |file| {
                 texts.read(&folder.join(file)).map(toml::Value::String)
             })
         });
-        let read = read.map_err(|message| source.error(place.clone(), message, ""));
+        let read = read.map_err(|message| source.error(span.clone(), message, ""));
         let value = mistakes.take(read);
-        values.extend(value.map(|value| Parameter { name, key, value, place }));
+        values.extend(value.map(|value| Parameter { name, key, value, span }));
     });
-    Ok(File { path, source: Arc::new(source), values })
+    Ok(ParameterFile { path, source: Arc::new(source), values })
 }
 
-/// Takes a value with its name and the place of its key.
-type Take<'t, 'a> = &'t mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>);
-
-/// Calls `take` for each value with its name and the place of its key.
-fn flatten<'a>(table: &DeTable<'a>, prefix: &str, take: Take<'_, 'a>) {
+/// Calls `take` for each value with its name and the span of its key.
+fn flatten<'a>(
+    table: &DeTable<'a>,
+    prefix: &str,
+    take: &mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>),
+) {
     for (key, value) in table {
         let name = format!("{prefix}{}", key.get_ref());
         match value.get_ref() {

@@ -1,4 +1,4 @@
-//! Turns `[[view.plot]]` into curves over time on axes with units.
+//! Resolves `[[view.plot]]` to curves over time on axes with units.
 
 use std::collections::HashMap;
 
@@ -7,33 +7,33 @@ use recording::view::{Plot, Quantity, Role, Series};
 use recording::{Column, Direction, NumberIndex, Recorded};
 use units::Unit;
 
-use super::quantity::Names;
+use super::quantity::SignalScope;
 use super::unit;
-use crate::words::{self, Scenario};
+use crate::document::{self, Scenario};
 
 /// More curves than this in one plot cannot be distinguished.
 const CURVES: usize = 8;
 
 /// A unit with its name; one of which only the name is known cannot be converted.
-pub(super) type NamedUnit = (Option<Unit>, String);
+pub(super) type UnitWithName = (Option<Unit>, String);
 
 pub(super) fn plot(
     scenario: &Scenario,
-    names: &Names,
-    written: &words::Plot,
+    scope: &SignalScope,
+    written: &document::Plot,
 ) -> Result<Plot, Error> {
     let wanted = written.unit.as_ref().map(|word| {
-        let unit = unit::unit(scenario, word)?;
+        let unit = unit::parse_unit(scenario, word)?;
         Ok((Some(unit), word.get_ref().clone()))
     });
     let wanted = wanted.transpose();
     let shown = match &wanted {
         Ok(Some(axis)) => Some(axis.clone()),
-        Ok(None) => written.signals.iter().find_map(|it| axis(scenario, names, it)),
+        Ok(None) => written.signals.iter().find_map(|it| axis(scenario, scope, it)),
         // Without the unit of the axis there are still names to judge.
         Err(_) => None,
     };
-    let curves = written.signals.iter().map(|it| curve(scenario, names, it, shown.as_ref()));
+    let curves = written.signals.iter().map(|it| curve(scenario, scope, it, shown.as_ref()));
     let (_, curves) = Mistakes::both(wanted, Mistakes::all(curves))?;
     let title = match shown {
         Some((_, unit)) => format!("{} [{unit}]", written.title),
@@ -44,21 +44,25 @@ pub(super) fn plot(
 }
 
 /// The axis of a curve that is alone: what a formula makes without a name is shown in SI units.
-fn axis(scenario: &Scenario, names: &Names, written: &words::Curve) -> Option<NamedUnit> {
-    let quantity = names.quantity(&written.signal).ok()?;
-    let (unit, name) = curve_unit(scenario, names, written, &quantity).ok()??;
+fn axis(
+    scenario: &Scenario,
+    scope: &SignalScope,
+    written: &document::Curve,
+) -> Option<UnitWithName> {
+    let quantity = scope.quantity(&written.signal).ok()?;
+    let (unit, name) = curve_unit(scenario, scope, written, &quantity).ok()??;
     Some((Unit::parse(&name).ok().or(unit), name))
 }
 
 /// The lines of a curve on an axis.
 fn curve(
     scenario: &Scenario,
-    names: &Names,
-    written: &words::Curve,
-    axis: Option<&NamedUnit>,
+    scope: &SignalScope,
+    written: &document::Curve,
+    axis: Option<&UnitWithName>,
 ) -> Result<Vec<Series>, Error> {
-    let quantity = names.quantity(&written.signal)?;
-    let own = curve_unit(scenario, names, written, &quantity)?;
+    let quantity = scope.quantity(&written.signal)?;
+    let own = curve_unit(scenario, scope, written, &quantity)?;
     let (factor, offset) = match (axis, own) {
         (Some((Some(to), axis)), Some((Some(from), own))) => conversion(&quantity, &from, to)
             .ok_or_else(|| {
@@ -74,7 +78,7 @@ fn curve(
         let (label, role) = (label.clone(), written.role);
         Series { quantity, factor, offset, label, role, bound }
     };
-    let bound = |(std, sigmas)| names.shifted(&written.signal, sigmas, std);
+    let bound = |(std, sigmas)| scope.shifted(&written.signal, sigmas, std);
     let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
     let mut series: Vec<_> =
         Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
@@ -85,13 +89,13 @@ fn curve(
 /// The unit of a curve: the one that is written, which must not contradict that of its signals.
 fn curve_unit(
     scenario: &Scenario,
-    names: &Names,
-    written: &words::Curve,
+    scope: &SignalScope,
+    written: &document::Curve,
     quantity: &Quantity,
-) -> Result<Option<NamedUnit>, Error> {
-    let own = names.unit(quantity);
+) -> Result<Option<UnitWithName>, Error> {
+    let own = scope.unit(quantity);
     let Some(word) = &written.unit else { return Ok(own) };
-    let (unit, said) = (unit::unit(scenario, word)?, word.get_ref());
+    let (unit, said) = (unit::parse_unit(scenario, word)?, word.get_ref());
     match own {
         Some((Some(known), own)) if conversion(quantity, &known, &unit) != Some((1.0, 0.0)) => {
             let signal = written.signal.get_ref();
@@ -131,7 +135,7 @@ pub fn by_unit<'a>(
             role: Role::Other,
             bound: false,
         };
-        let known = last.get(&title).and_then(|place| plots.get_mut(*place));
+        let known = last.get(&title).and_then(|index| plots.get_mut(*index));
         match known.filter(|plot| plot.series.len() < CURVES) {
             Some(plot) => plot.series.push(series),
             None => {

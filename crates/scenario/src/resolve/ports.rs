@@ -1,4 +1,4 @@
-//! Describes the variables of nodes that can be connected or recorded, and groups those that are read and written at once.
+//! Describes ports, the variables of nodes that can be connected or recorded, and groups those that one FMI call reads or writes.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use super::types::recorded_kind;
 
 /// The side of a node that a port is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Side {
+pub(super) enum PortSide {
     Input,
     Output,
 }
@@ -36,7 +36,7 @@ pub(super) struct Port {
     pub reference: u32,
     /// The form of its values.
     pub storage: Storage,
-    /// Its place in an array, and the number of elements there.
+    /// Its index in an array, and the number of elements there.
     pub element: (usize, usize),
     /// Whether it is a real number that changes continuously.
     pub continuous: bool,
@@ -48,8 +48,8 @@ pub(super) struct Port {
     pub clocks: Vec<u32>,
     /// Of an input, whether its start value means that nothing is connected.
     pub optional: bool,
-    /// Its place among the variables of its FMU.
-    pub place: usize,
+    /// Its index among the variables of its FMU.
+    pub index: usize,
     /// For outputs, the places of the inputs that they follow; `None` means all.
     pub follows: Option<Arc<[usize]>>,
 }
@@ -75,15 +75,15 @@ impl Port {
             tunable: false,
             clocks: Vec::new(),
             optional: false,
-            place: 0,
+            index: 0,
             follows: Some(Arc::default()),
         }
     }
 }
 
 /// The port of a variable, of an FMU that has event mode or has not.
-pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
-    let variable = &variables[place];
+pub(super) fn fmu_port(variables: &[Variable], index: usize, events: bool) -> Port {
+    let variable = &variables[index];
     let tunable = is_tunable(variable);
     Port {
         name: variable.name.clone(),
@@ -105,7 +105,7 @@ pub(super) fn port(variables: &[Variable], place: usize, events: bool) -> Port {
         tunable,
         clocks: if events { variable.clocks.clone() } else { Vec::new() },
         optional: variable.optional,
-        place,
+        index,
         follows: variable.dependencies.clone(),
     }
 }
@@ -117,7 +117,7 @@ pub(super) fn is_tunable(variable: &Variable) -> bool {
 }
 
 /// The variables behind ports, which are in the order of their forms and of the file.
-pub(super) fn references(ports: &[Port]) -> Ports {
+pub(super) fn port_groups(ports: &[Port]) -> Ports {
     let mut found = Ports::default();
     for port in ports {
         let is_text = recorded_kind(port.kind, port.storage) == ValueKind::String;

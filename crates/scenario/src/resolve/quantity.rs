@@ -1,4 +1,4 @@
-//! Resolves the quantities of a layout: recorded signals and formulas of them.
+//! Resolves the quantities of `[view]`: recorded signals and formulas of them.
 
 use diagnostics::{Error, Spanned, suggest};
 use expression::{Expression, Operand, Signal, SignalUnit};
@@ -6,15 +6,15 @@ use recording::view::{AtX, Quantity};
 use recording::{Column, ColumnIndex, Columns, NumberIndex, Recorded};
 use units::Unit;
 
-use super::checks::inside;
-use super::signal_units::{SignalUnits, cure};
-use crate::words::Scenario;
+use super::checks::span_within;
+use super::signal_units::{SignalUnits, unit_help};
+use crate::document::Scenario;
 
 /// Name of the axis x in the formula of a curve.
 const ABSCISSA: &str = "x";
 
 /// The signals that a layout can show.
-pub(super) struct Names<'a> {
+pub(super) struct SignalScope<'a> {
     scenario: &'a Scenario,
     columns: &'a Columns<Recorded>,
     units: &'a SignalUnits,
@@ -22,14 +22,14 @@ pub(super) struct Names<'a> {
     names: Vec<String>,
 }
 
-impl<'a> Names<'a> {
+impl<'a> SignalScope<'a> {
     pub(super) fn new(
         scenario: &'a Scenario,
         columns: &'a Columns<Recorded>,
         units: &'a SignalUnits,
     ) -> Self {
         let names = columns.iter().map(Column::name).collect();
-        Names { scenario, columns, units, names }
+        SignalScope { scenario, columns, units, names }
     }
 
     /// An error at a word of the file.
@@ -130,11 +130,11 @@ impl<'a> Names<'a> {
     ) -> Result<Expression<S>, Error> {
         let parsed = Expression::parse(text, resolve).map_err(|error| {
             let span = match text == word.get_ref() {
-                true => inside(self.scenario, word, error.span.clone()),
+                true => span_within(self.scenario, word, error.span.clone()),
                 false => word.span(),
             };
             let pointed = self.scenario.source.error(span, error.message, "here");
-            let cure = error.unitless.map(|it| cure(self.scenario, &it.signal, &it.other));
+            let cure = error.unitless.map(|it| unit_help(self.scenario, &it.signal, &it.other));
             let hint = error.unknown.as_deref().and_then(|name| self.hint(name));
             pointed.hint(hint.or(cure).or(error.help)).about_unknown(error.unknown)
         })?;

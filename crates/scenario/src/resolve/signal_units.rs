@@ -1,23 +1,30 @@
-//! Knows the unit of each variable, for expressions and analyses, and where the scenario declares a missing one.
+//! Looks up the units of signals for expressions and analyses, and says where a missing one is declared.
 
 use std::collections::BTreeMap;
 
 use expression::SignalUnit;
 use fmu_import::description::Type;
-use recording::{Column, Columns};
+use recording::{Column, Columns, Full};
 use units::Unit;
 
-use super::nodes::UnplacedNode;
+use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::words::Scenario;
+use crate::document::Scenario;
 
 /// The units of variables by their names, `node.variable`.
 #[derive(Debug, Default)]
 pub(super) struct SignalUnits(BTreeMap<String, SignalUnit>);
 
+/// The columns of the run and their units: what expressions and analyses look signals up in.
+#[derive(Clone, Copy)]
+pub(super) struct RunSignals<'a> {
+    pub columns: &'a Columns<Full>,
+    pub units: &'a SignalUnits,
+}
+
 impl SignalUnits {
     /// Those of all inputs and outputs.
-    pub(super) fn of_nodes(nodes: &[UnplacedNode]) -> Self {
+    pub(super) fn of_nodes(nodes: &[NodeDraft]) -> Self {
         let ports = nodes.iter().flat_map(|node| {
             let ports = node.outputs.iter().chain(&node.inputs);
             ports.map(|port| (format!("{}.{}", node.name, port.name), signal_unit(port)))
@@ -26,7 +33,7 @@ impl SignalUnits {
     }
 
     /// Those of all inputs and outputs, for expressions: differences are none on a scale with a shifted zero.
-    pub(super) fn of_expressions(nodes: &[UnplacedNode]) -> Self {
+    pub(super) fn of_expressions(nodes: &[NodeDraft]) -> Self {
         let ports = nodes.iter().flat_map(|node| {
             let ports = node.outputs.iter().chain(&node.inputs);
             ports.map(|port| (format!("{}.{}", node.name, port.name), port))
@@ -65,11 +72,11 @@ pub(super) fn signal_unit(port: &Port) -> SignalUnit {
 }
 
 /// The remedy for a variable without a unit: the line that declares it, with an example.
-pub(super) fn cure(scenario: &Scenario, signal: &str, example: &str) -> String {
+pub(super) fn unit_help(scenario: &Scenario, signal: &str, example: &str) -> String {
     let document = &scenario.document;
     let (node, variable) = signal.split_once('.').unwrap_or((signal, ""));
     if document.fmu.iter().any(|fmu| fmu.name.get_ref() == node) {
-        let key = key(variable);
+        let key = toml_key(variable);
         return format!(
             "say which unit `{signal}` has: unit = {{ {key} = \"{example}\" }} in [[fmu]] `{node}`"
         );
@@ -83,7 +90,7 @@ pub(super) fn cure(scenario: &Scenario, signal: &str, example: &str) -> String {
 }
 
 /// A name as a key of TOML.
-pub(super) fn key(name: &str) -> String {
+pub(super) fn toml_key(name: &str) -> String {
     let is_bare = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-');
     if !name.is_empty() && name.chars().all(is_bare) {
         return name.to_owned();

@@ -1,4 +1,4 @@
-//! Reads start values from the scenario and the command line, and checks that they fit their variables.
+//! Resolves start values from the scenario, files of parameters and the command line, and checks them against their variables.
 
 use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
@@ -12,24 +12,30 @@ use fmu_import::{Causality, Value, Variability, bytes};
 
 use super::parameters::{Parameter, Parameters};
 use super::{Override, Overrides};
-use crate::text_of::{self, Texts};
-use crate::words::{self, Scenario, converted, quantity};
+use crate::document::{Scenario, convert_quantity, self, split_quantity};
+use crate::text_of::{TextCache, self};
 
-/// Values from outside the scenario, and files of parameters.
-pub(super) type Given<'g> = (&'g Overrides, &'g Parameters);
+/// Where start values come from besides the entries of FMUs.
+#[derive(Clone, Copy)]
+pub(super) struct StartSources<'a> {
+    /// Values from outside the scenario.
+    pub overrides: &'a Overrides,
+    /// Files of parameters.
+    pub parameters: &'a Parameters,
+}
 
 /// The start values of an FMU, and the names of those that are inputs.
-pub(super) fn starts(
+pub(super) fn start_values(
     scenario: &Scenario,
-    node: &words::Fmu,
+    node: &document::Fmu,
     variables: &[Variable],
-    (overrides, parameters): Given,
+    StartSources { overrides, parameters }: StartSources,
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
-    let (mut starts, texts) = (Starts::new(variables), &parameters.texts);
+    let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
     let of_this = |given: &&Override| given.node == *node.name.get_ref();
-    let outer = |given: &Override, starts: &mut Starts, mistakes: &mut Mistakes| {
-        let value = typed(variables, texts, &given.variable, &given.value);
+    let outer = |given: &Override, starts: &mut StartTable, mistakes: &mut Mistakes| {
+        let value = parse_typed(variables, texts, &given.variable, &given.value);
         let added =
             value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));
         mistakes.take(added.map_err(|message| given.error(&message)));
@@ -40,8 +46,8 @@ pub(super) fn starts(
     for file in parameters.of(scenario, &node.parameters) {
         let has = |it: &&Parameter| starts.first(&it.name).is_some();
         let own: Vec<_> = file.values.iter().filter(has).collect();
-        for Parameter { name, value, place, .. } in own {
-            let place = (file.source.clone(), place.clone());
+        for Parameter { name, value, span, .. } in own {
+            let place = (file.source.clone(), span.clone());
             let added = starts.add_within(name, value, place.clone());
             mistakes.take(added.map_err(|message| place.0.error(place.1, message, "")));
         }
@@ -49,7 +55,7 @@ pub(super) fn starts(
     let source = Arc::new(scenario.source.clone());
     for (name, value) in &node.start {
         let Ok(()) = flatten(name.get_ref(), value.get_ref(), &mut |written, leaf| {
-            let text = text_of::file(leaf).map(|file| {
+            let text = text_of::path_of(leaf).map(|file| {
                 let text = texts.read(&scenario.source.folder(name.span()).join(file));
                 let text = text.map(toml::Value::String);
                 text.map_err(|message| scenario.error(value, message))
@@ -72,55 +78,54 @@ pub(super) fn starts(
 
 /// The values of structural parameters that the scenario or the command line gives, by reference; wrong ones are told with the
 /// other start values.
-pub(super) fn sizes(
+pub(super) fn structural_parameters(
     scenario: &Scenario,
-    node: &words::Fmu,
+    node: &document::Fmu,
     variables: &[Variable],
-    (overrides, parameters): Given,
+    StartSources { overrides, parameters }: StartSources,
 ) -> BTreeMap<u32, u64> {
+    let node_name = node.name.get_ref();
+    let is_structural = |it: &&Variable| it.causality == Causality::StructuralParameter;
     let mut sizes = BTreeMap::new();
-    let structural =
-        variables.iter().filter(|variable| variable.causality == Causality::StructuralParameter);
-    for variable in structural {
-        let given = |list: &[Override]| {
-            let mut list = list.iter().rev();
-            let found =
-                list.find(|it| it.node == *node.name.get_ref() && it.variable == variable.name);
-            found.and_then(|it| it.value.parse::<u64>().ok())
+    for variable in variables.iter().filter(is_structural) {
+        let of_overrides = |list: &[Override]| {
+            let mut latest_first = list.iter().rev();
+            let value =
+                latest_first.find(|it| it.node == *node_name && it.variable == variable.name)?;
+            value.value.parse::<u64>().ok()
         };
-        let mut words = node.start.iter();
-        let written = words.find(|(name, _)| *name.get_ref() == variable.name);
-        let written = written.map(|(_, value)| value.get_ref());
-        let files = parameters.of(scenario, &node.parameters).rev();
-        let mut shared = files.flat_map(|file| &file.values);
-        let shared = || shared.find(|it| it.name == variable.name).map(|it| &it.value);
-        let written = written.or_else(shared).and_then(toml::Value::as_integer);
-        let written = written.and_then(|value| u64::try_from(value).ok());
-        let value = given(&overrides.starts).or(written).or_else(|| given(&overrides.defaults));
+        let of_scenario = || {
+            let mut entries = node.start.iter();
+            let entry = entries.find(|(name, _)| *name.get_ref() == variable.name);
+            let mut of_files = parameters
+                .of(scenario, &node.parameters)
+                .rev()
+                .flat_map(|file| &file.values)
+                .filter(|it| it.name == variable.name);
+            let value = entry
+                .map(|(_, value)| value.get_ref())
+                .or_else(|| of_files.next().map(|it| &it.value));
+            value.and_then(toml::Value::as_integer).and_then(|value| u64::try_from(value).ok())
+        };
+        let value = of_overrides(&overrides.starts)
+            .or_else(of_scenario)
+            .or_else(|| of_overrides(&overrides.defaults));
         sizes.extend(value.map(|value| (variable.reference, value)));
     }
     sizes
 }
 
-/// The name of a variable, and that of the array for one of its elements.
-fn array_name(variable: &Variable) -> &str {
-    match variable.element {
-        (_, 1) => &variable.name,
-        _ => variable.name.rsplit_once('[').map_or(variable.name.as_str(), |(name, _)| name),
-    }
-}
-
 /// The values in nested lists, row by row.
-fn leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
+fn collect_leaves<'a>(value: &'a toml::Value, found: &mut Vec<&'a toml::Value>) {
     match value {
-        toml::Value::Array(values) => values.iter().for_each(|value| leaves(value, found)),
+        toml::Value::Array(values) => values.iter().for_each(|value| collect_leaves(value, found)),
         value => found.push(value),
     }
 }
 
 /// The start values of an FMU by the place of the variable; none for one that is wrong. The last one counts, whichever way it
 /// is written.
-struct Starts<'a> {
+struct StartTable<'a> {
     variables: &'a [Variable],
     /// The places of variables, and of the first elements of arrays.
     names: HashMap<&'a str, usize>,
@@ -128,16 +133,16 @@ struct Starts<'a> {
     written: BTreeMap<usize, Option<Start>>,
 }
 
-impl<'a> Starts<'a> {
+impl<'a> StartTable<'a> {
     fn new(variables: &'a [Variable]) -> Self {
-        let places = || variables.iter().enumerate().rev();
-        let of_array = |(place, it): (usize, &'a Variable)| {
-            (it.name != it.array()).then(|| (it.array(), place))
+        let indexed = || variables.iter().enumerate().rev();
+        let of_array = |(index, it): (usize, &'a Variable)| {
+            (it.name != it.array()).then(|| (it.array(), index))
         };
-        Starts {
+        StartTable {
             variables,
-            names: places().map(|(place, it)| (it.name.as_str(), place)).collect(),
-            arrays: places().filter_map(of_array).collect(),
+            names: indexed().map(|(index, it)| (it.name.as_str(), index)).collect(),
+            arrays: indexed().filter_map(of_array).collect(),
             written: BTreeMap::new(),
         }
     }
@@ -159,7 +164,7 @@ impl<'a> Starts<'a> {
         let array = |first: &usize| *first..first + self.variables[*first].element.1;
         for index in one.or_else(|| self.arrays.get(name).map(array)).unwrap_or_default() {
             let start = self.written.get(&index).and_then(Option::as_ref);
-            let within = start.map_or(Ok(()), |it| within(&self.variables[index], &it.value));
+            let within = start.map_or(Ok(()), |it| check_range(&self.variables[index], &it.value));
             within.inspect_err(|_| drop(self.written.insert(index, None)))?;
         }
         Ok(())
@@ -178,14 +183,14 @@ impl<'a> Starts<'a> {
             Some(first) => (first, self.variables[first].element.1),
             None => {
                 let firsts = self.variables.iter().filter(|variable| variable.element.0 == 0);
-                let names = firsts.map(array_name);
+                let names = firsts.map(Variable::array);
                 let elements = self.variables.iter().filter(|it| it.element.1 > 1);
                 let elements = elements.map(|variable| variable.name.as_str());
                 return Err(suggest::unknown("variable", name, names.chain(elements)).to_string());
             }
         };
         let mut values = Vec::new();
-        leaves(value, &mut values);
+        collect_leaves(value, &mut values);
         if !value.is_array() || values.len() != count {
             let found = match value.is_array() {
                 true => values.len().to_string(),
@@ -207,7 +212,7 @@ impl<'a> Starts<'a> {
     ) -> Result<(), String> {
         let variable = &self.variables[index];
         self.written.insert(index, None);
-        let value = start(variable, value)?;
+        let value = start_value(variable, value)?;
         let Variable { name, reference, storage, element, causality, .. } = variable.clone();
         let start = Start { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
@@ -217,14 +222,14 @@ impl<'a> Starts<'a> {
 
 /// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
 /// that `3` and `true` are texts too where the variable is one.
-fn typed(
+fn parse_typed(
     variables: &[Variable],
-    texts: &Texts,
+    texts: &TextCache,
     name: &str,
     written: &str,
 ) -> Result<toml::Value, String> {
     let value = written.parse::<toml::Value>();
-    if let Some(file) = value.as_ref().ok().and_then(text_of::file) {
+    if let Some(file) = value.as_ref().ok().and_then(text_of::path_of) {
         return texts.read(Path::new(file)).map(toml::Value::String);
     }
     let variable = variables.iter().find(|variable| variable.name == name);
@@ -237,7 +242,7 @@ fn typed(
 }
 
 /// Whether a number is one that the description of the FMU allows.
-fn within(variable: &Variable, value: &Value) -> Result<(), String> {
+fn check_range(variable: &Variable, value: &Value) -> Result<(), String> {
     let number = match value {
         Value::Real(number) => *number,
         Value::Integer(number) => *number as f64,
@@ -265,14 +270,14 @@ pub(super) fn flatten<E>(
     take: &mut impl FnMut(&str, &toml::Value) -> Result<(), E>,
 ) -> Result<(), E> {
     match value {
-        toml::Value::Table(table) if text_of::file(value).is_none() => {
+        toml::Value::Table(table) if text_of::path_of(value).is_none() => {
             table.iter().try_for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, take))
         }
         value => take(name, value),
     }
 }
 
-fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
+fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
     let name = &variable.name;
     // Some tools write no start value where one must be.
     let given = matches!(
@@ -290,10 +295,10 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
         (Type::Real, toml::Value::Float(value)) => Value::Real(*value),
         (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
         (Type::Real, toml::Value::String(text)) => {
-            let (number, unit) = quantity(text).ok_or_else(wrong_type)?;
-            let wanted = variable.unit.as_deref().map(|name| (variable.dimension, name));
-            let relative = variable.relative.is_some();
-            let number = converted(number, unit, wanted, relative);
+            let (number, unit) = split_quantity(text).ok_or_else(wrong_type)?;
+            let (own, is_difference) = (variable.unit.as_deref(), variable.relative.is_some());
+            let number =
+                convert_quantity(number, unit, own, variable.dimension, is_difference);
             Value::Real(number.map_err(|message| format!("`{name}`: {message}"))?)
         }
         (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,
@@ -306,7 +311,7 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
                 format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
             })?)
         }
-        (Type::Enumeration, value) => Value::Integer(item(variable, value)?.into()),
+        (Type::Enumeration, value) => Value::Integer(enumeration_item(variable, value)?.into()),
         (Type::Boolean, toml::Value::Boolean(value)) => Value::Boolean(*value),
         (Type::String, toml::Value::String(value)) if value.contains('\0') => {
             return Err(format!("`{name}` is a text for C, which ends at its first NUL character"));
@@ -328,7 +333,7 @@ fn integer(variable: &Variable, value: i128) -> Result<Value, String> {
 }
 
 /// The value of an item of an enumeration, which is written by name or by value.
-fn item(variable: &Variable, value: &toml::Value) -> Result<i64, String> {
+fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, String> {
     let (name, items) = (&variable.name, &variable.items);
     let found = match value {
         // The FMU does not say what its enumeration may be.

@@ -1,4 +1,4 @@
-//! Turns a connection of two terminals into connections of their members (FMI 3.0, section 2.4.9.2).
+//! Expands a connection of two terminals into connections of their members (FMI 3.0, section 2.4.9.2).
 
 mod matching;
 
@@ -11,16 +11,16 @@ use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Fmu, Terminal, Value};
 
-use super::Notes;
-use super::nodes::UnplacedNode;
-use crate::words::{Connect, Scenario};
+use crate::document::{Connect, Scenario};
+use super::Diagnostics;
+use super::nodes::NodeDraft;
 
 /// The connections of a scenario, with those of the members in place of those of terminals. An input that has a connection of its own
 /// keeps that one.
-pub(super) fn expanded(
+pub(super) fn expand_terminals(
     scenario: &Scenario,
-    nodes: &[UnplacedNode],
-    (mistakes, warnings): Notes,
+    nodes: &[NodeDraft],
+    Diagnostics { mistakes, warnings }: &mut Diagnostics,
 ) -> Vec<Connect> {
     let words = &scenario.document.connect;
     let mut all = Vec::new();
@@ -35,9 +35,9 @@ pub(super) fn expanded(
             all.push(connect.clone());
             continue;
         }
-        let links = ends((scenario, nodes), connect, [from, to]).and_then(|ends| {
-            plain(scenario, connect)?;
-            members(scenario, connect, &ends, warnings)
+        let links = both_terminals(scenario, nodes, connect, from, to).and_then(|ends| {
+            check_plain(scenario, connect)?;
+            member_connections(scenario, connect, &ends, warnings)
         });
         let own = |link: &Connect| connected.contains(link.to.get_ref());
         all.extend(mistakes.take(links).into_iter().flatten().filter(|link| !own(link)));
@@ -46,14 +46,14 @@ pub(super) fn expanded(
 }
 
 /// An end that is a terminal.
-struct End<'a> {
-    node: &'a UnplacedNode,
+struct TerminalEnd<'a> {
+    node: &'a NodeDraft,
     fmu: &'a Fmu,
     starts: &'a [Start],
     terminal: Terminal,
 }
 
-fn names_variable(nodes: &[UnplacedNode], full: &str) -> bool {
+fn names_variable(nodes: &[NodeDraft], full: &str) -> bool {
     let Some((node, variable)) = full.split_once('.') else { return false };
     let Some(Body::Fmu { fmu, .. }) = nodes.iter().find(|it| it.name == node).map(|it| &it.body)
     else {
@@ -68,16 +68,18 @@ fn names_variable(nodes: &[UnplacedNode], full: &str) -> bool {
 /// When it names nothing, and the terminals of the FMU are not in order: it may be one of those.
 fn end_terminal<'a>(
     scenario: &Scenario,
-    nodes: &'a [UnplacedNode],
+    nodes: &'a [NodeDraft],
     word: &Spanned<String>,
-) -> Result<Option<End<'a>>, Error> {
+) -> Result<Option<TerminalEnd<'a>>, Error> {
     let Some((name, path)) = word.get_ref().split_once('.') else { return Ok(None) };
     let Some(node) = nodes.iter().find(|it| it.name == name) else { return Ok(None) };
     let Body::Fmu { fmu, starts, .. } = &node.body else { return Ok(None) };
     let (terminals, problems) =
         fmu.terminals().unwrap_or_else(|problem| (Vec::new(), vec![problem]));
     match (Terminal::find(&terminals, path), problems.first()) {
-        (Some(terminal), _) => Ok(Some(End { node, fmu, starts, terminal: terminal.clone() })),
+        (Some(terminal), _) => {
+            Ok(Some(TerminalEnd { node, fmu, starts, terminal: terminal.clone() }))
+        }
         (None, Some(problem)) if !names_variable(nodes, word.get_ref()) => {
             let full = word.get_ref();
             let message = format!("`{full}` is neither a variable nor a terminal that can be read");
@@ -89,20 +91,23 @@ fn end_terminal<'a>(
 }
 
 /// Both ends, each of which has to be a terminal.
-fn ends<'a>(
-    context: (&Scenario, &[UnplacedNode]),
+fn both_terminals<'a>(
+    scenario: &Scenario,
+    nodes: &[NodeDraft],
     connect: &Connect,
-    ends: [Option<End<'a>>; 2],
-) -> Result<[End<'a>; 2], Error> {
-    match ends {
-        [Some(from), Some(to)] => Ok([from, to]),
-        [Some(_), None] => Err(alone(context, &connect.from, &connect.to)),
-        [None, _] => Err(alone(context, &connect.to, &connect.from)),
+    from: Option<TerminalEnd<'a>>,
+    to: Option<TerminalEnd<'a>>,
+) -> Result<[TerminalEnd<'a>; 2], Error> {
+    match (from, to) {
+        (Some(from), Some(to)) => Ok([from, to]),
+        (Some(_), None) => Err(terminal_error(scenario, nodes, &connect.from, &connect.to)),
+        (None, _) => Err(terminal_error(scenario, nodes, &connect.to, &connect.from)),
     }
 }
 
-fn alone(
-    (scenario, nodes): (&Scenario, &[UnplacedNode]),
+fn terminal_error(
+    scenario: &Scenario,
+    nodes: &[NodeDraft],
     terminal: &Spanned<String>,
     other: &Spanned<String>,
 ) -> Error {
@@ -126,7 +131,7 @@ fn alone(
 }
 
 /// Refuses words that are about one value.
-fn plain(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
+fn check_plain(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
     let spans = [
         ("unit", connect.unit.as_ref().map(Spanned::span)),
         ("transform", connect.transform.as_ref().map(Spanned::span)),
@@ -143,10 +148,10 @@ fn plain(scenario: &Scenario, connect: &Connect) -> Result<(), Error> {
 }
 
 /// The connections of the members of two terminals.
-fn members(
+fn member_connections(
     scenario: &Scenario,
     connect: &Connect,
-    ends: &[End; 2],
+    ends: &[TerminalEnd; 2],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Connect>, Error> {
     let names = [&connect.from, &connect.to].map(|word| word.get_ref().clone());
@@ -182,21 +187,23 @@ fn members(
         match (a.causality, b.causality) {
             (Output, Input) => links.push(link(&full[0], &full[1], connect.at.clone())),
             (Input, Output) => links.push(link(&full[1], &full[0], None)),
-            (Parameter, Parameter) => same(ends, &full, [a, b], pair.inverted).map_err(error)?,
+            (Parameter, Parameter) => {
+                check_equal_parameters(ends, &full, [a, b], pair.inverted).map_err(error)?
+            }
             (CalculatedParameter, Parameter) | (Parameter, CalculatedParameter) => {
                 warnings.push(format!(
                     "`{}` and `{}`: a calculated parameter is not handed on between terminals, so both keep their own `{}`",
                     full[0], full[1], pair.name
                 ));
             }
-            _ if pair.loose => {}
+            _ if pair.optional => {}
             (a, b) => {
                 let message = format!(
                     "`{}` is {} and `{}` is {}: one has to give the value and the other to take it",
                     full[0],
-                    word_of(a),
+                    causality_name(a),
                     full[1],
-                    word_of(b)
+                    causality_name(b)
                 );
                 return Err(error(message).help(ONE_BY_ONE));
             }
@@ -207,7 +214,7 @@ fn members(
 
 const ONE_BY_ONE: &str = "connect the variables one by one";
 
-fn word_of(causality: Causality) -> &'static str {
+fn causality_name(causality: Causality) -> &'static str {
     match causality {
         Causality::Input => "an input",
         Causality::Output => "an output",
@@ -219,13 +226,13 @@ fn word_of(causality: Causality) -> &'static str {
     }
 }
 
-fn variable<'a>(end: &End<'a>, name: &str) -> Option<&'a Variable> {
-    end.fmu.description.find(name).map(|place| &end.fmu.description.variables[place])
+fn variable<'a>(end: &TerminalEnd<'a>, name: &str) -> Option<&'a Variable> {
+    end.fmu.description.find(name).map(|index| &end.fmu.description.variables[index])
 }
 
 /// Parameters of connected terminals are equal, or there is something wrong with the system.
-fn same(
-    ends: &[End; 2],
+fn check_equal_parameters(
+    ends: &[TerminalEnd; 2],
     full: &[String; 2],
     variables: [&Variable; 2],
     inverted: bool,
@@ -254,8 +261,8 @@ fn same(
 }
 
 /// The names that the members of both terminals have.
-fn common_names(ends: &[End; 2]) -> String {
-    let list = |end: &End| {
+fn common_names(ends: &[TerminalEnd; 2]) -> String {
+    let list = |end: &TerminalEnd| {
         let names = end.terminal.members.iter().filter_map(|member| member.name.as_deref());
         format!("`{}` has {}", end.terminal.name, shortened(&names.collect::<Vec<_>>()))
     };

@@ -1,4 +1,4 @@
-//! Checks the types of connections and gives the values that an input accepts.
+//! Checks the types at both ends of a connection, and gives the values that the input accepts.
 
 use cosim::system::Accepts;
 use diagnostics::Error;
@@ -6,7 +6,7 @@ use fmu_import::description::{Storage, Type, list};
 use recording::ValueKind;
 
 use super::ports::Port;
-use crate::words::{Connect, Convert, Scenario};
+use crate::document::{Connect, Convert, Scenario};
 
 /// The kind in which values of a type travel and are recorded: enumerations are integers.
 pub(super) fn recorded_kind(of: Type, form: Storage) -> ValueKind {
@@ -54,10 +54,11 @@ fn conversion(from: Type, to: Type) -> Option<(Convert, &'static str)> {
 pub(super) fn fit(
     scenario: &Scenario,
     connect: &Connect,
-    (from, to): (&Port, &Port),
+    from: &Port,
+    to: &Port,
 ) -> Result<Option<Accepts>, Error> {
     let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
-    types_fit(scenario, connect, &names, (from, to))?;
+    types_fit(scenario, connect, &names, from, to)?;
     if connect.inverted && [from.kind, to.kind] != [Type::Real; 2] {
         let message =
             format!("{names} connects two flows of one direction, which only real numbers can be");
@@ -75,11 +76,11 @@ pub(super) fn fit(
                     format!("{names} carries texts, and `transform` acts on numbers only");
                 return Err(scenario.error(word, message));
             }
-            let Some((effect, place, _)) = connect.effects().into_iter().next() else {
+            let Some((effect, span, _)) = connect.effects().into_iter().next() else {
                 return Ok(None);
             };
             let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
-            return Err(scenario.source.error(place, message, ""));
+            return Err(scenario.source.error(span, message, ""));
         }
         Type::Real => Accepts::Real,
         Type::Integer => Accepts::Integer(to.storage),
@@ -96,7 +97,8 @@ fn types_fit(
     scenario: &Scenario,
     connect: &Connect,
     names: &str,
-    (from, to): (&Port, &Port),
+    from: &Port,
+    to: &Port,
 ) -> Result<(), Error> {
     let is_text = |port: &Port| matches!(port.kind, Type::String | Type::Binary);
     let same = from.kind == to.kind || (!from.typed && is_text(from) == is_text(to));

@@ -1,12 +1,12 @@
-//! Checks the names of validations.
+//! Checks the names of `[[validation]]`, which name folders of results.
 
 use std::path::Path;
 
 use cosim::system::NodePlan;
 use diagnostics::{Error, Mistakes, Spanned};
 
+use crate::document::Scenario;
 use crate::plan::is_reserved;
-use crate::words::Scenario;
 
 /// Makes sure that each validation has a name of its own, which a folder can have.
 pub(super) fn check_names(scenario: &Scenario, nodes: &[NodePlan]) -> Result<(), Error> {

@@ -1,4 +1,4 @@
-//! Turns `[view]` into a layout by columns.
+//! Resolves `[view]` to the layout of the replay, by columns of the recording.
 
 use assessment::{CheckPlan, Condition};
 use cosim::system::{CouplingPlan, NodePlan};
@@ -11,9 +11,9 @@ use recording::view::{
 use recording::{RunHeader, Selection};
 
 use super::plots::{by_unit, plot};
-use super::quantity::Names;
+use super::quantity::SignalScope;
 use super::signal_units::SignalUnits;
-use crate::words::{self, Scenario};
+use crate::document::{Scenario, self};
 
 /// A graph of more nodes shows nothing.
 const MOST_NODES: usize = 100;
@@ -38,19 +38,19 @@ pub(super) fn view(
     units: &SignalUnits,
 ) -> Result<View, Error> {
     let written = &scenario.document.view;
-    let names = &Names::new(scenario, &header.columns, units);
+    let scope = &SignalScope::new(scenario, &header.columns, units);
     let mut mistakes = Mistakes::default();
-    let pose = written.pose.as_ref().map(|it| pose(names, it)).transpose();
+    let pose = written.pose.as_ref().map(|it| pose(scope, it)).transpose();
     // The path of a pose that is wrong cannot be followed, and the pose is what is told.
     let along = pose.as_ref().ok().and_then(Option::as_ref);
-    let distance = mistakes.take(distance(names, written, along));
+    let distance = mistakes.take(distance(scope, written, along));
     let pose = mistakes.take(pose);
-    let track = written.track.as_ref().map(|it| track(scenario, names, it)).transpose();
+    let track = written.track.as_ref().map(|it| track(scenario, scope, it)).transpose();
     let track = mistakes.take(track);
-    let arrows = mistakes.take(Mistakes::all(written.arrow.iter().map(|it| arrow(names, it))));
-    let xy_plots = written.xy_plot.iter().map(|it| xy_plot(names, it));
+    let arrows = mistakes.take(Mistakes::all(written.arrow.iter().map(|it| arrow(scope, it))));
+    let xy_plots = written.xy_plot.iter().map(|it| xy_plot(scope, it));
     let xy_plots = mistakes.take(Mistakes::all(xy_plots));
-    let plots = written.plot.iter().map(|it| plot(scenario, names, it));
+    let plots = written.plot.iter().map(|it| plot(scenario, scope, it));
     let plots = mistakes.take(Mistakes::all(plots)).unwrap_or_default();
     mistakes.finish()?;
     Ok(View {
@@ -81,13 +81,13 @@ pub fn limits(checks: &[CheckPlan], recorded: &Selection) -> Vec<Limit> {
     limits
 }
 
-fn pose(names: &Names, written: &words::Pose) -> Result<Pose, Error> {
-    let find = |word: &Spanned<String>| names.column(word);
+fn pose(scope: &SignalScope, written: &document::Pose) -> Result<Pose, Error> {
+    let find = |word: &Spanned<String>| scope.column(word);
     let maybe = |word: &Option<Spanned<String>>| word.as_ref().map(find).transpose();
-    let place = Mistakes::both(find(&written.x), find(&written.y));
-    let place = Mistakes::both(place, find(&written.heading));
+    let position = Mistakes::both(find(&written.x), find(&written.y));
+    let pose = Mistakes::both(position, find(&written.heading));
     let motion = Mistakes::both(maybe(&written.steer), maybe(&written.speed));
-    let (((x, y), heading), (steer, speed)) = Mistakes::both(place, motion)?;
+    let (((x, y), heading), (steer, speed)) = Mistakes::both(pose, motion)?;
     Ok(Pose {
         x,
         y,
@@ -101,29 +101,34 @@ fn pose(names: &Names, written: &words::Pose) -> Result<Pose, Error> {
 }
 
 /// The two coordinates of a point.
-fn point(names: &Names, [x, y]: [&Spanned<String>; 2]) -> Result<[Quantity; 2], Error> {
-    Mistakes::both(names.quantity(x), names.quantity(y)).map(|(x, y)| [x, y])
+fn point(
+    scope: &SignalScope,
+    x: &Spanned<String>,
+    y: &Spanned<String>,
+) -> Result<[Quantity; 2], Error> {
+    Mistakes::both(scope.quantity(x), scope.quantity(y)).map(|(x, y)| [x, y])
 }
 
 fn distance(
-    names: &Names,
-    written: &words::View,
+    scope: &SignalScope,
+    written: &document::View,
     pose: Option<&Pose>,
 ) -> Result<Option<Distance>, Error> {
     Ok(match (&written.distance, pose, &written.speed) {
-        (Some(word), ..) => Some(Distance::Given(names.quantity(word)?)),
+        (Some(word), ..) => Some(Distance::Given(scope.quantity(word)?)),
         (None, Some(pose), _) => Some(Distance::Along([pose.x, pose.y])),
-        (None, None, Some(word)) => Some(Distance::Driven(names.quantity(word)?)),
+        (None, None, Some(word)) => Some(Distance::Driven(scope.quantity(word)?)),
         (None, None, None) => None,
     })
 }
 
 fn track(
     scenario: &Scenario,
-    names: &Names,
-    written: &Spanned<words::Track>,
+    scope: &SignalScope,
+    written: &Spanned<document::Track>,
 ) -> Result<Track, Error> {
-    let words::Track { path, left, right, center, half_width, widths, closed } = written.get_ref();
+    let document::Track { path, left, right, center, half_width, widths, closed } =
+        written.get_ref();
     let wrong = |message: &str| {
         let help = "write `left` and `right`, or `center` with `half_width`; or with `widths`, which are columns of the \
                     file that `path` names";
@@ -134,7 +139,7 @@ fn track(
         (None, None, Some(_)) => None,
         _ => return Err(wrong("expected the two edges of the track, or its center")),
     };
-    let quantities = |[x, y]: &[Spanned<String>; 2]| point(names, [x, y]);
+    let quantities = |[x, y]: &[Spanned<String>; 2]| point(scope, x, y);
     match (path, sides, center, half_width, widths) {
         (None, Some([left, right]), _, None, None) => {
             let (left, right) = Mistakes::both(quantities(left), quantities(right))?;
@@ -188,45 +193,45 @@ fn read<const N: usize>(
     Ok(std::array::from_fn(|_| read.next().unwrap_or_default()))
 }
 
-fn arrow(names: &Names, written: &words::Arrow) -> Result<Arrow, Error> {
+fn arrow(scope: &SignalScope, written: &document::Arrow) -> Result<Arrow, Error> {
     let quantity =
-        |word: &Option<Spanned<String>>| word.as_ref().map(|word| names.quantity(word)).transpose();
+        |word: &Option<Spanned<String>>| word.as_ref().map(|word| scope.quantity(word)).transpose();
     let scale = match *written.scale.get_ref() {
         scale if scale.is_finite() && scale != 0.0 => Ok(scale),
-        scale => Err(names.error(&written.scale, format!("expected a length in m, found {scale}"))),
+        scale => Err(scope.error(&written.scale, format!("expected a length in m, found {scale}"))),
     };
     let vector = Mistakes::both(quantity(&written.x), quantity(&written.y));
     let rest = Mistakes::both(quantity(&written.turn), scale);
     let ((x, y), (turn, scale)) = Mistakes::both(vector, rest)?;
-    let words::Arrow { label, role, at, .. } = written;
+    let document::Arrow { label, role, at, .. } = written;
     Ok(Arrow { label: label.clone(), role: *role, at: *at, vector: [x, y], turn, scale })
 }
 
-fn xy_plot(names: &Names, written: &words::XyPlot) -> Result<XyPlot, Error> {
+fn xy_plot(scope: &SignalScope, written: &document::XyPlot) -> Result<XyPlot, Error> {
     let axes = [&written.x, &written.y];
     let ranges = axes.map(|axis| match *axis.range.get_ref() {
         [from, to] if from.is_finite() && to.is_finite() && from != to => Ok(()),
         [from, to] => {
             let message = format!("expected two different ends of an axis, found {from} and {to}");
-            Err(names.error(&axis.range, message))
+            Err(scope.error(&axis.range, message))
         }
     });
     let points = Mistakes::all(written.points.iter().map(|it| {
-        let coordinates = point(names, [&it.x, &it.y])?;
+        let coordinates = point(scope, &it.x, &it.y)?;
         Ok(Point { label: it.label.clone(), role: it.role, coordinates })
     }));
     let curves = Mistakes::all(written.curves.iter().map(|it| {
-        let (y, moves) = names.function(&it.y)?;
+        let (y, moves) = scope.function(&it.y)?;
         Ok(Function { label: it.label.clone(), role: it.role, y, moves })
     }));
     let ellipse = match &written.ellipse {
         Some(axes) if written.circle.is_some() => {
-            Err(names.error(axes, "expected `circle` or `ellipse`, found both".to_owned()))
+            Err(scope.error(axes, "expected `circle` or `ellipse`, found both".to_owned()))
         }
         Some(axes) if !axes.get_ref().iter().all(|it| it.is_finite() && *it > 0.0) => {
             let [x, y] = axes.get_ref();
             let message = format!("expected two positive half axes, found {x} and {y}");
-            Err(names.error(axes, message))
+            Err(scope.error(axes, message))
         }
         axes => Ok(axes.as_ref().map(|axes| *axes.get_ref()).or(written.circle.map(|it| [it; 2]))),
     };
@@ -254,7 +259,7 @@ pub(super) fn graph(nodes: &[NodePlan], order: &[usize], coupling: &CouplingPlan
         let name = nodes[*node].name.clone();
         GraphNode { name, is_looped: is_looped(*node) }
     };
-    let place = |node: usize| order.iter().position(|it| *it == node);
+    let rank = |node: usize| order.iter().position(|it| *it == node);
     let mut edges = Vec::new();
     for (to, plan) in nodes.iter().enumerate() {
         let numbers = plan.connections.iter().map(|link| link.source.index);
@@ -265,7 +270,7 @@ pub(super) fn graph(nodes: &[NodePlan], order: &[usize], coupling: &CouplingPlan
         let speakers = texts.filter_map(|source| {
             nodes.iter().position(|it| it.texts.outputs.positions().contains(&source.position()))
         });
-        edges.extend(givers.chain(speakers).filter_map(|from| place(from).zip(place(to))));
+        edges.extend(givers.chain(speakers).filter_map(|from| rank(from).zip(rank(to))));
     }
     edges.sort_unstable();
     edges.dedup();

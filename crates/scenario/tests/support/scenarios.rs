@@ -5,7 +5,7 @@ use std::path::Path;
 use damage::Target;
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::everything;
 
@@ -124,7 +124,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     };
     let _ = scenario.values();
     let out = folder.join("out");
-    match RunPlan::resolve(&scenario, &Built::default(), &Overrides::default(), out) {
+    match RunPlan::resolve(&scenario, &BuildArtifacts::default(), &Overrides::default(), out) {
         Ok(RunPlan { system, .. }) => {
             assert!(system.clock.step > 0.0 && system.clock.steps > 0 || system.nodes.is_empty());
             true

@@ -13,7 +13,7 @@ use orchestrator::package::{self, BuildProgress};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
 use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
-use scenario::{Built, Scenario};
+use scenario::{BuildArtifacts, Scenario};
 
 use super::sealed::Sealed;
 use crate::command::progress::BuildLine;
@@ -111,7 +111,7 @@ fn separable(system: &System) -> Result<(), Error> {
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
 fn gather(
     (scenario, original): (&Scenario, &System),
-    built: &Built,
+    built: &BuildArtifacts,
     choice: &Choice,
     folder: &Path,
 ) -> Result<Made, Error> {
@@ -140,7 +140,7 @@ fn gather(
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;
-    let mut plan = RunPlan::resolve(&guided, &Built::default(), &overrides, PathBuf::new())?;
+    let mut plan = RunPlan::resolve(&guided, &BuildArtifacts::default(), &overrides, PathBuf::new())?;
     let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
     let names = bundle.files.keys().map(String::as_str).chain([SCENARIO, ::system::SCENARIO]);
     let read = |name: &str| {

@@ -1,4 +1,4 @@
-//! Chooses the columns of a file: those that the scenario names, and of aliases the first ones that the file has.
+//! Selects the columns of a recorded file: those that the scenario names, and of each alias the first one that the file has.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -8,11 +8,11 @@ use diagnostics::suggest::shortened;
 use diagnostics::{Error, Mistakes, Source, Spanned};
 use recording::table::TableError;
 
-use super::{Asked, Reader, looked_up};
-use crate::words::{Aliases, Column};
+use super::{AliasRequest, LogReader, look_up_columns};
+use crate::document::{Aliases, Column};
 
 /// A column that is read, with the words about it.
-pub struct Entry {
+pub struct ColumnRequest {
     /// Its name in the scenario.
     pub name: String,
     pub column: Column,
@@ -21,8 +21,8 @@ pub struct Entry {
 }
 
 /// The time and the columns of a file. Words stand in the scenario or in the aliases.
-pub struct Chosen {
-    pub entries: Vec<Entry>,
+pub struct ColumnSelection {
+    pub entries: Vec<ColumnRequest>,
     pub time: Option<(Arc<Source>, Spanned<String>)>,
     pub time_unit: Option<(Arc<Source>, Spanned<String>)>,
 }
@@ -31,9 +31,9 @@ pub struct Chosen {
 const TIME: &str = "time";
 
 /// What a file has of some names, each with what is wrong where it is not there.
-struct There(HashMap<String, Result<(), TableError>>);
+struct ColumnLookup(HashMap<String, Result<(), TableError>>);
 
-impl There {
+impl ColumnLookup {
     /// Whether the file has the column; that there are several of one name is told when it is read.
     fn has(&self, name: &str) -> bool {
         !matches!(self.0.get(name), None | Some(Err(TableError::MissingColumn { .. })))
@@ -55,47 +55,53 @@ impl There {
 }
 
 /// Chooses the columns of a file.
-pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Result<Chosen, Error> {
-    let Reader { scenario, words, aliases, .. } = *reader;
+pub fn select_columns(
+    reader: &LogReader,
+    word: &Spanned<String>,
+    path: &Path,
+) -> Result<ColumnSelection, Error> {
+    let LogReader { scenario, file, aliases, .. } = *reader;
     // One for all columns: there may be a hundred thousand.
     let own = Arc::new(scenario.source.clone());
-    let plain = |(name, column): (&Spanned<String>, &Spanned<Column>)| Entry {
+    let plain = |(name, column): (&Spanned<String>, &Spanned<Column>)| ColumnRequest {
         name: name.get_ref().clone(),
         column: column.get_ref().clone(),
         source: Arc::clone(&own),
     };
     let of_scenario = |word: &Spanned<String>| (Arc::clone(&own), word.clone());
     let Some(aliases) = aliases else {
-        if words.columns.is_empty() {
+        if file.columns.is_empty() {
             let message = "expected `columns`, or a file of `aliases`, for this file";
             return Err(scenario.error(word, message));
         }
-        return Ok(Chosen {
-            entries: words.columns.iter().map(plain).collect(),
-            time: words.time.map(of_scenario),
-            time_unit: words.time_unit.map(of_scenario),
+        return Ok(ColumnSelection {
+            entries: file.columns.iter().map(plain).collect(),
+            time: file.time.map(of_scenario),
+            time_unit: file.time_unit.map(of_scenario),
         });
     };
-    let there = there(reader, aliases, (word, path))?;
-    let named = words.columns.iter().map(|(name, column)| {
-        named(plain((name, column)), aliases, &there).map_err(|tried| {
+    let lookup = look_up_names(reader, aliases, word, path)?;
+    let named = file.columns.iter().map(|(name, column)| {
+        resolve_alias(plain((name, column)), aliases, &lookup).map_err(|tried| {
             let wanted = column.get_ref().column.get_ref();
-            missing(aliases, wanted, &tried, &there, path)
+            missing_column(aliases, wanted, &tried, &lookup, path)
         })
     });
     let mut entries = Mistakes::all(named)?;
-    let asked = asked(reader, aliases).into_iter().filter_map(|(name, needed)| {
+    let asked = requested_aliases(reader, aliases).into_iter().filter_map(|(name, needed)| {
         let (source, name) = (Arc::clone(&aliases.source), name.get_ref().clone());
-        match alias(aliases, &name, &there)? {
-            Ok(column) => Some(Ok(Entry { name, column: column.clone(), source })),
-            Err(tried) if needed => Some(Err(missing(aliases, &name, &tried, &there, path))),
+        match alias(aliases, &name, &lookup)? {
+            Ok(column) => Some(Ok(ColumnRequest { name, column: column.clone(), source })),
+            Err(tried) if needed => {
+                Some(Err(missing_column(aliases, &name, &tried, &lookup, path)))
+            }
             Err(_) => None,
         }
     });
     entries.extend(Mistakes::all(asked)?);
     // As without aliases: the columns in the order of their names.
     entries.sort_by(|a, b| a.name.cmp(&b.name));
-    let (time, time_unit) = time(reader, aliases, &there, path)?;
+    let (time, time_unit) = time(reader, aliases, &lookup, path)?;
     if entries.is_empty() {
         let names: Vec<&str> = aliases.names().map(|it| it.get_ref().as_str()).collect();
         let message = format!(
@@ -105,22 +111,26 @@ pub fn choose(reader: &Reader, (word, path): (&Spanned<String>, &Path)) -> Resul
         );
         return Err(scenario
             .error(word, message)
-            .hint(there.close(&aliases.columns().collect::<Vec<_>>())));
+            .hint(lookup.close(&aliases.columns().collect::<Vec<_>>())));
     }
-    Ok(Chosen { entries, time, time_unit })
+    Ok(ColumnSelection { entries, time, time_unit })
 }
 
 /// The column that the scenario names: one of the file, or of an alias. Of neither, reading the file tells what it has.
-fn named<'a>(entry: Entry, aliases: &'a Aliases, there: &There) -> Result<Entry, Vec<&'a str>> {
+fn resolve_alias<'a>(
+    entry: ColumnRequest,
+    aliases: &'a Aliases,
+    lookup: &ColumnLookup,
+) -> Result<ColumnRequest, Vec<&'a str>> {
     let own = &entry.column;
     let wanted = own.column.get_ref();
-    if there.has(wanted) {
+    if lookup.has(wanted) {
         return Ok(entry);
     }
-    let Some(found) = alias(aliases, wanted, there).transpose()? else { return Ok(entry) };
-    Ok(match own.says_more() {
-        true => Entry { column: own.over(found), ..entry },
-        false => Entry {
+    let Some(found) = alias(aliases, wanted, lookup).transpose()? else { return Ok(entry) };
+    Ok(match own.has_conversion() {
+        true => ColumnRequest { column: own.with_alias(found), ..entry },
+        false => ColumnRequest {
             column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
             source: Arc::clone(&aliases.source),
             ..entry
@@ -129,53 +139,63 @@ fn named<'a>(entry: Entry, aliases: &'a Aliases, there: &There) -> Result<Entry,
 }
 
 /// Looks up all names that may be columns.
-fn there(
-    reader: &Reader,
+fn look_up_names(
+    reader: &LogReader,
     aliases: &Aliases,
-    file: (&Spanned<String>, &Path),
-) -> Result<There, Error> {
-    let columns = reader.words.columns.values();
+    word: &Spanned<String>,
+    path: &Path,
+) -> Result<ColumnLookup, Error> {
+    let columns = reader.file.columns.values();
     let mut names: Vec<&str> = columns.map(|it| it.get_ref().column.get_ref().as_str()).collect();
     names.extend(aliases.columns());
-    names.extend(reader.words.time.map(|time| time.get_ref().as_str()));
+    names.extend(reader.file.time.map(|time| time.get_ref().as_str()));
     names.sort_unstable();
     names.dedup();
-    let found = looked_up(reader, file, &names)?;
-    Ok(There(names.into_iter().map(str::to_owned).zip(found).collect()))
+    let found = look_up_columns(reader, word, path, &names)?;
+    Ok(ColumnLookup(names.into_iter().map(str::to_owned).zip(found).collect()))
 }
 
 /// The first column of an alias that the file has, or all that were tried; nothing without such an alias.
 fn alias<'a>(
     aliases: &'a Aliases,
     name: &str,
-    there: &There,
+    lookup: &ColumnLookup,
 ) -> Option<Result<&'a Column, Vec<&'a str>>> {
     let (_, list) = aliases.get(name)?;
-    let found = list.iter().find(|column| there.has(column.column.get_ref()));
+    let found = list.iter().find(|column| lookup.has(column.column.get_ref()));
     Some(found.ok_or_else(|| list.iter().map(|it| it.column.get_ref().as_str()).collect()))
 }
 
 /// The error at an alias of which a file has no column.
-fn missing(aliases: &Aliases, name: &str, tried: &[&str], there: &There, path: &Path) -> Error {
+fn missing_column(
+    aliases: &Aliases,
+    name: &str,
+    tried: &[&str],
+    lookup: &ColumnLookup,
+    path: &Path,
+) -> Error {
     let quoted: Vec<String> = tried.iter().map(|it| format!("`{it}`")).collect();
     let message =
         format!("{} has none of the columns of `{name}`: {}", path.display(), quoted.join(", "));
-    let place = aliases.get(name).map_or(0..0, |(name, _)| name.span());
-    aliases.source.error(place, message, "").hint(there.close(tried))
+    let span = aliases.get(name).map_or(0..0, |(name, _)| name.span());
+    aliases.source.error(span, message, "").hint(lookup.close(tried))
 }
 
 /// The aliases that are asked for, each with whether it must be there.
-fn asked<'a>(reader: &Reader, aliases: &'a Aliases) -> Vec<(&'a Spanned<String>, bool)> {
-    let columns = reader.words.columns;
+fn requested_aliases<'a>(
+    reader: &LogReader,
+    aliases: &'a Aliases,
+) -> Vec<(&'a Spanned<String>, bool)> {
+    let columns = reader.file.columns;
     let is_named = |name: &str| columns.keys().any(|it| it.get_ref() == name);
     let names = aliases.names().filter(|name| !is_named(name.get_ref()));
-    match reader.asked {
-        Asked::All if !columns.is_empty() => Vec::new(),
-        Asked::All => {
+    match reader.request {
+        AliasRequest::All if !columns.is_empty() => Vec::new(),
+        AliasRequest::All => {
             let columns = names.filter(|name| name.get_ref() != TIME);
             columns.map(|name| (name, false)).collect()
         }
-        Asked::Needs(needs) => names
+        AliasRequest::Needs(needs) => names
             .filter_map(|name| {
                 let need = needs.iter().find(|need| need.name == *name.get_ref())?;
                 Some((name, need.required))
@@ -185,26 +205,26 @@ fn asked<'a>(reader: &Reader, aliases: &'a Aliases) -> Vec<(&'a Spanned<String>,
 }
 
 /// A word, with the file that it stands in.
-type Placed = Option<(Arc<Source>, Spanned<String>)>;
+type SourceWord = Option<(Arc<Source>, Spanned<String>)>;
 
 /// The column of the time and its unit: what the scenario names, or an alias.
 fn time(
-    reader: &Reader,
+    reader: &LogReader,
     aliases: &Aliases,
-    there: &There,
+    lookup: &ColumnLookup,
     path: &Path,
-) -> Result<(Placed, Placed), Error> {
+) -> Result<(SourceWord, SourceWord), Error> {
     let own = |word: &Spanned<String>| (Arc::new(reader.scenario.source.clone()), word.clone());
-    let (words, unit) = (reader.words.time, reader.words.time_unit.map(own));
+    let (words, unit) = (reader.file.time, reader.file.time_unit.map(own));
     let name = words.map_or(TIME, |word| word.get_ref());
-    if words.is_some_and(|word| there.has(word.get_ref())) {
+    if words.is_some_and(|word| lookup.has(word.get_ref())) {
         return Ok((words.map(own), unit));
     }
-    match alias(aliases, name, there) {
+    match alias(aliases, name, lookup) {
         None => Ok((words.map(own), unit)),
         // A log may have a time of its own.
         Some(Err(_)) if words.is_none() => Ok((None, unit)),
-        Some(Err(tried)) => Err(missing(aliases, name, &tried, there, path)),
+        Some(Err(tried)) => Err(missing_column(aliases, name, &tried, lookup, path)),
         Some(Ok(column)) => {
             let of_alias = |word: &Spanned<String>| (Arc::clone(&aliases.source), word.clone());
             let unit = unit.or_else(|| column.unit.as_ref().map(of_alias));

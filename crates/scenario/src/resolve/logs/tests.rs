@@ -1,12 +1,12 @@
-//! Aliases of columns, and logs one after another.
+//! Tests of aliases of columns, and of logs that follow one another.
 
 use std::path::Path;
 
 use diagnostics::{Error, Printable, Source};
 use plugin::Wanted as Need;
 
-use super::{Asked, Log, aliases, read, read_again};
-use crate::words::Scenario;
+use super::{AliasRequest, Log, aliases, read, read_for_playback};
+use crate::document::Scenario;
 
 const ALIASES: &str = "# of the season
 time = [\"Time\", \"t_s\"]
@@ -46,8 +46,13 @@ impl Folder {
         let table = scenario.document.analysis[0].table.as_ref().expect("a table");
         let known = aliases(&scenario, table.file())?;
         let mut warnings = Vec::new();
-        let log =
-            read(&scenario, (table.file(), known.as_ref()), Asked::Needs(&needs()), &mut warnings)?;
+        let log = read(
+            &scenario,
+            table.file(),
+            known.as_ref(),
+            AliasRequest::Needs(&needs()),
+            &mut warnings,
+        )?;
         Ok((log, warnings))
     }
 
@@ -163,7 +168,12 @@ fn a_table_that_is_played_back_takes_all_aliases_of_its_file() {
         let source = Source::read(&file).expect("it is there");
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         let words = scenario.document.table[0].file();
-        read_again(&scenario, (words, &|_, _| recording::table::Reading::Number), &mut Vec::new())
+        read_for_playback(
+            &scenario,
+            words,
+            &|_, _| recording::table::Reading::Number,
+            &mut Vec::new(),
+        )
     };
     let log = played("\"b.csv\"").expect("a log");
     let names: Vec<String> = shown(&log).into_iter().map(|it| it.0).collect();

@@ -1,18 +1,18 @@
-//! Agrees on the units of columns, between words and files, and among several files that are joined.
+//! Reconciles the units of columns: of the scenario with those of the file, and among several files that are joined.
 
 use diagnostics::Error;
 use recording::table::Table;
 use units::Unit;
 
-use super::columns::Entry;
-use super::{Log, LogColumn, RecordedFile, set_origin};
-use crate::words::Scenario;
+use super::columns::ColumnRequest;
+use super::{Log, LogColumn, TableFile, set_origin};
+use crate::document::Scenario;
 
 /// The unit of a column: that of the scenario or that of the file, which must not contradict each other. A unit of the file
 /// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
 /// Loggers write g for g0, too.
-pub fn agreed(
-    Entry { column, source, .. }: &Entry,
+pub fn reconcile_unit(
+    ColumnRequest { column, source, .. }: &ColumnRequest,
     unit: Option<Unit>,
     recorded: Option<&str>,
 ) -> Result<Option<String>, Error> {
@@ -37,7 +37,7 @@ pub fn agreed(
 }
 
 /// What there is to say of the unit that a file has for a column, if it is none.
-pub fn unknown(column: &str, recorded: Option<&str>, path: &str) -> Option<String> {
+pub fn unknown_unit_note(column: &str, recorded: Option<&str>, path: &str) -> Option<String> {
     let unit = recorded.filter(|it| Unit::parse(it).is_err())?;
     let cure = "say its `unit`, with a `gain` if there is none like it";
     Some(format!(
@@ -46,9 +46,9 @@ pub fn unknown(column: &str, recorded: Option<&str>, path: &str) -> Option<Strin
 }
 
 /// Joins logs to one: columns that each of them has, in the units of the first one.
-pub fn join(
+pub fn join_logs(
     scenario: &Scenario,
-    words: RecordedFile,
+    file: TableFile,
     logs: Vec<Log>,
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
@@ -59,7 +59,7 @@ pub fn join(
     lost.sort_unstable();
     lost.dedup();
     for name in &lost {
-        let without = logs.iter().zip(words.paths).find(|(log, _)| !has(log, name));
+        let without = logs.iter().zip(file.paths).find(|(log, _)| !has(log, name));
         let path = without.map_or("", |(_, path)| path.get_ref());
         warnings.push(format!("`{name}` is left out: {path} has no column for it"));
     }
@@ -72,9 +72,9 @@ pub fn join(
         if columns.is_empty() {
             columns = own;
         } else {
-            for (place, (first, this)) in columns.iter().zip(&own).enumerate() {
+            for (index, (first, this)) in columns.iter().zip(&own).enumerate() {
                 if let Some((factor, offset)) = conversion(first, this)? {
-                    table.convert(place, factor, offset);
+                    table.convert(index, factor, offset);
                 }
             }
         }
@@ -84,7 +84,7 @@ pub fn join(
         let path = scenario.source.path().display();
         Error::input(format!("{path}: expected at least one log in `path`, found an empty list"))
     })?;
-    set_origin(scenario, words, &mut table)?;
+    set_origin(scenario, file, &mut table)?;
     Ok(Log { table, columns })
 }
 

@@ -1,23 +1,25 @@
-//! Checks what an entry of `[[sweep.vary]]` varies.
+//! Resolves an entry of `[[sweep.vary]]` to an axis of levels or a distribution.
 
 use diagnostics::{Error, Mistakes, Spanned};
 
-use super::super::joint;
+use super::super::samples;
+use crate::document::{Design, Lognormal, Normal, Range, Scenario, Sweep, Truncated, Vary};
 use crate::plan::{Axis, AxisValues};
-use crate::words::{Design, Lognormal, Normal, Range, Scenario, Sweep, Truncated, Vary};
 
 /// The most values of one name.
 const MOST_LEVELS: u32 = 1_000_000;
 
 /// What one entry varies.
-pub(super) fn axis(scenario: &Scenario, words: &Sweep, vary: &Vary) -> Result<Axis, Error> {
+pub(super) fn axis(scenario: &Scenario, sweep: &Sweep, vary: &Vary) -> Result<Axis, Error> {
     let name = vary.name.get_ref();
     let values = values(scenario, vary)?;
     let wrong = |message: &str| Err(scenario.error(&vary.name, format!("`{name}`: {message}")));
-    let is_discrete = matches!(values, Values::One(AxisValues::Levels(_)) | Values::Joint(_));
-    let bounded = matches!(values, Values::One(AxisValues::Uniform(_) | AxisValues::Truncated(_)));
-    match words.design {
-        Design::Grid if words.search.is_none() && !is_discrete => {
+    let is_discrete =
+        matches!(values, AxisSource::Single(AxisValues::Levels(_)) | AxisSource::Joint(_));
+    let bounded =
+        matches!(values, AxisSource::Single(AxisValues::Uniform(_) | AxisValues::Truncated(_)));
+    match sweep.design {
+        Design::Grid if sweep.search.is_none() && !is_discrete => {
             return wrong(
                 "a grid needs `values`, `range` or `draws`; a distribution goes with another design, such as design = \"latin_hypercube\"",
             );
@@ -27,23 +29,25 @@ pub(super) fn axis(scenario: &Scenario, words: &Sweep, vary: &Vary) -> Result<Ax
         }
         _ => {}
     }
-    if words.search.is_some() && !matches!(values, Values::One(AxisValues::Uniform(_))) {
+    if sweep.search.is_some() && !matches!(values, AxisSource::Single(AxisValues::Uniform(_))) {
         return wrong("a search needs the range of each name as `uniform`");
     }
     let unit = vary.unit.as_ref().map(|unit| unit.get_ref().clone());
     match values {
-        Values::Joint(axis) if unit.is_none() && vary.also.is_empty() => Ok(axis),
-        Values::Joint(_) => wrong("draws have their names and units in the file"),
-        Values::One(AxisValues::Levels(levels)) if name == "seed" && !seeds(&levels) => {
+        AxisSource::Joint(axis) if unit.is_none() && vary.also.is_empty() => Ok(axis),
+        AxisSource::Joint(_) => wrong("draws have their names and units in the file"),
+        AxisSource::Single(AxisValues::Levels(levels)) if name == "seed" && !seeds(&levels) => {
             wrong("expected whole numbers from 0 on")
         }
-        Values::One(values) if name == "seed" && !matches!(values, AxisValues::Levels(_)) => {
+        AxisSource::Single(values)
+            if name == "seed" && !matches!(values, AxisValues::Levels(_)) =>
+        {
             wrong("a seed is a whole number: give it `values` or a `range`")
         }
-        Values::One(_) if name != "seed" && !name.contains('.') => {
+        AxisSource::Single(_) if name != "seed" && !name.contains('.') => {
             wrong("expected node.variable, or `seed`")
         }
-        Values::One(values) => {
+        AxisSource::Single(values) => {
             let names: Vec<_> =
                 [&vary.name].into_iter().chain(&vary.also).map(|it| it.get_ref().clone()).collect();
             let values = match values {
@@ -64,12 +68,12 @@ fn seeds(levels: &[Vec<String>]) -> bool {
 }
 
 /// The values of one name, or those of several that are drawn together.
-enum Values {
-    One(AxisValues),
+enum AxisSource {
+    Single(AxisValues),
     Joint(Axis),
 }
 
-fn values(scenario: &Scenario, vary: &Vary) -> Result<Values, Error> {
+fn values(scenario: &Scenario, vary: &Vary) -> Result<AxisSource, Error> {
     let name = vary.name.get_ref();
     let Vary { values, range, uniform, normal, lognormal, truncated, draws, .. } = vary;
     let given = [
@@ -88,7 +92,7 @@ fn values(scenario: &Scenario, vary: &Vary) -> Result<Values, Error> {
         return Err(scenario.error(&vary.name, message));
     }
     if let Some(file) = draws {
-        return joint::draws(scenario, name, file).map(Values::Joint);
+        return samples::posterior_samples(scenario, name, file).map(AxisSource::Joint);
     }
     if let Some(list) = values {
         let texts = list.get_ref().iter().map(|value| level(scenario, value));
@@ -96,23 +100,32 @@ fn values(scenario: &Scenario, vary: &Vary) -> Result<Values, Error> {
         if texts.is_empty() {
             return Err(scenario.error(list, format!("`{name}` has no values")));
         }
-        return Ok(Values::One(AxisValues::Levels(texts.into_iter().map(|it| vec![it]).collect())));
+        return Ok(AxisSource::Single(AxisValues::Levels(
+            texts.into_iter().map(|it| vec![it]).collect(),
+        )));
     }
     let wrong = |word: std::ops::Range<usize>, expected: &str| {
         scenario.source.error(word, format!("`{name}`: expected {expected}"), "")
     };
     let values = match (range, uniform, normal, lognormal, truncated) {
-        (Some(word), ..) => levels(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        (_, Some(word), ..) => between(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        (_, _, Some(word), ..) => bell(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        (.., Some(word), _) => skewed(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
-        (.., Some(word)) => bounded(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (Some(word), ..) => range_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
+        (_, Some(word), ..) => {
+            let [low, high] = *word.get_ref();
+            uniform_values(low, high).map_err(|it| wrong(word.span(), it))
+        }
+        (_, _, Some(word), ..) => {
+            normal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it))
+        }
+        (.., Some(word), _) => {
+            lognormal_values(*word.get_ref()).map_err(|it| wrong(word.span(), it))
+        }
+        (.., Some(word)) => truncated_values(*word.get_ref()).map_err(|it| wrong(word.span(), it)),
         _ => Err(Error::follow_up()),
     };
-    values.map(Values::One)
+    values.map(AxisSource::Single)
 }
 
-fn levels(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> {
+fn range_values(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> {
     if !(from.is_finite() && to.is_finite() && (1..=MOST_LEVELS).contains(&count)) {
         return Err("finite numbers, and a count from 1 to 1,000,000");
     }
@@ -130,26 +143,28 @@ fn levels(Range { from, to, count }: Range) -> Result<AxisValues, &'static str> 
     Ok(AxisValues::Levels((0..count).map(number).collect()))
 }
 
-fn between([low, high]: [f64; 2]) -> Result<AxisValues, &'static str> {
+fn uniform_values(low: f64, high: f64) -> Result<AxisValues, &'static str> {
     let fits = (high - low).is_finite() && low < high;
     if fits { Ok(AxisValues::Uniform([low, high])) } else { Err("[low, high], finite") }
 }
 
-fn bell(Normal { mean, std }: Normal) -> Result<AxisValues, &'static str> {
+fn normal_values(Normal { mean, std }: Normal) -> Result<AxisValues, &'static str> {
     let fits = mean.is_finite() && std.is_finite() && std > 0.0;
     let expected = "a finite mean and a positive standard deviation";
     if fits { Ok(AxisValues::Normal([mean, std])) } else { Err(expected) }
 }
 
-fn skewed(Lognormal { median, std_log }: Lognormal) -> Result<AxisValues, &'static str> {
+fn lognormal_values(Lognormal { median, std_log }: Lognormal) -> Result<AxisValues, &'static str> {
     let fits = [median, std_log].iter().all(|it| *it > 0.0 && it.is_finite());
     let expected = "a positive median and a positive standard deviation of its logarithm";
     if fits { Ok(AxisValues::Lognormal([median, std_log])) } else { Err(expected) }
 }
 
-fn bounded(Truncated { mean, std, low, high }: Truncated) -> Result<AxisValues, &'static str> {
-    bell(Normal { mean, std })?;
-    between([low, high])?;
+fn truncated_values(
+    Truncated { mean, std, low, high }: Truncated,
+) -> Result<AxisValues, &'static str> {
+    normal_values(Normal { mean, std })?;
+    uniform_values(low, high)?;
     Ok(AxisValues::Truncated([mean, std, low, high]))
 }
 

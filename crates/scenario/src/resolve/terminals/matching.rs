@@ -1,16 +1,16 @@
-//! Finds the members of two terminals that belong together.
+//! Matches the members of two terminals by the rules plug, bus and sequence.
 
 use fmu_import::{MatchingRule, MemberKind, Terminal};
 
 /// Two variables of terminals that belong together.
-pub(super) struct Pair<'a> {
+pub(super) struct MemberPair<'a> {
     /// The names that messages tell.
     pub name: &'a str,
     pub variables: [&'a str; 2],
     /// Whether one is the negative of the other: the sum of both flows is 0.
     pub inverted: bool,
     /// Whether one of both may be left without a value.
-    pub loose: bool,
+    pub optional: bool,
 }
 
 /// Adds the pairs of two terminals of these names, and of the terminals inside them.
@@ -18,11 +18,12 @@ pub(super) struct Pair<'a> {
 /// # Errors
 /// When a rule of one of them is not kept, or not known.
 pub(super) fn pairs<'a>(
-    [a, b]: [&'a Terminal; 2],
+    terminals: [&'a Terminal; 2],
     names: &[String; 2],
-    found: &mut Vec<Pair<'a>>,
+    found: &mut Vec<MemberPair<'a>>,
 ) -> Result<(), String> {
-    for (terminal, name) in [a, b].into_iter().zip(names) {
+    let [a, b] = terminals;
+    for (terminal, name) in terminals.into_iter().zip(names) {
         if let MatchingRule::Other(rule) = &terminal.rule {
             return Err(format!(
                 "`{name}` matches by the rule `{rule}`, and only `plug`, `bus` and `sequence` are known"
@@ -39,43 +40,48 @@ pub(super) fn pairs<'a>(
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.members.iter().enumerate();
-        all.map(|(place, it)| (key(by_order[0], place, it.name.as_deref()), it)).collect()
+        all.map(|(index, it)| (key(by_order[0], index, it.name.as_deref()), it)).collect()
     };
-    let loose = [a, b].iter().any(|terminal| terminal.rule == MatchingRule::Bus);
-    for (one, other) in matched([a, b], names, [own(a), own(b)], "member")? {
+    let optional = [a, b].iter().any(|terminal| terminal.rule == MatchingRule::Bus);
+    for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "member")? {
         let inverted = inverted([&one.kind, &other.kind])
             .map_err(|what| format!("`{}` and `{}` {what}", one.variable, other.variable))?;
         let name = one.name.as_deref().unwrap_or(&one.variable);
-        found.push(Pair { name, variables: [&one.variable, &other.variable], inverted, loose });
+        found.push(MemberPair {
+            name,
+            variables: [&one.variable, &other.variable],
+            inverted,
+            optional,
+        });
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.streams.iter().enumerate();
-        all.map(|(place, it)| (key(by_order[0], place, Some(&it.names[1])), it)).collect()
+        all.map(|(index, it)| (key(by_order[0], index, Some(&it.names[1])), it)).collect()
     };
-    for (one, other) in matched([a, b], names, [own(a), own(b)], "stream")? {
+    for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "stream")? {
         for side in [0, 1] {
             let variables = [one.variables[side].as_str(), &other.variables[1 - side]];
-            found.push(Pair { name: &one.names[side], variables, inverted: false, loose });
+            found.push(MemberPair { name: &one.names[side], variables, inverted: false, optional });
         }
     }
     let own = |terminal: &'a Terminal| -> Vec<_> {
         let all = terminal.terminals.iter().enumerate();
-        all.map(|(place, it)| (key(by_order[0], place, Some(&it.name)), it)).collect()
+        all.map(|(index, it)| (key(by_order[0], index, Some(&it.name)), it)).collect()
     };
-    for (one, other) in matched([a, b], names, [own(a), own(b)], "terminal")? {
+    for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "terminal")? {
         let names = [format!("{}.{}", names[0], one.name), format!("{}.{}", names[1], other.name)];
         pairs([one, other], &names, found)?;
     }
     Ok(())
 }
 
-/// What a member is found by: its place, or its name.
-fn key(by_order: bool, place: usize, name: Option<&str>) -> String {
-    if by_order { (place + 1).to_string() } else { name.unwrap_or_default().to_owned() }
+/// What a member is found by: its index, or its name.
+fn key(by_order: bool, index: usize, name: Option<&str>) -> String {
+    if by_order { (index + 1).to_string() } else { name.unwrap_or_default().to_owned() }
 }
 
 /// Those of both terminals with the same key. A terminal that is no bus needs a partner for each.
-fn matched<'a, T>(
+fn match_by_key<'a, T>(
     terminals: [&Terminal; 2],
     names: &[String; 2],
     lists: [Vec<(String, &'a T)>; 2],

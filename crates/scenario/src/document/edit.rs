@@ -1,0 +1,345 @@
+//! Edits values of a scenario from outside, as `--set` and sweeps want it: of a signal, a sensor effect, a fault, a manoeuvre, or the
+//! archive of an FMU.
+
+use std::ops::Range;
+
+use diagnostics::suggest;
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeString, DeTable, DeValue, Deserializer};
+use units::Unit;
+
+use super::{Connect, Document, Scenario, read};
+use crate::schema;
+
+/// Another value for something that a scenario has.
+#[derive(Debug, Clone)]
+pub(crate) struct Edit {
+    /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value`, `test.entry_speed` or
+    /// `plant.path`.
+    pub name: String,
+    /// The value as it is typed.
+    pub value: String,
+}
+
+/// An edit that does not fit the scenario.
+pub(crate) struct EditError {
+    /// Its index among the edits.
+    pub index: usize,
+    /// What is wrong.
+    pub message: String,
+    /// A remedy.
+    pub help: Option<String>,
+}
+
+/// An entry of a list of the scenario, and the keys in it that a name means.
+struct Target<'n> {
+    list: &'static str,
+    index: usize,
+    /// From the outermost table to the value; none for the entry as a whole.
+    keys: Vec<&'n str>,
+}
+
+impl Scenario {
+    /// Whether a name means a signal, a sensor effect, a fault or a manoeuvre: none of them is a variable of an FMU.
+    pub(crate) fn has_target(&self, name: &str) -> bool {
+        self.target(name).is_some()
+    }
+
+    /// Whether a value of this name is the archive of a node.
+    pub(crate) fn is_archive(&self, name: &str, value: &str) -> bool {
+        self.archive_target(name, value).is_some()
+    }
+
+    fn archive_target<'n>(&self, name: &'n str, value: &str) -> Option<Target<'n>> {
+        let (node, key) = name.rsplit_once('.')?;
+        if key != "path" || !value.ends_with(".fmu") {
+            return None;
+        }
+        let index = self.document.fmu.iter().position(|fmu| fmu.name.get_ref() == node)?;
+        Some(Target { list: "fmu", index, keys: vec![key] })
+    }
+
+    fn target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+        self.signal_target(name)
+            .or_else(|| self.effect_target(name))
+            .or_else(|| self.fault_target(name))
+            .or_else(|| self.manoeuvre_target(name))
+    }
+
+    /// A signal, or a key in it. Of two signals, the one with the longer name.
+    fn signal_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+        let signals = self.document.signal.iter().enumerate().filter_map(|(index, part)| {
+            let signal = part.get_ref().name.as_ref()?.get_ref();
+            let keys = keys_below(name, signal)?;
+            Some((signal.len(), Target { list: "signal", index, keys }))
+        });
+        signals.max_by_key(|(length, _)| *length).map(|(_, target)| target)
+    }
+
+    fn effect_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+        self.document.connect.iter().enumerate().find_map(|(index, connect)| {
+            let keys = keys_below(name, connect.to.get_ref())?;
+            let is_effect = keys.first().is_some_and(|key| Connect::EFFECTS.contains(key));
+            is_effect.then_some(Target { list: "connect", index, keys })
+        })
+    }
+
+    fn fault_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+        self.document.fault.iter().enumerate().find_map(|(index, fault)| {
+            match keys_below(name, fault.input.as_ref()?.get_ref())?.as_slice() {
+                ["fault", first, rest @ ..] => {
+                    Some(Target { list: "fault", index, keys: [&[*first], rest].concat() })
+                }
+                _ => None,
+            }
+        })
+    }
+
+    fn manoeuvre_target<'n>(&self, name: &'n str) -> Option<Target<'n>> {
+        self.document.manoeuvre.iter().enumerate().find_map(|(index, manoeuvre)| {
+            let keys = keys_below(name, manoeuvre.name.get_ref())?;
+            (!keys.is_empty()).then_some(Target { list: "manoeuvre", index, keys })
+        })
+    }
+
+    /// The scenario with these edits, without those that it is validated by.
+    ///
+    /// # Errors
+    /// The edits that do not fit.
+    pub(crate) fn with_edits(&self, edits: &[Edit]) -> Result<Scenario, Vec<EditError>> {
+        let error =
+            |index, message: &str| EditError { index, message: message.to_owned(), help: None };
+        let texts = self.source.shifted();
+        // The table borrows from the texts and the values.
+        let values: Vec<_> = edits.iter().map(|edit| self.toml_value(edit)).collect();
+        let mut table = read::merge_files(&self.source, &texts)
+            .map_err(|wrong| vec![error(0, &wrong.to_string())])?;
+        let mut errors = Vec::new();
+        for (index, (edit, value)) in edits.iter().zip(&values).enumerate() {
+            let mut edited = table.clone();
+            let applied = match value {
+                Ok(value) => self.apply(edit, value, &mut edited),
+                Err(message) => Err(message.clone()),
+            };
+            if let Err(message) = applied {
+                errors.push(error(index, &message));
+                continue;
+            }
+            match schema::validate(super::schema(), 0..0, &edited).into_iter().next() {
+                Some(violation) => errors.push(EditError {
+                    index,
+                    message: violation.message,
+                    help: violation.help,
+                }),
+                None => table = edited,
+            }
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let last = edits.len().saturating_sub(1);
+        let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, table)))
+            .map_err(|wrong| vec![error(last, wrong.message())])?;
+        Ok(Scenario {
+            name: self.name.clone(),
+            source: self.source.clone(),
+            document,
+            validations: Vec::new(),
+            systems: self.systems.clone(),
+        })
+    }
+
+    /// Writes the value of an edit, in TOML, into the table of the scenario.
+    fn apply<'t>(
+        &self,
+        edit: &Edit,
+        value: &'t str,
+        table: &mut DeTable<'t>,
+    ) -> Result<(), String> {
+        self.check_one_fault(edit)?;
+        let target = self.target(&edit.name).or_else(|| self.archive_target(&edit.name, value));
+        write(&target.ok_or("there is no such word")?, value, table)
+    }
+
+    /// An input may have several faults, which have no names.
+    fn check_one_fault(&self, edit: &Edit) -> Result<(), String> {
+        let is_meant = |input: &&String| edit.name.starts_with(&format!("{input}.fault."));
+        let inputs =
+            self.document.fault.iter().filter_map(|fault| Some(fault.input.as_ref()?.get_ref()));
+        let meant: Vec<_> = inputs.filter(is_meant).collect();
+        match meant.as_slice() {
+            [input, _, ..] => Err(format!(
+                "`{input}` has {} faults, and it is open which one is meant",
+                meant.len()
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The value in TOML. The value of a signal may carry a unit; it is converted to that of the signal.
+    fn toml_value(&self, edit: &Edit) -> Result<String, String> {
+        let signal = match self.target(&edit.name) {
+            Some(Target { list: "signal", index, keys }) if keys.is_empty() => {
+                self.document.signal[index].get_ref()
+            }
+            _ => return Ok(edit.value.clone()),
+        };
+        let Some((number, unit)) = split_quantity(&edit.value) else {
+            return Ok(edit.value.clone());
+        };
+        let own = signal.unit.as_ref().map(|word| word.get_ref().as_str());
+        let number = convert_quantity(number, unit, own, None, false)?;
+        Ok(toml::Value::Float(number).to_string())
+    }
+}
+
+/// The keys that a name has below a prefix; none when it does not begin with that.
+fn keys_below<'n>(name: &'n str, prefix: &str) -> Option<Vec<&'n str>> {
+    let rest = name.strip_prefix(prefix)?;
+    (rest.is_empty() || rest.starts_with('.')).then(|| rest.split('.').skip(1).collect())
+}
+
+/// The parts of a number with a unit behind it, such as `100 km/h`; none for what TOML can read.
+pub(crate) fn split_quantity(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let begins = |text: &str, fits: fn(char) -> bool| text.chars().next().is_some_and(fits);
+    if DeValue::parse(text).is_ok() || !begins(text, |c| c.is_ascii_digit() || "+-.".contains(c)) {
+        return None;
+    }
+    // The longest number counts.
+    let (number, unit) = text.char_indices().rev().find_map(|(end, _)| {
+        let (number, unit) = text.split_at(end);
+        Some((number.trim_end().parse().ok()?, unit.trim_start()))
+    })?;
+    begins(unit, |c| c.is_alphabetic() || "%°".contains(c)).then_some((number, unit))
+}
+
+fn parse_unit(text: &str) -> Result<Unit, String> {
+    Unit::parse(text).map_err(|error| {
+        let closest =
+            error.unknown().and_then(|word| suggest::closest_question(word, units::known()));
+        closest.map_or_else(|| error.to_string(), |closest| format!("{error}; {closest}"))
+    })
+}
+
+/// A number in the unit `to`, whose offset does not count if it is a difference. An FMU may define a unit of this name itself: then
+/// `definition` counts.
+pub(crate) fn convert_quantity(
+    number: f64,
+    unit: &str,
+    to: Option<&str>,
+    definition: Option<Unit>,
+    is_difference: bool,
+) -> Result<f64, String> {
+    let name = to.ok_or_else(|| format!("it has no unit, so the value cannot be in {unit}"))?;
+    let mut to = definition.map_or_else(|| parse_unit(name), Ok)?;
+    let mut from = parse_unit(unit)?;
+    if is_difference {
+        (from, to) = (from.of_differences(), to.of_differences());
+    }
+    let (factor, offset) = Unit::conversion(&from, &to)
+        .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;
+    Ok(number * factor + offset)
+}
+
+/// Writes a value where a target points to. The value of a whole signal is a constant that takes the place of its shape.
+fn write<'t>(target: &Target, value: &'t str, table: &mut DeTable<'t>) -> Result<(), String> {
+    let entry = match table.get_mut(target.list).map(Spanned::get_mut) {
+        Some(DeValue::Array(list)) => list.get_mut(target.index),
+        _ => None,
+    };
+    let entry = entry.ok_or("there is no such entry")?;
+    let span = entry.span();
+    let DeValue::Table(inner) = entry.get_mut() else {
+        return Err("expected a table".to_owned());
+    };
+    let value = parse_value(value, &span);
+    if target.list == "fmu" {
+        // The archive takes the place of the package.
+        ["crate", "example"].iter().for_each(|key| drop(inner.remove(*key)));
+    }
+    match target.keys.as_slice() {
+        [] => {
+            let kept = ["name", "unit"].into_iter().filter_map(|key| inner.remove_entry(key));
+            *inner = kept.collect();
+            inner.insert(key("constant", &span), value);
+        }
+        keys => insert(inner, keys, value, &span),
+    }
+    Ok(())
+}
+
+/// Inserts a value under keys, and makes the tables on the way. Both stand where the scenario has the entry.
+fn insert<'t>(
+    table: &mut DeTable<'t>,
+    keys: &[&str],
+    value: Spanned<DeValue<'t>>,
+    span: &Range<usize>,
+) {
+    match keys {
+        [] => {}
+        [last] => drop(table.insert(key(last, span), value)),
+        [first, rest @ ..] => {
+            let mut inner = match table.remove(*first).map(Spanned::into_inner) {
+                Some(DeValue::Table(inner)) => inner,
+                _ => DeTable::new(),
+            };
+            insert(&mut inner, rest, value, span);
+            table.insert(key(first, span), Spanned::new(span.clone(), DeValue::Table(inner)));
+        }
+    }
+}
+
+fn key<'t>(name: &str, span: &Range<usize>) -> Spanned<DeString<'t>> {
+    Spanned::new(span.clone(), DeString::from(name.to_owned()))
+}
+
+/// A value in TOML, or else the text itself.
+fn parse_value<'t>(text: &'t str, span: &Range<usize>) -> Spanned<DeValue<'t>> {
+    let value = DeValue::parse(text).map(Spanned::into_inner);
+    with_span(value.unwrap_or_else(|_| DeValue::String(text.into())), span)
+}
+
+/// The value, with one span for all that is in it.
+fn with_span<'t>(value: DeValue<'t>, span: &Range<usize>) -> Spanned<DeValue<'t>> {
+    let inner = |value: Spanned<DeValue<'t>>| with_span(value.into_inner(), span);
+    let value = match value {
+        DeValue::Array(list) => DeValue::Array(list.into_iter().map(inner).collect()),
+        DeValue::Table(table) => {
+            let pair = |(name, value): (Spanned<DeString<'t>>, _)| {
+                (Spanned::new(span.clone(), name.into_inner()), inner(value))
+            };
+            DeValue::Table(table.into_iter().map(pair).collect())
+        }
+        value => value,
+    };
+    Spanned::new(span.clone(), value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::split_quantity;
+
+    #[test]
+    fn a_number_is_split_from_its_unit() {
+        for (text, expected) in [
+            ("100 km/h", Some((100.0, "km/h"))),
+            ("100km/h", Some((100.0, "km/h"))),
+            ("-1.5e-3 m", Some((-1.5e-3, "m"))),
+            (" 3  deg ", Some((3.0, "deg"))),
+            ("3 %", Some((3.0, "%"))),
+            ("3", None),
+            ("1e3", None),
+            ("0x10", None),
+            ("1_000", None),
+            ("inf", None),
+            ("infinite", None),
+            ("fast", None),
+            ("m 3", None),
+            ("", None),
+        ] {
+            assert_eq!(split_quantity(text), expected, "{text}");
+        }
+    }
+}

@@ -1,0 +1,340 @@
+//! Reads a scenario from its files: those that it extends, the systems of SSP in it, and the scenarios that it is validated by.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use diagnostics::{Error, Mistakes, Source, TextFile};
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer};
+
+use super::extend::MergeError;
+use super::{
+    Document, Scenario, SystemImport, Validation, extend, magnitudes, standalone, subsystem_import,
+    system,
+};
+use crate::schema::{self, SchemaViolation};
+
+/// Keys and values of earlier versions, with their names of today.
+const RENAMED: [(&str, &str); 2] = [("sequential", "gauss_seidel"), ("plane", "xy_plot")];
+
+/// So many mistakes in the form of a file are told at once: a broken one may have tens of thousands.
+const MOST_ERRORS: usize = 100;
+
+impl Scenario {
+    /// Reads the file at `path`, a scenario, a system of SSP or an FMU that runs by itself, those that it extends, and the scenarios that it is validated by.
+    ///
+    /// # Errors
+    /// When one of them cannot be read or does not have the form of a scenario.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        Self::read_variant(path, None)
+    }
+
+    /// The same; of a system of SSP with several descriptions, `variant` chooses one by its file or its name.
+    ///
+    /// # Errors
+    /// As for [`Scenario::read`], and when there is no such variant.
+    pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
+        if system::is_system(path) {
+            let (file, import) = system::import_system(path, variant)?;
+            return read(Source::made(file), &[], vec![Arc::new(import)]);
+        }
+        if let Some(variant) = variant {
+            let message = format!(
+                "expected a system of SSP for the variant `{variant}`, found {}, which has none",
+                path.display()
+            );
+            return Err(Error::input(message)
+                .help("a scenario chooses one with `variant` beside `extends`"));
+        }
+        if standalone::is_fmu(path) {
+            let (file, import) = standalone::import_fmu(path)?;
+            return read(Source::made(file), &[], vec![Arc::new(import)]);
+        }
+        read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
+    }
+
+    /// The scenario whose text was gathered, with its files in `folder`. Messages name `path`, and its stem names the run.
+    ///
+    /// # Errors
+    /// As for a file.
+    pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
+        let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
+        read(Source::made(file), &[], Vec::new())
+    }
+
+    /// The scenario that was kept with a recording, without those that it is validated by.
+    ///
+    /// # Errors
+    /// When it does not have the form of a scenario, such as one of another version.
+    pub fn recorded(name: &str, source: Source) -> Result<Self, Error> {
+        let document = document(&source)?;
+        let (validations, systems) = (Vec::new(), Vec::new());
+        Ok(Scenario { name: name.to_owned(), source, document, validations, systems })
+    }
+
+    /// The merged values of its files as they are written, by their keys with dots in between. Entries of lists go by
+    /// their names.
+    ///
+    /// # Errors
+    /// As when it was read.
+    pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
+        let texts = self.source.shifted();
+        let mut values = BTreeMap::new();
+        collect_values(
+            &self.source,
+            &DeValue::Table(merge_files(&self.source, &texts)?),
+            "",
+            &mut values,
+        );
+        Ok(values)
+    }
+}
+
+fn collect_values(
+    source: &Source,
+    value: &DeValue,
+    name: &str,
+    values: &mut BTreeMap<String, String>,
+) {
+    let under = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+    let mut add = |key: &str, value: &Spanned<DeValue>| match value.get_ref() {
+        DeValue::Table(_) | DeValue::Array(_) => {
+            collect_values(source, value.get_ref(), &under(key), values);
+        }
+        _ => {
+            values.insert(under(key), source.letters(value.span()).to_owned());
+        }
+    };
+    match value {
+        DeValue::Table(table) => table.iter().for_each(|(key, value)| add(key.get_ref(), value)),
+        DeValue::Array(list) => list.iter().enumerate().for_each(|(index, value)| {
+            let key = extend::entry_name(value).map(|(name, _)| name.to_owned());
+            add(&key.unwrap_or_else(|| index.to_string()), value);
+        }),
+        _ => {}
+    }
+}
+
+/// The scenario whose file is the source; `above` are those that it validates.
+fn read(
+    mut source: Source,
+    above: &[PathBuf],
+    mut systems: Vec<Arc<SystemImport>>,
+) -> Result<Scenario, Error> {
+    let path = source.path().to_owned();
+    read_bases(&mut source, &mut systems)?;
+    add_subsystems(&mut source, &mut systems)?;
+    let document = document(&source)?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let above = [above, &[path]].concat();
+    let validations = document.validation.iter().map(|it| read_validation(&source, it, &above));
+    let validations = Mistakes::all(validations)?;
+    Ok(Scenario { name, source, document, validations, systems })
+}
+
+/// The scenario of a validation; `above` are those that it validates.
+fn read_validation(
+    source: &Source,
+    Validation { scenario: word, .. }: &Validation,
+    above: &[PathBuf],
+) -> Result<Scenario, Error> {
+    let path = source.resolve(word);
+    if let Some(cycle) = cycle(above, &path) {
+        let message = format!("the scenario is validated by itself: {cycle}");
+        return Err(source.error(word.span(), message, ""));
+    }
+    let other = Source::read(&path).map_err(|what| source.error(word.span(), what, ""))?;
+    read(other, above, Vec::new())
+}
+
+/// Adds the file that the source extends, the one that this extends, and so on.
+fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
+    let mut paths = vec![source.path().to_owned()];
+    loop {
+        let text = source.shifted().pop().unwrap_or_default();
+        let table = parse(source, &text)?;
+        let variant = table.get_ref().get("variant");
+        let Some(extends) = table.get_ref().get("extends") else {
+            let message = "there is no system to choose a variant of: the scenario extends none";
+            return match variant {
+                Some(variant) => Err(source.error(variant.span(), message, "here")),
+                None => Ok(()),
+            };
+        };
+        let span = extends.span();
+        let Some(name) = extends.get_ref().as_str() else {
+            // What the other file would have brought is not missing.
+            let message =
+                format!("expected a text, found {}", schema::value_type_name(extends.get_ref()));
+            return Err(source.error(span, message, "here"));
+        };
+        let path = source.folder(span.clone()).join(name);
+        if let Some(cycle) = cycle(&paths, &path) {
+            let message = format!("the scenario extends itself: {cycle}");
+            return Err(source.error(span, message, ""));
+        }
+        if system::is_system(&path) {
+            let (file, import) = extended_system(source, &path, span, variant)?;
+            source.add_made(file);
+            systems.push(Arc::new(import));
+        } else {
+            if let Some(variant) = variant {
+                let message =
+                    "a variant is one of a system of SSP, and the extended file is a scenario";
+                return Err(source.error(variant.span(), message, "here"));
+            }
+            source.add(&path, span)?;
+        }
+        paths.push(path);
+    }
+}
+
+/// The system that a scenario extends, as a text.
+fn extended_system(
+    source: &Source,
+    path: &Path,
+    span: Range<usize>,
+    variant: Option<&Spanned<DeValue>>,
+) -> Result<(TextFile, SystemImport), Error> {
+    let name = variant.and_then(|variant| variant.get_ref().as_str());
+    system::import_system(path, name).map_err(|found| {
+        let word = variant.filter(|_| found.variant);
+        let message = format!("the system cannot be used: {}", found.error);
+        source.error(word.map_or(span, Spanned::span), message, "").hint(found.hint)
+    })
+}
+
+/// Adds the systems of `[[system]]` behind the files.
+fn add_subsystems(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
+    let texts = source.shifted();
+    // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
+    let table = merge(source, &texts, &mut Mistakes::default())?;
+    // The first system is the deepest one, so that its nodes come first.
+    for (file, import) in subsystem_import::import_subsystems(source, &table)?.into_iter().rev() {
+        source.add_made(file);
+        systems.push(Arc::new(import));
+    }
+    Ok(())
+}
+
+/// The circle from one of `paths` to `path`, if there is one.
+fn cycle(paths: &[PathBuf], path: &Path) -> Option<String> {
+    let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let begin = paths.iter().position(|other| real(other) == real(path))?;
+    let way = paths[begin..].iter().map(|path| path.display().to_string());
+    Some(way.chain([path.display().to_string()]).collect::<Vec<_>>().join(" -> "))
+}
+
+/// The tables of all files, merged; `texts` are the shifted ones.
+pub(crate) fn merge_files<'t>(source: &Source, texts: &'t [String]) -> Result<DeTable<'t>, Error> {
+    let mut mistakes = Mistakes::default();
+    let merged = merge(source, texts, &mut mistakes)?;
+    mistakes.finish().map(|()| merged)
+}
+
+/// The same with all that could be merged; the errors are those of the syntax.
+fn merge<'t>(
+    source: &Source,
+    texts: &'t [String],
+    mistakes: &mut Mistakes,
+) -> Result<DeTable<'t>, Error> {
+    let parsed = texts.iter().map(|text| parse(source, text));
+    let files = Mistakes::all(parsed)?.into_iter().rev();
+    let mut misfits = Vec::new();
+    let merged = files.reduce(|base, changes| extend::extend(base, changes, &mut misfits));
+    for MergeError { span, message, help } in misfits {
+        mistakes.push(source.error(span, message, "").hint(help));
+    }
+    Ok(merged.map(Spanned::into_inner).unwrap_or_default())
+}
+
+/// The table of a file.
+fn parse<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Error> {
+    let (table, errors) = DeTable::parse_recoverable(text);
+    let told = errors.iter().take(MOST_ERRORS).map(|error| parse_error(source, error));
+    told.collect::<Mistakes>().finish().map(|()| table)
+}
+
+/// The merged document of all files.
+fn document(source: &Source) -> Result<Document, Error> {
+    let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
+    let merged = merge(source, &texts, &mut mistakes)?;
+    for (span, message) in magnitudes::out_of_range(&merged).into_iter().take(MOST_ERRORS) {
+        mistakes.push(source.error(span, message, "here"));
+    }
+    let document = Document::deserialize(Deserializer::from(Spanned::new(0..0, merged.clone())));
+    let document = document.map_err(|error| schema_errors(source, &merged, &error));
+    let document = document.and_then(|document| without_base(source, &document).map(|()| document));
+    let document = mistakes.take(document);
+    mistakes.finish()?;
+    document.ok_or_else(Error::follow_up)
+}
+
+/// Refuses to leave out entries where none are inherited.
+fn without_base(source: &Source, document: &Document) -> Result<(), Error> {
+    let message = "there is nothing to leave out: the scenario extends no other";
+    let is_base = document.extends.is_some() || !document.system.is_empty();
+    let names = document.without.values().flatten().filter(|_| !is_base);
+    let errors = names.map(|name| source.error(name.span(), message, ""));
+    errors.collect::<Mistakes>().finish()
+}
+
+/// The error of a parser, at its place.
+fn parse_error(source: &Source, error: &toml::de::Error) -> Error {
+    let end = source.files().next().map_or(0, |file| file.text.len());
+    source.error(error.span().unwrap_or(end..end), error.message(), "here")
+}
+
+/// The errors of a document that has not the form of a scenario. The schema knows the names that are expected at each place.
+fn schema_errors(source: &Source, merged: &DeTable, error: &toml::de::Error) -> Error {
+    let found = schema::validate(super::schema(), 0..0, merged);
+    let found = found.into_iter().take(MOST_ERRORS);
+    let found: Mistakes = found.map(|finding| schema_error(source, finding)).collect();
+    // Of what the schema does not tell, the parser tells the first.
+    found.finish().err().unwrap_or_else(|| parse_error(source, error))
+}
+
+/// A word that breaks the schema, with its cure.
+fn schema_error(
+    source: &Source,
+    SchemaViolation { span, unknown, message, help }: SchemaViolation,
+) -> Error {
+    let renamed = unknown.and_then(|(name, known)| {
+        let (old, new) =
+            RENAMED.iter().find(|(old, new)| name == *old && known.iter().any(|it| it == new))?;
+        Some(format!("`{old}` is called `{new}` now"))
+    });
+    source.error(span, message, "here").hint(renamed.or(help))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_found_by_the_keys_that_lead_to_it() {
+        let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
+        let file = TextFile::new("case.toml", text);
+        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let scenario = Scenario::recorded("case", source).expect("a scenario");
+        for (path, word) in [
+            (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),
+            (&["analysis", "0", "name"], "name"),
+            (&["analysis", "0", "config", "smooth", "unknown"], "smooth"),
+        ] {
+            assert_eq!(
+                scenario.span_of_keys(path).map(|(_, span)| &text[span]),
+                Some(word),
+                "{path:?}"
+            );
+        }
+        assert_eq!(scenario.span_of_keys(&["unknown"]), None);
+        let schema = serde_json::json!({"type": "object", "additionalProperties": false,
+            "properties": {"smoothing": {"type": "object"}}});
+        let found = scenario.schema_violations(&["analysis", "0", "config"], &schema);
+        assert_eq!(found.first().map(|it| &text[it.span.clone()]), Some("smooth"));
+    }
+}

@@ -1,0 +1,192 @@
+//! The keys of `[[analysis]]`, `[[validation]]` and `[[check]]`, which judge the results of a run.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use diagnostics::Spanned;
+use schemars::JsonSchema;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+
+use super::nodes::build_request;
+use super::one_or_more::{OneOrMore, one_or_more};
+use super::table_file::table_file;
+use crate::build_request::BuildRequest;
+
+/// An analysis of recorded signals by a plugin or a Python script. The plugin is a dynamic library (`path`) or a package of the
+/// workspace (`crate`); the script has a function `analyse(signals, config)`.
+///
+/// ```toml
+/// [[analysis]]
+/// name = "tires"
+/// crate = "identify"
+/// signals = { v_x = "plant.v_x" }
+/// config = { task = "front" }
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Analysis {
+    /// Name of the analysis and of its result in checks and reports.
+    #[schemars(example = &"tires")]
+    pub name: Spanned<String>,
+    /// Dynamic library, relative to the scenario file.
+    #[schemars(example = &"libsomebody.so")]
+    pub path: Option<Spanned<String>>,
+    /// Python script, relative to the scenario file.
+    #[schemars(example = &"energy.py")]
+    pub python: Option<Spanned<String>>,
+    /// Package that the library is built from, in the workspace around the scenario file.
+    #[serde(rename = "crate")]
+    #[schemars(example = &"identify")]
+    pub package: Option<Spanned<String>>,
+    /// Example of the package that the library is built from, instead of the package itself.
+    #[schemars(example = &"mean")]
+    pub example: Option<Spanned<String>>,
+    /// Signals of the run, `node.variable`, by the plugin's names. A signal can have gain, offset and sign:
+    /// `delta = { from = "car.steer", gain = 0.0625, sign = -1 }`.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("v_x", "plant.v_x")]))]
+    pub signals: BTreeMap<Spanned<String>, Spanned<AnalysisSignal>>,
+    /// Signals of a file.
+    pub table: Option<AnalysisTable>,
+    /// Files for the plugin, relative to the scenario file. It gets their contents in its configuration under `files`: a text as it is, other contents in base64.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("prior", "tires.toml")]))]
+    pub files: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Files of parameters, one or a list, as of `[[fmu]]`. The plugin gets all their values in its configuration under `parameters`.
+    #[serde(default, deserialize_with = "one_or_more")]
+    #[schemars(with = "OneOrMore", example = &"cars/sport/car.toml")]
+    pub parameters: Vec<Spanned<String>>,
+    /// Configuration of the plugin, in the plugin's own keys.
+    #[schemars(
+        with = "Option<BTreeMap<String, serde_json::Value>>",
+        example = serde_json::json!({"task": "front"})
+    )]
+    pub config: Option<Spanned<toml::Table>>,
+}
+
+impl Analysis {
+    /// The package or example that the library is built from, when it has no path.
+    #[must_use]
+    pub fn build_request(&self) -> Option<BuildRequest> {
+        build_request(self.path.as_ref(), self.package.as_ref(), self.example.as_ref())
+    }
+}
+
+/// A signal of the run for a plugin: its name, or a table.
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub enum AnalysisSignal {
+    /// Its name: `node.variable`.
+    Name(String),
+    /// Its name, with gain, offset and sign.
+    Scaled(ScaledSignal),
+}
+
+/// A signal of the run whose value is `sign * gain * value in the run + offset`.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScaledSignal {
+    /// Its name: `node.variable`.
+    #[schemars(example = &"car.steer")]
+    pub from: Spanned<String>,
+    /// Factor, such as one over the steering ratio.
+    #[schemars(example = 0.0625)]
+    pub gain: Option<Spanned<f64>>,
+    /// Sum after the gain, in the unit of the signal.
+    #[schemars(example = 0.3)]
+    pub offset: Option<Spanned<f64>>,
+    /// 1, or -1 for the opposite sign convention.
+    #[schemars(example = -1)]
+    pub sign: Option<Spanned<f64>>,
+}
+
+/// Serde's own choice between a text and a table would lose the places in the file.
+impl<'de> Deserialize<'de> for AnalysisSignal {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = AnalysisSignal;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("the name of a signal, or a table with `from`")
+            }
+
+            fn visit_str<E>(self, name: &str) -> Result<AnalysisSignal, E> {
+                Ok(AnalysisSignal::Name(name.to_owned()))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AnalysisSignal, A::Error> {
+                let table = MapAccessDeserializer::new(map);
+                ScaledSignal::deserialize(table).map(AnalysisSignal::Scaled)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+table_file! {
+    /// A recorded file whose rows the plugin gets: the log of a data logger, a CSV file or an MCAP recording.
+    pub struct AnalysisTable {
+        /// Stretches of time that are used, from and until [s], in the times of the analysis; without it all rows are.
+        #[serde(default)]
+        #[schemars(with = "Vec<[f64; 2]>", example = [[0.0, 12.5], [14.0, 60.0]])]
+        pub during: Vec<Spanned<[f64; 2]>>,
+    }
+}
+
+/// A scenario that runs after the analyses, with their results.
+///
+/// ```toml
+/// [[validation]]
+/// name = "step_steer"
+/// scenario = "step_steer.toml"
+/// set = ["@tires.toml"]
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Validation {
+    /// Name of the validation in checks and reports, and of the folder of its files.
+    #[schemars(example = &"step_steer")]
+    pub name: Spanned<String>,
+    /// Scenario, relative to the scenario file.
+    #[schemars(example = &"step_steer.toml")]
+    pub scenario: Spanned<String>,
+    /// Copies start values from FMUs of this run; values in the validation scenario win.
+    #[serde(default)]
+    #[schemars(example = BTreeMap::from([("plant", "plant")]))]
+    pub like: BTreeMap<Spanned<String>, Spanned<String>>,
+    /// Values as on the command line: `node.variable=value`, or `@FILE` for a file that an analysis writes or that is beside the
+    /// scenario file.
+    #[serde(default)]
+    #[schemars(example = ["@tires.toml", "plant.body.m=800"])]
+    pub set: Vec<Spanned<String>>,
+}
+
+/// A condition on signals or on results.
+///
+/// ```toml
+/// [[check]]
+/// name = "stays on the road"
+/// that = "max(abs(plant.y - reference.y)) < 0.3"
+/// during = [2.0, 8.0]
+/// ```
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Check {
+    /// Name of the check in reports, which no other check has.
+    #[schemars(example = &"stays on the road")]
+    pub name: Spanned<String>,
+    /// Condition in the language of checks: of signals, of results of analyses and validations, or of numbers of messages, such as
+    /// `messages.plant.warnings == 0` or `messages.errors == 0`.
+    #[schemars(example = &"max(abs(plant.y - reference.y)) < 0.3")]
+    pub that: Spanned<String>,
+    /// Beginning and end of the window of the condition [s]; the whole run without it.
+    #[schemars(example = [2.0, 8.0])]
+    pub during: Option<Spanned<[f64; 2]>>,
+    /// Tolerance of comparisons, in the unit of their left sides.
+    #[serde(default)]
+    #[schemars(example = 0.001)]
+    pub tolerance: f64,
+}

@@ -1,0 +1,388 @@
+//! Imports a system of SSP as the text of a scenario: its FMUs, start values and connections, and its step and stop time.
+
+mod connectors;
+mod conversions;
+mod experiment;
+mod parameters;
+mod part;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use diagnostics::{Error, Origins, TextFile, suggest, summary};
+use fmu_import::description::{Type, Variable};
+use fmu_import::{Causality, Fmu, Value};
+use ssp::{Connection, Place, Port, Start};
+use units::Unit;
+
+use super::{Algorithm, Document, ScenarioAnnotation};
+use conversions::{conversion, conversion_keys, parse_unit, unit};
+pub(super) use experiment::{
+    DefaultExperiment, ExperimentSettings, ExperimentTime, Stepping, default_experiment,
+};
+pub(crate) use parameters::ssp_value;
+pub(super) use part::{PartSettings, SystemPart, import_part};
+
+/// A system or an FMU that a scenario is made of.
+#[derive(Debug)]
+pub struct SystemImport {
+    /// What was taken from where, and what was left out.
+    pub notes: Vec<String>,
+    /// How it is stepped, unless a scenario in its annotation says that.
+    pub(super) stepping: Option<Stepping>,
+    /// Owns the unpacked archive, which the FMUs are in.
+    _system: Option<ssp::System>,
+}
+
+impl SystemImport {
+    pub(super) fn new(
+        notes: Vec<String>,
+        stepping: Option<Stepping>,
+        system: Option<ssp::System>,
+    ) -> Self {
+        SystemImport { notes: summary(notes), stepping, _system: system }
+    }
+
+    /// The sentence about times and algorithm of a run, as far as the system decides them.
+    pub(crate) fn stepping(&self, document: &Document) -> Option<String> {
+        self.stepping.as_ref()?.describe(document)
+    }
+}
+
+/// Whether a path is that of a system rather than of a scenario.
+pub(super) fn is_system(path: &Path) -> bool {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let named = ["ssp", "ssd"].iter().any(|known| ending.eq_ignore_ascii_case(known));
+    named || path.join("SystemStructure.ssd").is_file()
+}
+
+/// The system at a path as the text of a scenario; `variant` chooses another description of it.
+///
+/// # Errors
+/// When it is no system, one of its FMUs cannot be opened, or it has what a scenario cannot have.
+pub(super) fn import_system(
+    path: &Path,
+    variant: Option<&str>,
+) -> Result<(TextFile, SystemImport), ImportError> {
+    let system = ssp::open(path, variant).map_err(|error| ImportError::new(&error))?;
+    let mut notes = Vec::new();
+    if variant.is_none() && !system.others.is_empty() {
+        let others = system.others.join(", ");
+        notes.push(format!(
+            "{} has the variants {others} besides: `--variant NAME` runs one, `variant = \"NAME\"` beside `extends` takes one",
+            path.display()
+        ));
+    }
+    let annotation = ScenarioAnnotation::of(&system, path);
+    if let Some(ScenarioAnnotation::Current(text)) = annotation {
+        notes.push(format!("{}: the scenario in its annotation is used", path.display()));
+        let folder = Some(system.folder().to_owned());
+        let file = TextFile { folder, ..TextFile::new(path, text) };
+        return Ok((file, SystemImport::new(notes, None, Some(system))));
+    }
+    // An export notes the step for libcosim, not its algorithm.
+    let is_ours = annotation.is_some();
+    if let Some(ScenarioAnnotation::Stale(note)) = annotation {
+        notes.push(note);
+    }
+    let mut writer = Writer::new(&system, None)?;
+    let stepping = writer.write(is_ours)?;
+    let Writer { text, origins, notes: more, .. } = writer;
+    let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
+    let file = TextFile { origins, ..TextFile::new(path, text) };
+    Ok((file, SystemImport::new(notes, Some(stepping), Some(system))))
+}
+
+/// Why a system cannot be used.
+pub(super) struct ImportError {
+    pub error: Error,
+    /// A variant that is similar to the one that it does not have.
+    pub hint: Option<String>,
+    /// Whether it does not have the variant.
+    pub variant: bool,
+}
+
+impl ImportError {
+    fn new(error: &ssp::Error) -> Self {
+        let hint = match error {
+            ssp::Error::Variant { wanted, found, .. } => {
+                let stems = found.iter().map(|it| it.file.strip_suffix(".ssd").unwrap_or(&it.file));
+                let names = found.iter().map(|it| it.name.as_str()).filter(|name| !name.is_empty());
+                suggest::closest_question(wanted, stems.chain(names))
+            }
+            _ => None,
+        };
+        let variant = matches!(error, ssp::Error::Variant { .. });
+        ImportError { error: Error::input(error.to_string()), hint, variant }
+    }
+}
+
+impl From<Error> for ImportError {
+    fn from(error: Error) -> Self {
+        ImportError { error, hint: None, variant: false }
+    }
+}
+
+impl From<ImportError> for Error {
+    fn from(ImportError { error, hint, .. }: ImportError) -> Self {
+        error.hint(hint)
+    }
+}
+
+/// A mistake at a place of the system.
+fn error_at(place: &Place, message: impl std::fmt::Display) -> Error {
+    Error::input(format!("{place}: {message}"))
+}
+
+struct Writer<'a> {
+    system: &'a ssp::System,
+    /// The name of the node of each component.
+    names: Vec<String>,
+    fmus: Vec<Fmu>,
+    text: String,
+    /// Where what the text says stands in the system.
+    origins: Origins,
+    notes: Vec<String>,
+}
+
+impl<'a> Writer<'a> {
+    fn new(system: &'a ssp::System, role: Option<&PartSettings>) -> Result<Self, Error> {
+        let prefix = role.map_or_else(String::new, |role| format!("{}_", role.name));
+        let mut names: Vec<String> = Vec::new();
+        let mut fmus = Vec::new();
+        for component in &system.components {
+            let fmu = Fmu::open(&component.source).map_err(|error| {
+                let [path, shown] = [&component.source, &component.shown].map(|it| it.display());
+                let message = error.to_string().replace(&path.to_string(), &shown.to_string());
+                error_at(&component.place, message)
+            })?;
+            fmus.push(fmu);
+            let mut name = prefix.clone() + &node_name(&component.name);
+            while names.contains(&name) {
+                name.push('_');
+            }
+            names.push(name);
+        }
+        let mut origins = Origins::default();
+        origins.begin(0, system.description.display().to_string());
+        for component in &system.components {
+            let source = std::path::absolute(&component.source);
+            origins.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
+        }
+        Ok(Writer { system, names, fmus, text: String::new(), origins, notes: Vec::new() })
+    }
+
+    /// Writes the whole scenario; `is_ours` says that annotations for other tools come from this program.
+    fn write(&mut self, is_ours: bool) -> Result<Stepping, Error> {
+        let system = self.system;
+        self.line(format_args!("title = {}", quoted(&system.name)));
+        let stepping = self.stepping(is_ours)?;
+        self.nodes()?;
+        Ok(stepping)
+    }
+
+    /// Says where what follows stands in the system.
+    fn begin(&mut self, place: &Place) {
+        self.origins.begin(self.text.len(), place.clone());
+    }
+
+    fn nodes(&mut self) -> Result<(), Error> {
+        let system = self.system;
+        let fed = system.connections.iter().map(|it| &it.to).collect::<Vec<_>>();
+        for index in 0..system.components.len() {
+            self.component(index, &fed)?;
+        }
+        system.connections.iter().try_for_each(|connection| self.connection(connection))
+    }
+
+    fn line(&mut self, line: std::fmt::Arguments) {
+        // Writing into a string cannot fail.
+        let _ = writeln!(self.text, "{line}");
+    }
+
+    /// SSP has no step and no algorithm: they are those of annotations, of the FMUs and of this program.
+    fn stepping(&mut self, is_ours: bool) -> Result<Stepping, Error> {
+        let times = self.default_experiment(None)?;
+        let DefaultExperiment { start, step, stop } = &times;
+        let (step, stop) = (step.value, stop.value);
+        self.line(format_args!("\n[time]\nstart = {start:?}\nstep = {step:?}\nstop = {stop:?}"));
+        self.line(format_args!("\n[coupling]\nloops = \"delay\""));
+        let annotation = self.system.stepping.as_ref().filter(|_| !is_ours);
+        let algorithm = annotation.filter(|it| it.master == ssp::Master::Osp).map(|it| {
+            self.line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.word()));
+            (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.place))
+        });
+        Ok(Stepping::Whole { name: self.system.name.clone(), times, algorithm })
+    }
+
+    /// The times of a run; `step` is the one that the scenario around the system has.
+    fn default_experiment(&self, step: Option<ExperimentTime>) -> Result<DefaultExperiment, Error> {
+        let system = self.system;
+        let annotation = system.stepping.as_ref();
+        let annotation =
+            annotation.map(|it| ExperimentTime::new(it.step, format!("noted at {}", it.place)));
+        let stop =
+            system.experiment.stop.map(|stop| ExperimentTime::new(stop, "its DefaultExperiment"));
+        let start = system.experiment.start.unwrap_or(0.0);
+        default_experiment(
+            &system.name,
+            ExperimentSettings { start, stop, step: step.or(annotation) },
+            &self.fmus,
+        )
+    }
+
+    fn variable(&self, Port { component, variable }: &Port) -> Option<&Variable> {
+        let description = &self.fmus.get(*component)?.description;
+        description.find(variable).map(|index| &description.variables[index])
+    }
+
+    fn component(&mut self, index: usize, fed: &[&Port]) -> Result<(), Error> {
+        let component = &self.system.components[index];
+        if !matches!(component.implementation.as_str(), "any" | "CoSimulation") {
+            let message = format!(
+                "expected the implementation any or CoSimulation, found {}: export the component for co-simulation",
+                component.implementation
+            );
+            return Err(error_at(&component.place, message));
+        }
+        self.begin(&component.place);
+        // Relative to where the program was started, not to the system.
+        let source = std::path::absolute(&component.source);
+        let source = source.map_err(|error| error_at(&component.place, error))?;
+        let source = source.to_string_lossy();
+        self.line(format_args!(
+            "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
+            quoted(&self.names[index]),
+            quoted(&source)
+        ));
+        for start in &component.starts {
+            let port = Port { component: index, variable: start.variable.clone() };
+            let is_array = || {
+                let prefix = format!("{}[", start.variable);
+                let variables = &self.fmus[index].description.variables;
+                variables.iter().find(|variable| variable.name.starts_with(&prefix))
+            };
+            let Some(variable) = self.variable(&port).or_else(is_array) else {
+                // Section 5.2.3 of SSP 2.0.
+                let note = format!(
+                    "{}: `{}` has no variable `{}`, so its start value is left out",
+                    start.place, component.name, start.variable
+                );
+                self.notes.push(note);
+                continue;
+            };
+            let takes =
+                variable.causality == Causality::Input || parameters::is_parameter(variable);
+            if fed.contains(&&port) && takes {
+                continue;
+            }
+            let value = start_value(start, variable)?;
+            self.begin(&start.place);
+            self.line(format_args!("{} = {value}", quoted(&start.variable)));
+        }
+        for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
+            let (source, target) = self.ends(connection)?;
+            if parameters::is_start(source, target) {
+                let value = parameters::value(self.system, connection, source, target)?;
+                self.begin(&connection.way.place);
+                self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The variables at both ends of a connection.
+    fn ends(
+        &self,
+        Connection { from, to, way }: &Connection,
+    ) -> Result<(&Variable, &Variable), Error> {
+        let [source, target] = [from, to].map(|port| {
+            let absent = || {
+                let component = &self.system.components[port.component];
+                let message = format!(
+                    "expected a variable of `{}`, found `{}`, which its FMU does not have",
+                    component.name, port.variable
+                );
+                error_at(&way.place, message)
+            };
+            self.variable(port).ok_or_else(absent)
+        });
+        Ok((source?, target?))
+    }
+
+    fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
+        let Connection { from, to, way } = connection;
+        let (source, target) = self.ends(connection)?;
+        if parameters::is_start(source, target) {
+            return Ok(());
+        }
+        if target.causality != Causality::Input && !parameters::is_parameter(target) {
+            let message = format!(
+                "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
+                to.variable, target.causality
+            );
+            return Err(error_at(&way.place, message));
+        }
+        let words = conversion_keys(way, source, target)?;
+        let name =
+            |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
+        let (from, to) = (name(from), name(to));
+        self.begin(&way.place);
+        self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        Ok(())
+    }
+}
+
+/// The name of a node for a component or a file: a dot ends the name of a node.
+pub(super) fn node_name(name: &str) -> String {
+    name.replace(['.', '"', '\\'], "_")
+}
+
+/// A text of TOML.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// A start value in the unit and of the type of its variable, as TOML.
+fn start_value(start: &Start, variable: &Variable) -> Result<String, Error> {
+    Ok(toml(&start_number(start, variable)?, variable))
+}
+
+/// A start value in the unit of its variable.
+fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error> {
+    let (mut factor, mut offset) = (1.0, 0.0);
+    if let Some(from) = &start.unit {
+        let to = unit(start.connector_unit.as_deref(), variable);
+        if let (Some(given), Some((b, to))) = (parse_unit(from), to) {
+            let a = variable.scale(given);
+            let message = || format!("[{}] is no unit of [{to}]", from.name);
+            (factor, offset) =
+                Unit::conversion(&a, &b).ok_or_else(|| error_at(&start.place, message()))?;
+        }
+    }
+    start.converted(factor, offset).ok_or_else(|| {
+        error_at(&start.place, "expected a number for a conversion or transformation, found none")
+    })
+}
+
+fn toml(value: &ssp::Value, variable: &Variable) -> String {
+    match value {
+        ssp::Value::Real(number) if variable.kind == Type::Integer && number.fract() == 0.0 => {
+            format!("{number:.0}")
+        }
+        ssp::Value::Real(number) => format!("{number:?}").to_lowercase(),
+        ssp::Value::Integer(number) if variable.kind == Type::Real => format!("{number}.0"),
+        ssp::Value::Integer(number) if i64::try_from(*number).is_err() => {
+            quoted(&number.to_string())
+        }
+        ssp::Value::Integer(number) => number.to_string(),
+        ssp::Value::Boolean(truth) => truth.to_string(),
+        ssp::Value::String(text) | ssp::Value::Enumeration(text) => quoted(text),
+        ssp::Value::Binary(bytes) => Value::Binary(bytes.clone()).to_string(),
+        ssp::Value::Array { elements, .. } => {
+            let elements: Vec<_> = elements.iter().map(|element| toml(element, variable)).collect();
+            format!("[{}]", elements.join(", "))
+        }
+    }
+}

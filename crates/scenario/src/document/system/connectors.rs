@@ -1,0 +1,157 @@
+//! Writes the connectors of an SSP system, which the scenario around it connects.
+
+use diagnostics::Error;
+use fmu_import::Causality;
+use fmu_import::description::{Item, Type, Variable};
+use ssp::{Connector, Input, Kind, Output, Port, Way};
+use units::Unit;
+
+use super::{PartSettings, Writer, conversion_keys, error_at, parse_unit, quoted};
+
+impl Writer<'_> {
+    /// Writes all connectors of the system that a scenario can connect. What is left out is noted.
+    pub(super) fn connectors(&mut self, settings: &PartSettings) -> Result<(), Error> {
+        let system = self.system;
+        system.inputs.iter().try_for_each(|input| self.input(settings, input))?;
+        system.outputs.iter().try_for_each(|output| self.output(settings, output))
+    }
+
+    fn input(
+        &mut self,
+        settings: &PartSettings,
+        Input { connector, to }: &Input,
+    ) -> Result<(), Error> {
+        if matches!(connector.kind, Kind::Parameter | Kind::StructuralParameter) {
+            return Ok(());
+        }
+        let mut targets = Vec::new();
+        for (port, way) in to {
+            let target = self.find_variable(port, way)?.clone();
+            match target.causality {
+                Causality::Input => targets.push((port, way, target)),
+                _ => self.leave_out(settings, connector, "it leads to a parameter"),
+            }
+        }
+        let Some((_, _, first)) = targets.first() else {
+            if to.is_empty() {
+                self.leave_out(settings, connector, "it leads to nothing in the system");
+            }
+            return Ok(());
+        };
+        let Some((own, has_unit)) = self.connector_variable(settings, connector, first) else {
+            return Ok(());
+        };
+        self.write_connector(settings, connector, "input", has_unit);
+        if settings.unconnected {
+            self.line(format_args!("unconnected = \"start\""));
+        }
+        let from = quoted(&format!("{}.{}", settings.name, connector.name));
+        for (port, way, target) in &targets {
+            let way = Way { units: (None, way.units.1.clone()), ..Way::clone(way) };
+            let words = conversion_keys(&way, &own, target)?;
+            let to = quoted(&format!("{}.{}", self.names[port.component], port.variable));
+            self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        }
+        Ok(())
+    }
+
+    fn output(
+        &mut self,
+        settings: &PartSettings,
+        Output { connector, from }: &Output,
+    ) -> Result<(), Error> {
+        let Some((port, way)) = from else {
+            self.leave_out(settings, connector, "no component of the system leads to it");
+            return Ok(());
+        };
+        let source = self.find_variable(port, way)?.clone();
+        if source.causality != Causality::Output {
+            self.leave_out(settings, connector, "it does not come from an output");
+            return Ok(());
+        }
+        let Some((own, has_unit)) = self.connector_variable(settings, connector, &source) else {
+            return Ok(());
+        };
+        self.write_connector(settings, connector, "output", has_unit);
+        let way = Way { units: (way.units.0.clone(), None), ..Way::clone(way) };
+        let words = conversion_keys(&way, &source, &own)?;
+        let from = quoted(&format!("{}.{}", self.names[port.component], port.variable));
+        let to = quoted(&format!("{}.{}", settings.name, connector.name));
+        self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
+        Ok(())
+    }
+
+    /// The variable of a component at the end of a way.
+    fn find_variable(&self, port: &Port, way: &Way) -> Result<&Variable, Error> {
+        self.variable(port).ok_or_else(|| {
+            let component = &self.system.components[port.component];
+            let message = format!(
+                "expected a variable of `{}`, found `{}`, which its FMU does not have",
+                component.name, port.variable
+            );
+            error_at(&way.place, message)
+        })
+    }
+
+    fn leave_out(&mut self, settings: &PartSettings, connector: &Connector, reason: &str) {
+        let Connector { name, place, .. } = connector;
+        self.notes.push(format!(
+            "{place}: the connector `{}.{name}` is left out: {reason}",
+            settings.name
+        ));
+    }
+
+    /// The connector as a variable, and whether it has a unit of its own. What it leaves open is as in the variable that it is
+    /// wired to.
+    fn connector_variable(
+        &mut self,
+        settings: &PartSettings,
+        connector: &Connector,
+        inner: &Variable,
+    ) -> Option<(Variable, bool)> {
+        if !connector.dimensions.is_empty() {
+            self.leave_out(settings, connector, "it is an array; connect the nodes of the system");
+            return None;
+        }
+        let mut own = Variable { name: connector.name.clone(), ..inner.clone() };
+        if let Some(ssp::Type::Enumeration(Some(named))) = &connector.carries {
+            let item = |(name, value): &(String, i64)| Item { name: name.clone(), value: *value };
+            own.items = named.items.iter().map(item).collect();
+        }
+        let Some(unit) = connector.unit.as_deref().filter(|_| inner.kind == Type::Real) else {
+            return Some((own, false));
+        };
+        match (parse_unit(unit), Unit::parse(&unit.name)) {
+            (Some(defined), Ok(read)) if Unit::conversion(&defined, &read) == Some((1.0, 0.0)) => {
+                own.unit = Some(unit.name.clone());
+                own.measure_in(defined);
+                Some((own, true))
+            }
+            _ => {
+                let (place, name) = (&connector.place, &connector.name);
+                self.notes.push(format!(
+                    "{place}: `{}.{name}` is in [{}], the unit of the FMU, since its own unit [{}] is none that this program knows by this name",
+                    settings.name,
+                    inner.unit.as_deref().unwrap_or("1"),
+                    unit.name
+                ));
+                Some((own, false))
+            }
+        }
+    }
+
+    fn write_connector(
+        &mut self,
+        settings: &PartSettings,
+        connector: &Connector,
+        kind: &str,
+        has_unit: bool,
+    ) {
+        self.begin(&connector.place);
+        let name = quoted(&format!("{}.{}", settings.name, connector.name));
+        self.line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
+        if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {
+            self.line(format_args!("unit = {}", quoted(&unit.name)));
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Translates the unit conversion, type conversion and transformation of an SSP connection into keys of `[[connect]]`.
+
+use diagnostics::Error;
+use fmu_import::description::{Type, Variable};
+use ssp::{Transformation, Way};
+use units::Unit;
+
+use super::error_at;
+
+fn numbers(of: Type) -> bool {
+    !matches!(of, Type::String | Type::Binary)
+}
+
+/// What stands in a connection besides its ends.
+pub(super) fn conversion_keys(
+    way: &Way,
+    source: &Variable,
+    target: &Variable,
+) -> Result<String, Error> {
+    let convert = match (source.kind, target.kind) {
+        (a, b) if a == b => "",
+        (Type::Boolean, Type::Integer) => "\nconvert = \"boolean_to_integer\"",
+        (Type::Integer, Type::Boolean) => "\nconvert = \"integer_to_boolean\"",
+        (Type::Enumeration, Type::Integer) => "\nconvert = \"enumeration_to_integer\"",
+        (Type::Integer, Type::Enumeration) => "\nconvert = \"integer_to_enumeration\"",
+        (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
+        (a, b) => {
+            let message = format!("expected connectors of one type, found {a:?} and {b:?}");
+            return Err(error_at(&way.place, message));
+        }
+    };
+    if !numbers(target.kind) {
+        return match way.transformation.is_identity() {
+            true => Ok(String::new()),
+            false => {
+                Err(error_at(&way.place, "expected numbers for a transformation, found texts"))
+            }
+        };
+    }
+    let (factor, offset) = conversion(way, source, target)?;
+    let transform = match &way.transformation {
+        Transformation::Linear { factor: f, offset: o } => {
+            format!("factor = {:?}, offset = {:?}", f * factor, f * offset + o)
+        }
+        Transformation::Boolean(map) => {
+            let number = |truth: bool| f64::from(u8::from(truth));
+            pairs(map.iter().map(|(a, b)| [number(*a), number(*b)]))
+        }
+        Transformation::Integer(map) => pairs(map.iter().map(|(a, b)| [*a as f64, *b as f64])),
+        Transformation::Enumeration(map) => {
+            let item = |variable: &Variable, name: &str| {
+                let found = variable.items.iter().find(|item| item.name == *name);
+                found.map(|item| item.value as f64).ok_or_else(|| {
+                    error_at(&way.place, format!("`{}` has no item `{name}`", variable.name))
+                })
+            };
+            let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
+            pairs(mapped.collect::<Result<Vec<_>, Error>>()?.into_iter())
+        }
+    };
+    Ok(format!("\ntransform = {{ {transform} }}{convert}"))
+}
+
+fn pairs(pairs: impl Iterator<Item = [f64; 2]>) -> String {
+    let pairs: Vec<_> = pairs.map(|[from, to]| format!("[{from:?}, {to:?}]")).collect();
+    format!("map = [{}]", pairs.join(", "))
+}
+
+/// The unit of a connector, or else that of the variable behind it, with a name for messages.
+pub(super) fn unit(of: Option<&ssp::Unit>, variable: &Variable) -> Option<(Unit, String)> {
+    match of {
+        Some(unit) => Some((variable.scale(parse_unit(unit)?), unit.name.clone())),
+        None => Some((variable.dimension?, variable.unit.clone().unwrap_or_default())),
+    }
+}
+
+pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
+    let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
+    let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
+    // The reader of the system has refused what cannot convert.
+    Unit::defined(exponents, base.factor, base.offset).ok()
+}
+
+/// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.
+pub(super) fn conversion(
+    way: &Way,
+    source: &Variable,
+    target: &Variable,
+) -> Result<(f64, f64), Error> {
+    let same = (1.0, 0.0);
+    let (from, to) = &way.units;
+    let units = (unit(from.as_deref(), source), unit(to.as_deref(), target));
+    let (Some((a, from)), Some((b, to))) = units else { return Ok(same) };
+    if way.suppress_unit_conversion || source.kind != Type::Real {
+        return Ok(same);
+    }
+    let shifted = |unit: &Unit, it: &Variable| it.relative.unwrap_or(unit.offset) != 0.0;
+    if source.relative.is_some() != target.relative.is_some()
+        && (shifted(&a, source) || shifted(&b, target))
+    {
+        let (one, other) = (&source.name, &target.name);
+        let message = format!(
+            "`{one}` [{from}] and `{other}` [{to}]: one is a difference (relativeQuantity), the other a point on a scale with a shifted zero: connect two of one sort, or set suppressUnitConversion"
+        );
+        return Err(error_at(&way.place, message));
+    }
+    let found = Unit::conversion(&a, &b).ok_or_else(|| {
+        let message = format!(
+            "expected units of one dimension, found [{from}] ({}) and [{to}] ({}): correct one of them, or set suppressUnitConversion",
+            a.dimension(),
+            b.dimension()
+        );
+        error_at(&way.place, message)
+    })?;
+    match way.assumes_equal_units && found != same {
+        true => Err(error_at(
+            &way.place,
+            format!(
+                "expected equal units at both ends, found [{from}] and [{to}]: give the connectors between them units"
+            ),
+        )),
+        false => Ok(found),
+    }
+}

@@ -1,0 +1,111 @@
+//! Loads the plugin or the Python script of an analysis, with the signals that it wants.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use diagnostics::{Error, Spanned};
+use fmu_import::during_plugin;
+use plugin::{Plugin, Wanted};
+use python::analysis::Script;
+
+use crate::build_request::BuildRequest;
+use crate::document::{Aliases, Analysis, Scenario};
+use crate::plan::Analyser;
+
+/// Who does an analysis, and what it wants.
+pub(super) struct LoadedAnalyser {
+    pub analyser: Analyser,
+    /// The library or the script.
+    pub path: PathBuf,
+    pub needs: Vec<Wanted>,
+}
+
+impl LoadedAnalyser {
+    /// The plugin, if it is one.
+    pub fn plugin(&self) -> Option<&Plugin> {
+        match &self.analyser {
+            Analyser::Plugin(plugin) => Some(plugin),
+            Analyser::Python(_) | Analyser::Manoeuvre(_) => None,
+        }
+    }
+}
+
+pub(super) fn load(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    plugins: &BTreeMap<BuildRequest, PathBuf>,
+    aliases: Option<&Aliases>,
+) -> Result<LoadedAnalyser, Error> {
+    let (word, path) = match (&analysis.path, &analysis.package, analysis.build_request()) {
+        (None, None, _) if analysis.example.is_none() && analysis.python.is_some() => {
+            let word = analysis.python.as_ref().ok_or_else(Error::follow_up)?;
+            return script(scenario, analysis, aliases, word);
+        }
+        _ if analysis.python.is_some() => return Err(ambiguous(scenario, analysis)),
+        (Some(path), None, _) if analysis.example.is_none() => {
+            (path, scenario.source.resolve(path))
+        }
+        (None, Some(package), Some(product)) => match plugins.get(&product) {
+            Some(path) => (package, path.clone()),
+            // Whoever builds it has told why there is none.
+            None => return Err(Error::follow_up()),
+        },
+        _ => return Err(ambiguous(scenario, analysis)),
+    };
+    let path = absolute(&path);
+    let who = format!("the plugin {}", path.display());
+    let loaded = during_plugin(&who, c"loading its library", || Plugin::load(&path));
+    let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
+    let needs = plugin.needs().to_vec();
+    Ok(LoadedAnalyser { analyser: Analyser::Plugin(plugin), path, needs })
+}
+
+fn ambiguous(scenario: &Scenario, analysis: &Analysis) -> Error {
+    let name = analysis.name.get_ref();
+    let message = format!(
+        "the analysis `{name}` needs either `path` or `crate` or `python`, and `example` goes with `crate`"
+    );
+    scenario.error(&analysis.name, message)
+}
+
+/// A path without a folder would be looked up among the libraries of the system.
+fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+}
+
+/// Loads a script, which takes the signals that it lists, or any.
+fn script(
+    scenario: &Scenario,
+    analysis: &Analysis,
+    aliases: Option<&Aliases>,
+    word: &Spanned<String>,
+) -> Result<LoadedAnalyser, Error> {
+    let path = absolute(&scenario.source.resolve(word));
+    if !path.is_file() {
+        let message = format!("expected a Python script, and {} is no file", path.display());
+        return Err(scenario.error(word, message));
+    }
+    let loaded = Script::load(&path).map_err(|failure| {
+        let error = scenario.error(word, format!("the script does not load: {failure}"));
+        error.help("another Python is named by the environment variable TRACKSIDE_PYTHON")
+    })?;
+    let need = |name: &str, unit: &str, required| Wanted {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        description: "the script lists it in `signals`".to_owned(),
+        required,
+    };
+    let needs = match loaded.wanted() {
+        Some(units) => units.iter().map(|(name, unit)| need(name, unit, true)).collect(),
+        None => {
+            let columns = analysis.table.iter().flat_map(|table| table.columns.keys());
+            let aliases = aliases.into_iter().flat_map(Aliases::names);
+            let aliases = aliases.filter(|name| name.get_ref() != "time");
+            let given = analysis.signals.keys().chain(columns).chain(aliases);
+            let given: BTreeSet<&String> = given.map(Spanned::get_ref).collect();
+            given.into_iter().map(|name| need(name, "", false)).collect()
+        }
+    };
+    Ok(LoadedAnalyser { analyser: Analyser::Python(Mutex::new(Some(loaded))), path, needs })
+}
