@@ -1,4 +1,4 @@
-//! Makes the car with options of the parameters: on curves of the simple Magic Formula, or on tires of files.
+//! Builds the detailed single-track car from the parameters: on the simple Magic Formula, or on tires of files.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::sync::Arc;
@@ -8,9 +8,9 @@ use tire::{MagicFormula, MfSet, MfTire, TireSet};
 use tire_file::{Message, TireChoice};
 use vehicle::detailed_track::{DetailedTrack, Input, Motion, Mounting, Parameters, State};
 
-/// What parameters have made.
+/// The car that was built from the parameters, with the tire curves that it was built for.
 #[derive(Clone, Debug)]
-pub(crate) struct Made {
+pub(crate) struct BuiltCar {
     /// The curves of the tires, which may change during a run.
     pub curves: [MagicFormula; 2],
     /// The car with options; `None` for the plain one.

@@ -126,7 +126,7 @@ impl Gathering<'_> {
         scenario: &Scenario,
         beside: Beside,
     ) -> Result<(String, BTreeMap<String, String>), Error> {
-        let texts = scenario.source.shifted();
+        let texts = scenario.source.padded_texts();
         let mut table = words::merged(&scenario.source, &texts)?;
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();

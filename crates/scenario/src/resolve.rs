@@ -66,11 +66,11 @@ fn source(scenario: &Scenario) -> TextSource {
     let mut source = scenario.source.clone();
     let track = scenario.document.view.track.as_ref();
     if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
-        source.keep(&scenario.source.resolve(path));
+        source.attach(&scenario.source.resolve(path));
     }
     let parameters: BTreeSet<_> =
         scenario.parameter_files().map(|word| scenario.source.resolve(word)).collect();
-    parameters.iter().for_each(|path| source.keep(path));
+    parameters.iter().for_each(|path| source.attach(path));
     source
 }
 

@@ -1,4 +1,4 @@
-//! Lets the parameters of an FMU choose a tire: by the text of a file or its path, and by scale factors.
+//! A tire by FMU parameters: the text of a file or its path, and scale factors.
 #![allow(non_snake_case, reason = "the keys of .tir files")]
 
 use std::path::Path;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use diagnostics::Error;
-use diagnostics::suggest::Unknown;
+use diagnostics::suggest::UnknownName;
 use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
 use scenario::{reference, words};
@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => (words::schema().clone(), "Scenario reference".to_owned()),
     };
     match &arguments.key {
-        Some(key) => print(&reference::explain(&schema, key).map_err(Unknown::input)?),
+        Some(key) => print(&reference::explain(&schema, key).map_err(UnknownName::input)?),
         None => print(&reference::markdown(&schema, &title)),
     }
     Ok(0)

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ::sweep::search::Status;
-use ::sweep::table::{self, Groups, Table, Values, Writer};
+use ::sweep::table::{self, RowGroups, Table, Values, Writer};
 use diagnostics::Error;
 use serde::Serialize;
 
@@ -104,7 +104,7 @@ pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
         match &mut writer {
             Some(writer) => writer.append(&table)?,
             None => {
-                let mut new = Writer::create(&path, &table, Groups::Even)?;
+                let mut new = Writer::create(&path, &table, RowGroups::Even)?;
                 new.append(&table)?;
                 writer = Some(new);
             }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::sweep::table::{Groups, Writer};
+use ::sweep::table::{RowGroups, Writer};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
 use scenario::plan::{Body, SweepPlan, System};
@@ -123,7 +123,7 @@ fn write(
     let chunk =
         options.chunk.unwrap_or_else(|| variants.div_ceil(PARTS_WANTED).clamp(LEAST, CHUNK));
     let path = folder.join(VARIANTS);
-    let mut writer = Writer::create(&path, &assignment.rows(0..0), Groups::Tables)?;
+    let mut writer = Writer::create(&path, &assignment.rows(0..0), RowGroups::Tables)?;
     for first in (0..variants).step_by(chunk as usize) {
         writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ::sweep::search::{
-    Best, Goal as Wanted, Limit, LimitFound, Minimise, Outcome as Told, Search, Side, Status,
+    Best, Evaluation, Goal as Objective, Limit, LimitBracket, Minimise, Search, Side, Status,
 };
 use ::sweep::table::Table;
 use diagnostics::Error;
@@ -32,7 +32,7 @@ pub struct Found {
     /// The best variant.
     pub best: Option<Best>,
     /// The limit, of a search for one.
-    pub limit: Option<LimitFound>,
+    pub limit: Option<LimitBracket>,
     /// Whether the best value is the largest one.
     pub largest: bool,
     /// Variants that it ran.
@@ -156,7 +156,7 @@ fn goal(
     words: &SweepPlan,
     SearchPlan { goal, tolerance }: &SearchPlan,
     assignment: &Assignment,
-) -> Result<Wanted, Error> {
+) -> Result<Objective, Error> {
     let varies = |name: &String| assignment.names().any(|known| known == name);
     let axes = words.axes.iter().filter(|axis| axis.names.iter().all(varies));
     let bounds: Vec<[f64; 2]> = axes
@@ -168,7 +168,7 @@ fn goal(
     let most = if words.variants == 0 { MOST } else { words.variants as usize };
     Ok(match goal {
         Goal::Extreme { .. } => {
-            Wanted::Minimise(Minimise { bounds, population: None, tolerance: *tolerance, most })
+            Objective::Minimise(Minimise { bounds, population: None, tolerance: *tolerance, most })
         }
         Goal::Limit { side, .. } => {
             let Some(&bounds) = bounds.first() else {
@@ -179,30 +179,30 @@ fn goal(
                 words::Limit::Smallest => Side::Smallest,
             };
             let tolerance = tolerance * (bounds[1] - bounds[0]);
-            Wanted::Limit(Limit { bounds, side, tolerance, batch: BATCH, most })
+            Objective::Limit(Limit { bounds, side, tolerance, batch: BATCH, most })
         }
     })
 }
 
 /// What a search is told of a variant.
-fn told(plan: &Plan, goal: &Goal, outcome: &Outcome) -> Told {
+fn told(plan: &Plan, goal: &Goal, outcome: &Outcome) -> Evaluation {
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     match goal {
         Goal::Extreme { collected, largest } => {
             let place = plan.about.collected.iter().position(|(name, _)| name == collected);
             let value = number(place.and_then(|place| outcome.collected.get(place).copied()));
-            Told { value: if *largest { -value } else { value }, passed: None }
+            Evaluation { value: if *largest { -value } else { value }, passed: None }
         }
         Goal::Limit { check: None, .. } => {
             let margins = outcome.checks.iter().filter_map(|(_, margin)| *margin);
             let value = number(margins.min_by(f64::total_cmp));
-            Told { value, passed: Some(outcome.passed()) }
+            Evaluation { value, passed: Some(outcome.passed()) }
         }
         Goal::Limit { check: Some(name), .. } => {
             let place = plan.about.checks.iter().position(|known| known == name);
             let found = place.and_then(|place| outcome.checks.get(place).copied());
             let (passed, margin) = found.unwrap_or((false, None));
-            Told { value: number(margin), passed: Some(passed) }
+            Evaluation { value: number(margin), passed: Some(passed) }
         }
     }
 }

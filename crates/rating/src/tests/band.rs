@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use crate::{Band, Tolerance, Unrated};
+use crate::{Band, RatingError, Tolerance};
 
 const fn constant(offset: f64) -> Tolerance {
     Tolerance { offset, gain: 0.0 }
@@ -208,18 +208,21 @@ fn what_makes_no_band_is_refused() {
     let band = |x: &[f64], y: &[f64], dx: &[f64]| Band::new(x, y, dx, &[1.0, 1.0]).map(|_| ());
     assert_eq!(
         band(&two, &two, &[0.0, -1.0]),
-        Err(Unrated::Negative { what: "the tolerance of x", index: 1 })
+        Err(RatingError::Negative { what: "the tolerance of x", index: 1 })
     );
-    assert_eq!(band(&[0.0, f64::NAN], &two, &two), Err(Unrated::NotFinite { what: "x", index: 1 }));
+    assert_eq!(
+        band(&[0.0, f64::NAN], &two, &two),
+        Err(RatingError::NotFinite { what: "x", index: 1 })
+    );
     assert_eq!(
         band(&two, &[f64::INFINITY, 0.0], &two),
-        Err(Unrated::NotFinite { what: "y", index: 0 })
+        Err(RatingError::NotFinite { what: "y", index: 0 })
     );
     assert_eq!(
         band(&two, &[0.0], &two),
-        Err(Unrated::Lengths { what: "y", reference: 2, found: 1 })
+        Err(RatingError::Lengths { what: "y", reference: 2, found: 1 })
     );
-    assert_eq!(band(&[], &[], &[]), Err(Unrated::Short { least: 1, found: 0 }));
+    assert_eq!(band(&[], &[], &[]), Err(RatingError::Short { least: 1, found: 0 }));
     let good = Band::new(&two, &two, &two, &two).expect("a band");
     assert!(good.judge(&two, &[1.0]).is_err() && good.judge(&[], &[]).is_err());
     assert!(good.deviation(f64::NAN, 0.0).is_nan());

@@ -10,7 +10,7 @@ use super::palette::Palette;
 use super::round_number;
 use super::run_slot::RunSlot;
 use super::timeline::{TimePoint, TimePoints};
-use super::xy_plots::{Shown, XyPlots};
+use super::xy_plots::{DiagramView, XyPlots};
 
 /// Points of the line at most: more than any screen shows.
 const POINTS: usize = 4_000;
@@ -43,7 +43,7 @@ impl TimeGap {
         stream: &RecordingStream,
         number: usize,
         title: &str,
-    ) -> RecordingStreamResult<Vec<Shown>> {
+    ) -> RecordingStreamResult<Vec<DiagramView>> {
         if self.points.is_empty() {
             return Ok(Vec::new());
         }
@@ -76,7 +76,7 @@ impl TimeGap {
             xy_plots.push(*time_point, 0.0, &row);
         }
         xy_plots.send(stream, &self.time_points.iter().copied().collect::<TimePoints>().axes())?;
-        Ok(xy_plots.shown())
+        Ok(xy_plots.views())
     }
 
     /// The ends of an axis at round numbers. A division is at least `finest`.

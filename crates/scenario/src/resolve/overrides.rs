@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::suggest::{self, Unknown};
+use diagnostics::suggest::{self, UnknownName};
 use diagnostics::{Error, Mistakes};
 
 use super::Overrides;
@@ -115,7 +115,7 @@ pub(super) fn check_nodes(scenario: &Scenario, overrides: &Overrides) -> Result<
     let foreign = overrides.all().filter(|given| !fmus.contains(&given.node.as_str()));
     let errors = foreign.map(|given| {
         let sources = signals.iter().filter_map(|name| Some(name.split_once('.')?.0));
-        let Unknown { message, help, .. } = if tables.contains(&given.node.as_str()) {
+        let UnknownName { message, help, .. } = if tables.contains(&given.node.as_str()) {
             return given.error(&format!(
                 "`{}` is a table, which has its values from its file",
                 given.node

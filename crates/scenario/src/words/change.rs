@@ -92,7 +92,7 @@ impl Scenario {
     pub(crate) fn changed(&self, changes: &[Change]) -> Result<Scenario, Vec<Misfit>> {
         let wrong =
             |place, message: &str| Misfit { place, message: message.to_owned(), help: None };
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let values: Vec<_> = changes.iter().map(|change| self.value(change)).collect();
         let table = read::merged(&self.source, &texts);
         let mut table = table.map_err(|error| vec![wrong(0, &error.to_string())])?;
@@ -196,7 +196,7 @@ pub(crate) fn converted(
     let wanted = defined.map_or_else(|| readable(name), Ok)?;
     let (mut given, mut own) = (readable(unit)?, wanted);
     if relative {
-        (given, own) = (given.of_differences(), own.of_differences());
+        (given, own) = (given.difference_unit(), own.difference_unit());
     }
     let (factor, offset) = Unit::conversion(&given, &own)
         .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;

@@ -14,7 +14,7 @@ impl Scenario {
     /// from 0 on, in the order of the document. None when the files do not even have the first key.
     #[must_use]
     pub fn place(&self, path: &[&str]) -> Option<(usize, Range<usize>)> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let document = DeValue::Table(read::merged(&self.source, &texts).ok()?);
         let (mut value, mut place) = (&document, None);
         for (depth, key) in path.iter().enumerate() {
@@ -28,7 +28,7 @@ impl Scenario {
     /// [`Scenario::place`].
     #[must_use]
     pub fn findings(&self, path: &[&str], schema: &Value) -> Vec<Finding> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let Ok(document) = read::merged(&self.source, &texts) else { return Vec::new() };
         let document = DeValue::Table(document);
         let (mut value, mut place) = (&document, 0..0);

@@ -38,7 +38,7 @@ impl Scenario {
     pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
         if system::is_system(path) {
             let (file, imported) = system::imported(path, variant)?;
-            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+            return read(Source::generated(file), &[], vec![Arc::new(imported)]);
         }
         if let Some(variant) = variant {
             let message = format!(
@@ -50,7 +50,7 @@ impl Scenario {
         }
         if standalone::is_fmu(path) {
             let (file, imported) = standalone::imported(path)?;
-            return read(Source::made(file), &[], vec![Arc::new(imported)]);
+            return read(Source::generated(file), &[], vec![Arc::new(imported)]);
         }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
     }
@@ -61,7 +61,7 @@ impl Scenario {
     /// As for a file.
     pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
         let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
-        read(Source::made(file), &[], Vec::new())
+        read(Source::generated(file), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -80,7 +80,7 @@ impl Scenario {
     /// # Errors
     /// As when it was read.
     pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let mut values = BTreeMap::new();
         collect_values(
             &self.source,
@@ -104,7 +104,7 @@ fn collect_values(
             collect_values(source, value.get_ref(), &under(key), values);
         }
         _ => {
-            values.insert(under(key), source.letters(value.span()).to_owned());
+            values.insert(under(key), source.text_at(value.span()).to_owned());
         }
     };
     match value {
@@ -153,7 +153,7 @@ fn validating(
 fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
     let mut paths = vec![source.path().to_owned()];
     loop {
-        let text = source.shifted().pop().unwrap_or_default();
+        let text = source.padded_texts().pop().unwrap_or_default();
         let table = parsed(source, &text)?;
         let variant = table.get_ref().get("variant");
         let Some(extends) = table.get_ref().get("extends") else {
@@ -177,7 +177,7 @@ fn follow(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), E
         }
         if system::is_system(&path) {
             let (file, imported) = extended_system(source, &path, place, variant)?;
-            source.add_made(file);
+            source.add_generated(file);
             systems.push(Arc::new(imported));
         } else {
             if let Some(variant) = variant {
@@ -208,12 +208,12 @@ fn extended_system(
 
 /// Adds the systems of `[[system]]` behind the files.
 fn add_parts(source: &mut Source, systems: &mut Vec<Arc<Imported>>) -> Result<(), Error> {
-    let texts = source.shifted();
+    let texts = source.padded_texts();
     // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
     let table = merge(source, &texts, &mut Mistakes::default())?;
     // The first system is the deepest one, so that its nodes come first.
     for (file, imported) in subsystems::texts(source, &table)?.into_iter().rev() {
-        source.add_made(file);
+        source.add_generated(file);
         systems.push(Arc::new(imported));
     }
     Ok(())
@@ -259,7 +259,7 @@ fn parsed<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Er
 
 /// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
-    let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
+    let (texts, mut mistakes) = (source.padded_texts(), Mistakes::default());
     let merged = merge(source, &texts, &mut mistakes)?;
     for (place, message) in sizes::absurd(&merged).into_iter().take(TOLD) {
         mistakes.push(source.error(place, message, "here"));
@@ -314,7 +314,7 @@ mod tests {
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
         let file = TextFile::new("case.toml", text);
-        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let source = Source::from_recording(file, Vec::new(), Vec::new());
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         for (path, word) in [
             (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),

@@ -197,7 +197,7 @@ impl Setting {
         let at = |place: &Range<usize>| source.position(place.start);
         let inner = |list: &str, key: &str| {
             let value = table.get(list)?.get_ref().as_table()?.get(key)?;
-            Some((source.letters(value.span()).to_owned(), at(&value.span())))
+            Some((source.text_at(value.span()).to_owned(), at(&value.span())))
         };
         let step = inner("time", "step");
         let stop = inner("time", "stop");

@@ -34,14 +34,14 @@ impl Reader {
     /// # Errors
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(|error| refused(path, &error.to_string()))?;
-        let about = caught(|| {
+        let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
+        let about = catch_panic(|| {
             let about = ArrowReaderMetadata::load(&file, ArrowReaderOptions::new());
             about.map_err(|error| error.to_string())
         });
-        let about = about.map_err(|what| refused(path, &what))?;
-        let columns = arrow::columns(about.schema()).map_err(|what| refused(path, &what))?;
-        columns.is_whole().map_err(|what| refused(path, &what))?;
+        let about = about.map_err(|what| unreadable(path, &what))?;
+        let columns = arrow::columns(about.schema()).map_err(|what| unreadable(path, &what))?;
+        columns.check_columns().map_err(|what| unreadable(path, &what))?;
         Ok(Self { path: path.to_owned(), file, about, columns })
     }
 
@@ -71,7 +71,7 @@ impl Reader {
     pub fn group(&self, index: usize) -> Result<Table, Error> {
         if index >= self.groups() {
             let what = format!("expected more than {index} row groups, found {}", self.groups());
-            return Err(refused(&self.path, &what));
+            return Err(unreadable(&self.path, &what));
         }
         self.rows_of(vec![index])
     }
@@ -85,7 +85,7 @@ impl Reader {
     }
 
     fn rows_of(&self, groups: Vec<usize>) -> Result<Table, Error> {
-        let table = caught(|| {
+        let table = catch_panic(|| {
             let file = self.file.try_clone().map_err(|error| error.to_string())?;
             let about = self.about.clone();
             let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, about)
@@ -99,17 +99,17 @@ impl Reader {
             }
             Ok(table)
         });
-        table.map_err(|what| refused(&self.path, &what))
+        table.map_err(|what| unreadable(&self.path, &what))
     }
 }
 
 /// The library panics on some damaged pages, which is a mistake of the file and none of the program.
-fn caught<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+fn catch_panic<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let panicked = |_| Err("a page of it is damaged".to_owned());
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(panicked)
 }
 
-fn refused(path: &Path, what: &str) -> Error {
+fn unreadable(path: &Path, what: &str) -> Error {
     let message = format!(
         "{}: expected a table of a sweep in Parquet that can be read: {what}",
         path.display()

@@ -154,7 +154,7 @@ fn bare(title: &str, wanted: &str) -> (String, Option<String>) {
     let Some((rest, end)) = title.rsplit_once(['_', ' ', '.']) else { return (plain(title), None) };
     let parsed = Unit::parse(end).is_ok().then_some(end);
     let gravities = (end.eq_ignore_ascii_case("g")).then_some("g0");
-    let units = [gravities, units::meant(end), parsed].into_iter().flatten();
+    let units = [gravities, units::unit_of_spelling(end), parsed].into_iter().flatten();
     match units.into_iter().find(|unit| same_dimension(unit, wanted)) {
         Some(unit) => (plain(rest), Some(unit.to_owned())),
         None => (plain(title), None),

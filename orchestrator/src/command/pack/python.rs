@@ -157,7 +157,7 @@ fn refused(
         let words = text.get(begin..)?.lines().next().unwrap_or_default();
         let indent = words.len() - words.trim_start().len();
         let range = begin + indent..begin + words.trim_end().len().max(indent);
-        Some((Source::made(TextFile::new(path(file), text)), range))
+        Some((Source::generated(TextFile::new(path(file), text)), range))
     });
     let error = match place {
         Some((source, range)) => source.error(range, &message, ""),

@@ -1,10 +1,10 @@
-//! Keeps samples of a run of any length in bounded memory.
+//! Samples of a run of any length in bounded memory: at a limit every second one is dropped.
 
 /// Kept samples at most; then every second one is dropped.
 const LIMIT: usize = 20_000;
 
 /// Samples at even distances, from the first one on.
-pub(super) struct Thinned<T> {
+pub(super) struct ThinnedSamples<T> {
     kept: Vec<T>,
     /// Every so many-th sample is kept.
     stride: usize,
@@ -12,13 +12,13 @@ pub(super) struct Thinned<T> {
     taken: usize,
 }
 
-impl<T> Default for Thinned<T> {
+impl<T> Default for ThinnedSamples<T> {
     fn default() -> Self {
         Self { kept: Vec::new(), stride: 1, taken: 0 }
     }
 }
 
-impl<T> Thinned<T> {
+impl<T> ThinnedSamples<T> {
     pub fn push(&mut self, sample: T) {
         if self.taken.is_multiple_of(self.stride) {
             self.kept.push(sample);
@@ -45,11 +45,11 @@ impl<T> Thinned<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LIMIT, Thinned};
+    use super::{LIMIT, ThinnedSamples};
 
     #[test]
     fn kept_samples_are_bounded_and_evenly_spaced() {
-        let mut thinned = Thinned::default();
+        let mut thinned = ThinnedSamples::default();
         for sample in 0..10 * LIMIT {
             thinned.push(sample);
         }
