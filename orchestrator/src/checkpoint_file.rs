@@ -1,4 +1,4 @@
-//! Writes checkpoints into files and reads them: what is cut short, changed or made up is an error.
+//! The file format of checkpoints: a file that is truncated, changed or forged is an error.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use cosim::checkpoint::Checkpoint;
 use diagnostics::Error;
 use fmu_import::sha256;
 
-use crate::fresh;
+use crate::nofollow;
 
 /// The first bytes of a file, with the version of what follows.
 const HEAD: &[u8] = b"trackside checkpoint 1\n";
@@ -27,7 +27,7 @@ pub(crate) fn write(path: &Path, checkpoint: &Checkpoint) -> Result<(), Error> {
         .map_err(|error| failed(std::io::Error::other(error.to_string())))?;
     let bytes = [HEAD, sha256(&content).as_bytes(), &content].concat();
     let beside = path.with_extension("state.partial");
-    let written = fresh::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
+    let written = nofollow::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
     written.map_err(|error| {
         let _ = std::fs::remove_file(&beside);
         failed(error)

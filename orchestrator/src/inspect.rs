@@ -1,4 +1,4 @@
-//! Shows what an FMU says about itself.
+//! The text of `trackside inspect` about an FMU: its model description.
 
 pub mod scenario;
 

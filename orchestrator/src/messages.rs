@@ -1,4 +1,4 @@
-//! Counts what the nodes of a run say: summaries at its start, warnings and errors by kind.
+//! Counts the messages of the nodes of a run: summaries at its start, warnings and errors by kind.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -79,11 +79,11 @@ pub fn lines(messages: &[NodeMessage]) -> Vec<String> {
 
 /// The messages of the nodes of a run by kind.
 #[derive(Debug, Default)]
-pub(crate) struct Messages(HashMap<String, Kinds<Counted>>);
+pub(crate) struct Messages(HashMap<String, Kinds<CountedMessage>>);
 
 /// A kind, and how many of its messages the recordings have.
 #[derive(Debug)]
-struct Counted {
+struct CountedMessage {
     message: NodeMessage,
     recorded: u64,
 }
@@ -102,7 +102,7 @@ impl Messages {
             self.0.insert(source.clone(), Kinds::default());
         }
         let Some(kinds) = self.0.get_mut(source) else { return true };
-        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| Counted {
+        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| CountedMessage {
             message: NodeMessage {
                 node: source.clone(),
                 level: severity,

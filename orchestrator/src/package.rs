@@ -56,7 +56,8 @@ impl Workspace {
     pub fn pack(
         &self,
         products: &[BuildRequest],
-        (into, version): (Option<&Path>, Version),
+        into: Option<&Path>,
+        version: Version,
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         products.iter().try_for_each(|product| self.check(product))?;

@@ -7,6 +7,7 @@ pub mod bundle;
 pub mod effect;
 pub mod export;
 pub mod fault;
+mod override_value;
 pub mod pattern;
 pub mod plan;
 pub mod reference;

@@ -54,9 +54,10 @@ use self::signal_units::SignalUnits;
 pub use self::sweep::sweep;
 pub use self::view::layout;
 use crate::build_request::Built;
+pub use crate::override_value::OverrideValue;
 use crate::plan::{CheckPlan, Clock, Condition, NodePlan, System};
 use crate::words::{Algorithm, Scenario, Time};
-pub use overrides::Override;
+pub use overrides::{Override, SEED};
 
 /// Takes the mistakes and the warnings.
 type Notes<'n> = (&'n mut Mistakes, &'n mut Vec<String>);

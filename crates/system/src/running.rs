@@ -10,7 +10,7 @@ use fmu_export::{Cell, Course, FmiResult, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::plan::{Body, System};
-use scenario::resolve::{Override, Overrides};
+use scenario::resolve::{Override, OverrideValue, Overrides};
 use scenario::{Built, Scenario};
 
 use crate::SCENARIO;
@@ -67,9 +67,13 @@ impl Running {
         let changed = parameters
             .filter(|(exposed, value)| exposed.role == Role::Parameter && **value != exposed.start);
         let starts = changed.filter_map(|(exposed, value)| {
-            let (node, variable) = exposed.name.split_once('.')?;
-            let (node, variable) = (node.to_owned(), variable.to_owned());
-            Some(Override { node, variable, value: value.text(), place: None })
+            let value = match value {
+                Cell::Real(value) => OverrideValue::Number { value: *value, unit: None },
+                Cell::Integer(value) => OverrideValue::Integer((*value).into()),
+                Cell::Boolean(value) => OverrideValue::Boolean(*value),
+                Cell::String(text) => OverrideValue::parse(text),
+            };
+            exposed.name.contains('.').then(|| Override::new(&exposed.name, value))
         });
         let tolerance = course.tolerance.filter(|tolerance| (0.0..1.0).contains(tolerance));
         let overrides = Overrides {

@@ -217,7 +217,7 @@ mod tests {
 
     fn of(key: &str, word: &str) -> Result<Units, String> {
         let mut units = Units::default();
-        units.take(key, word).map(|_| units)
+        units.set(key, word).map(|_| units)
     }
 
     #[test]
@@ -272,7 +272,7 @@ mod tests {
             Err("ANGLE: expected one of radian, degree, found `gon`".to_owned())
         );
         assert!(of("PRESSURE", "torr").is_err() && of("LENGTH", "").is_err());
-        assert_eq!(Units::default().take("TORQUE", "newton_meter"), Ok(false));
+        assert_eq!(Units::default().set("TORQUE", "newton_meter"), Ok(false));
     }
 
     #[test]

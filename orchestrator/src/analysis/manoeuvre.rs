@@ -1,4 +1,4 @@
-//! Gives the characteristic values of a manoeuvre that was driven: as numbers for checks, and as a table for people.
+//! The analysis of a manoeuvre: its characteristic values as numbers for checks, and as a table for the report.
 
 use diagnostics::Error;
 use manoeuvre::{CharacteristicValue, CharacteristicValues, Manoeuvre, ValueDescription};

@@ -1,4 +1,4 @@
-//! Ties a run to the `trackside test` that started it: neither it nor a process that it starts outlives that.
+//! Ends a run together with the `trackside test` that started it.
 
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, ErrorKind, Read as _};
@@ -32,7 +32,7 @@ pub fn begin() -> Result<String, Error> {
     if !identity.ends_with('\n') {
         return Err(wrong("standard input does not begin with a line".to_owned()));
     }
-    orphans::take_in();
+    orphans::become_subreaper();
     let thread = std::thread::Builder::new().name("supervised".to_owned());
     thread.spawn(move || end_with(input)).map_err(system)?;
     Ok(identity.trim_end().to_owned())

@@ -1,4 +1,4 @@
-//! Collects the `crate` keys of scenarios, and has their packages built or takes those that were installed.
+//! Resolves the `crate` keys of scenarios: their packages are built in the workspace, or found among the installed ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use std::rc::Rc;
 use diagnostics::{Error, Mistakes, Spanned};
 use scenario::{BuildRequest, Built, Scenario};
 
-use super::installed::Installed;
+use super::installed::InstalledPackages;
 use super::{BuildError, OnProgress, Workspace};
 
 /// A `crate` key of a scenario.
-struct Request<'a> {
+struct CrateRequest<'a> {
     scenario: &'a Scenario,
     package: &'a Spanned<String>,
     example: Option<&'a Spanned<String>>,
@@ -19,12 +19,12 @@ struct Request<'a> {
     is_plugin: bool,
 }
 
-impl<'a> Request<'a> {
+impl<'a> CrateRequest<'a> {
     fn all(scenario: &'a Scenario) -> Vec<Self> {
         let request = |(package, example, product, is_plugin)| {
             let (package, example): (&'a Option<_>, &'a Option<_>) = (package, example);
             let (package, example) = (package.as_ref()?, example.as_ref());
-            Some(Request { scenario, package, example, product: product?, is_plugin })
+            Some(CrateRequest { scenario, package, example, product: product?, is_plugin })
         };
         let document = &scenario.document;
         let fmus =
@@ -50,12 +50,14 @@ impl<'a> Request<'a> {
     }
 
     /// The error that no workspace makes the package, and that none was installed either.
-    fn missing(&self, error: &BuildError, installed: &Installed) -> Error {
+    fn missing(&self, error: &BuildError, installed: &InstalledPackages) -> Error {
         let example = matches!(error, BuildError::UnknownExample { .. });
         let word = self.example.filter(|_| example).unwrap_or(self.package);
         let lacks = match example {
             true => String::new(),
-            false => format!(",\n{}", installed.lacks(self.package.get_ref(), self.is_plugin)),
+            false => {
+                format!(",\n{}", installed.missing_message(self.package.get_ref(), self.is_plugin))
+            }
         };
         let error_here = self.scenario.error(word, format!("{error}{lacks}"));
         if !matches!(error, BuildError::Workspace { .. }) {
@@ -90,9 +92,10 @@ pub fn library(
             Err(error) => drop(first.get_or_insert(error)),
         }
     }
-    let installed = Installed::with_program();
+    let installed = InstalledPackages::with_program();
     let why = first.map_or_else(|| "no workspace makes it".to_owned(), |error| error.to_string());
-    let missing = || BuildError::Missing { why, installed: installed.lacks(package, true) };
+    let missing =
+        || BuildError::Missing { why, installed: installed.missing_message(package, true) };
     installed.file(&request, true).ok_or_else(missing)
 }
 
@@ -103,7 +106,7 @@ pub fn library(
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
 pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
-    build_all(Request::all(scenario), progress)
+    build_all(CrateRequest::all(scenario), progress)
 }
 
 /// The same without plugins, for whoever looks at a scenario and does not run it.
@@ -111,15 +114,15 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> 
 /// # Errors
 /// As of [`build`].
 pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<Built, Error> {
-    let requests = Request::all(scenario).into_iter().filter(|request| !request.is_plugin);
+    let requests = CrateRequest::all(scenario).into_iter().filter(|request| !request.is_plugin);
     build_all(requests.collect(), progress)
 }
 
-fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<Built, Error> {
-    let Makers { workspaces, installed } = Makers::of(requests)?;
+fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<Built, Error> {
+    let PackageSources { workspaces, installed } = PackageSources::of(requests)?;
     let mut built = Built::default();
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
-        refuse_twins(&built, &requests)?;
+        refuse_duplicates(&built, &requests)?;
         let products = |plugins: bool| {
             let products = requests.iter().filter(|it| it.is_plugin == plugins);
             let products: BTreeSet<_> = products.map(|it| it.product.clone()).collect();
@@ -132,8 +135,8 @@ fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<Built, Erro
         built.plugins.extend(made.plugins);
     }
     let (requests, files): (Vec<_>, Vec<_>) = installed.into_iter().unzip();
-    refuse_twins(&built, &requests)?;
-    for (Request { product, is_plugin, .. }, file) in requests.into_iter().zip(files) {
+    refuse_duplicates(&built, &requests)?;
+    for (CrateRequest { product, is_plugin, .. }, file) in requests.into_iter().zip(files) {
         let all = if is_plugin { &mut built.plugins } else { &mut built.archives };
         all.insert(product, file);
     }
@@ -142,19 +145,19 @@ fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<Built, Erro
 
 /// Who makes what a scenario needs.
 #[derive(Default)]
-struct Makers<'a> {
+struct PackageSources<'a> {
     /// Workspaces by their roots, with their requests.
-    workspaces: BTreeMap<PathBuf, (Workspace, Vec<Request<'a>>)>,
+    workspaces: BTreeMap<PathBuf, (Workspace, Vec<CrateRequest<'a>>)>,
     /// Requests for files that were installed, with their paths.
-    installed: Vec<(Request<'a>, PathBuf)>,
+    installed: Vec<(CrateRequest<'a>, PathBuf)>,
 }
 
-impl<'a> Makers<'a> {
+impl<'a> PackageSources<'a> {
     /// # Errors
     /// With the places in the files, for all packages that nobody makes.
-    fn of(requests: Vec<Request<'a>>) -> Result<Self, Error> {
-        let (mut makers, mut mistakes) = (Makers::default(), Mistakes::default());
-        let installed = Installed::with_program();
+    fn of(requests: Vec<CrateRequest<'a>>) -> Result<Self, Error> {
+        let (mut makers, mut mistakes) = (PackageSources::default(), Mistakes::default());
+        let installed = InstalledPackages::with_program();
         // The root of the workspace that serves a folder, or why there is none.
         let mut roots: BTreeMap<&Path, Result<PathBuf, Rc<BuildError>>> = BTreeMap::new();
         let workspaces = &mut makers.workspaces;
@@ -186,8 +189,8 @@ impl<'a> Makers<'a> {
 }
 
 /// Refuses a package of a second place with the name of one that is built already.
-fn refuse_twins(built: &Built, requests: &[Request]) -> Result<(), Error> {
-    let known = |it: &&Request| {
+fn refuse_duplicates(built: &Built, requests: &[CrateRequest]) -> Result<(), Error> {
+    let known = |it: &&CrateRequest| {
         built.archives.contains_key(&it.product) || built.plugins.contains_key(&it.product)
     };
     let Some(twin) = requests.iter().find(known) else { return Ok(()) };

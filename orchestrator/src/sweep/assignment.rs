@@ -1,4 +1,4 @@
-//! Gives each variant its values, by the design of the sweep.
+//! Assigns values to the variants of a sweep, by its design of experiments.
 
 use std::ops::Range;
 
@@ -7,9 +7,8 @@ use ::sweep::distribution::Distribution;
 use ::sweep::table::{Column, Role, Table, Values};
 use diagnostics::Error;
 use scenario::plan::{Axis, AxisValues, SweepPlan};
+use scenario::resolve::{Override, SEED};
 use scenario::words::Design;
-
-use super::settings::{SEED, Setting};
 
 /// What the sample of Saltelli is called.
 const SALTELLI: &str = "saltelli";
@@ -28,7 +27,7 @@ impl Assignment {
     ///
     /// # Errors
     /// When the design has too many variants, or its correlations do not fit together.
-    pub fn new(words: &SweepPlan, set: &[Setting]) -> Result<Self, Error> {
+    pub fn new(words: &SweepPlan, set: &[Override]) -> Result<Self, Error> {
         let is_set = |name: &&String| set.iter().any(|given| given.name == **name);
         let names = words.axes.iter().flat_map(|axis| &axis.names);
         let fixed: Vec<String> = names.filter(is_set).cloned().collect();
@@ -37,10 +36,10 @@ impl Assignment {
         let places: Vec<usize> = (0..words.axes.len()).filter(varies).collect();
         let (method, design) = method(words.design);
         let axes: Vec<Axis> = places.iter().map(|place| words.axes[*place].clone()).collect();
-        let moved = |place: usize| places.iter().position(|kept| *kept == place);
+        let new_place = |place: usize| places.iter().position(|it| *it == place);
         let correlations = words.correlations.iter();
         let correlations = correlations.filter_map(|(first, second, coefficient)| {
-            let (first, second) = (moved(*first)?, moved(*second)?);
+            let (first, second) = (new_place(*first)?, new_place(*second)?);
             Some(Correlation { first, second, coefficient: *coefficient })
         });
         // Its blocks have two points, and one for each axis.

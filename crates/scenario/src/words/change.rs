@@ -9,6 +9,7 @@ use toml::de::{DeString, DeTable, DeValue, Deserializer};
 use units::Unit;
 
 use super::{Connect, Document, Scenario, read};
+use crate::override_value::OverrideValue;
 use crate::schema::{self, Finding};
 
 /// Another value for something that a scenario has.
@@ -17,8 +18,8 @@ pub(crate) struct Change {
     /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value`, `test.entry_speed` or
     /// `plant.path`.
     pub name: String,
-    /// The value as it is typed.
-    pub value: String,
+    /// The value.
+    pub value: OverrideValue,
 }
 
 /// A change that does not fit the scenario.
@@ -152,9 +153,14 @@ impl Scenario {
     fn value(&self, change: &Change) -> Result<String, String> {
         let whole = |named: &Named| named.list == "signal" && named.keys.is_empty();
         let Some(index) = self.named(&change.name).filter(whole).map(|named| named.index) else {
-            return Ok(change.value.clone());
+            return Ok(change.value.to_string());
         };
-        let Some((number, unit)) = quantity(&change.value) else { return Ok(change.value.clone()) };
+        let quantity = match &change.value {
+            OverrideValue::Number { value, unit: Some(unit) } => Some((*value, unit.as_str())),
+            OverrideValue::Typed(text) => quantity(text),
+            _ => None,
+        };
+        let Some((number, unit)) = quantity else { return Ok(change.value.to_string()) };
         let own = self.document.signal[index].get_ref().unit.as_ref();
         let own = own.map(|word| word.get_ref().as_str());
         let own = own.map(|text| (None, text));

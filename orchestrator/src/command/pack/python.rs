@@ -9,7 +9,7 @@ use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::BuildProgress;
 use python_model::Described;
 
-use super::sealed::Sealed;
+use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell};
 
@@ -20,7 +20,7 @@ const LIBRARY: &str = "python-fmu";
 const LARGEST: u64 = 256 << 20;
 
 /// What to pack, and how.
-pub struct Order<'a> {
+pub struct PackOptions<'a> {
     /// The script.
     pub script: &'a Path,
     /// Name of the FMU.
@@ -39,8 +39,8 @@ pub struct Order<'a> {
 ///
 /// # Errors
 /// When the script does not load, is no model, or the archive cannot be written.
-pub fn run(order: &Order) -> Result<u8, Error> {
-    let Order { script, name, class, .. } = *order;
+pub fn run(order: &PackOptions) -> Result<u8, Error> {
+    let PackOptions { script, name, class, .. } = *order;
     let stem = script.file_stem().unwrap_or_default().to_string_lossy();
     let name = name.unwrap_or(&stem);
     if !is_identifier(name) {
@@ -68,10 +68,15 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let library =
         super::library::find(LIBRARY, &mut |progress: BuildProgress| building.show(&progress))?;
     // The identity is that of all that is in the archive, but not of the place of Python on this machine.
-    let sealed =
-        Sealed { name, version: order.version, out: order.out, table: &table, library: &library };
-    interface.guid = sealed.identity(&resources);
-    let path = sealed.pack(&interface.guid, resources, (python_model::INTERFACE, &interface))?;
+    let package = FmuPackage {
+        name,
+        version: order.version,
+        out: order.out,
+        table: &table,
+        library: &library,
+    };
+    interface.guid = package.identity(&resources);
+    let path = package.pack(&interface.guid, resources, python_model::INTERFACE, &interface)?;
     if let Some(reason) = unsaved {
         tell(&format!(
             "note: the FMU has no copies of its state, so no checkpoints: {reason}; methods `save` and `restore` of the class can do without it"
@@ -142,7 +147,7 @@ fn write(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> 
 
 /// The error of a script that does not load, at its line.
 fn refused(
-    order: &Order,
+    order: &PackOptions,
     resources: &BTreeMap<String, Vec<u8>>,
     interpreter: &Interpreter,
     failure: Failure,

@@ -52,7 +52,7 @@ fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
     let mut building = BuildLine::default();
     let built = package::build(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
     let system = System::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    validation::rehearse(&scenario, &built, &system)?;
+    validation::check_all(&scenario, &built, &system)?;
     let exported = export(&scenario, &built, &system, archive)?;
     for note in &exported.notes {
         tell(&format!("note: {note}"));

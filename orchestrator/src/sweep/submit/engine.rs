@@ -1,4 +1,4 @@
-//! What an engine does for a sweep: it takes arrays of tasks, and says which of them wait and which run.
+//! The interface to an engine: it takes arrays of tasks, and reports which of them wait and which run.
 
 use std::collections::HashMap;
 use std::ffi::OsStr;
@@ -10,13 +10,13 @@ use super::submission::Submission;
 
 /// What a task that has not ended does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum TaskState {
     Waiting,
     Running,
 }
 
 /// The tasks that have not ended, by the number of the submission and by their place in it.
-pub(super) type Queue = HashMap<(u32, usize), State>;
+pub(super) type Queue = HashMap<(u32, usize), TaskState>;
 
 /// Why an engine did not do what it was asked for.
 #[derive(Debug)]
@@ -30,7 +30,7 @@ pub(super) enum Refusal {
 /// Something that runs tasks, on this machine or on others.
 pub(super) trait Engine {
     /// How many tasks an array may have.
-    fn largest(&mut self) -> usize;
+    fn max_array_size(&mut self) -> usize;
 
     /// Starts the tasks of a submission.
     fn submit(&mut self, submission: &Submission) -> Result<(), Refusal>;
@@ -42,7 +42,7 @@ pub(super) trait Engine {
     fn cancel(&mut self, submissions: &[Submission]);
 
     /// Whether its tasks go on when this program ends.
-    fn outlives(&self) -> bool {
+    fn outlives_program(&self) -> bool {
         true
     }
 
@@ -51,7 +51,7 @@ pub(super) trait Engine {
 }
 
 /// Calls a program of an engine, and gives what it printed.
-pub(super) fn ask<A: AsRef<OsStr>>(
+pub(super) fn run_command<A: AsRef<OsStr>>(
     program: &'static str,
     arguments: impl IntoIterator<Item = A>,
 ) -> Result<String, Refusal> {
