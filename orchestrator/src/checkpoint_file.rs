@@ -52,8 +52,8 @@ pub(crate) fn read(path: &Path) -> Result<Checkpoint, Error> {
             "expected a file that `trackside run SCENARIO --checkpoint TIME` of this version wrote",
         ));
     };
-    let whole = rest.split_at_checked(HASH);
-    let content = whole.filter(|(hash, content)| *hash == sha256(content).as_bytes());
+    let hash_and_content = rest.split_at_checked(HASH);
+    let content = hash_and_content.filter(|(hash, content)| *hash == sha256(content).as_bytes());
     let Some((_, content)) = content else {
         return Err(wrong(
             "it is cut short or changed: its bytes do not have the SHA-256 that it states",

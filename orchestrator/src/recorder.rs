@@ -233,7 +233,7 @@ impl Sink<Full> for Recorder {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.messages.take(event) { self.record(event) } else { Ok(()) }
+        if self.messages.add(event) { self.record(event) } else { Ok(()) }
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
@@ -267,8 +267,11 @@ impl Recordings {
         })
     }
 
-    fn each(&mut self, take: impl FnMut(&mut BoxedSink) -> Result<(), Error>) -> Result<(), Error> {
-        self.sinks.iter_mut().try_for_each(take)
+    fn for_each_sink(
+        &mut self,
+        call: impl FnMut(&mut BoxedSink) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.sinks.iter_mut().try_for_each(call)
     }
 }
 
@@ -281,23 +284,23 @@ impl Sink<Full> for Recordings {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.each(|sink| sink.event(event))
+        self.for_each_sink(|sink| sink.event(event))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.each(|sink| sink.status(change))
+        self.for_each_sink(|sink| sink.status(change))
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        self.each(|sink| sink.derived(derived))
+        self.for_each_sink(|sink| sink.derived(derived))
     }
 
     fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
-        self.each(|sink| sink.diagram(belongs, diagram))
+        self.for_each_sink(|sink| sink.diagram(belongs, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.each(|sink| sink.finish(summary, completed))
+        self.for_each_sink(|sink| sink.finish(summary, completed))
     }
 
     fn notices(&mut self) -> Vec<Notice> {

@@ -22,12 +22,12 @@ const ROOTS: [&str; 2] = ["Cargo.toml", ".git"];
 /// When it is no folder, or one of something else, or the scenario reads a file in it.
 pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let mut mistakes = Mistakes::default();
-    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    let existing = whole.ancestors().find(|path| path.exists());
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let existing = absolute.ancestors().find(|path| path.exists());
     if let Some(file) = existing.filter(|path| !path.is_dir()) {
         mistakes.push(unusable(folder, &format!("{} is a file", file.display())));
     }
-    let real = fs::canonicalize(&whole).unwrap_or(whole);
+    let real = fs::canonicalize(&absolute).unwrap_or(absolute);
     if real.parent().is_none() {
         mistakes.push(unusable(folder, "it is the root of all files"));
     }
@@ -67,10 +67,10 @@ fn refuse_foreign_files(folder: &Path) -> Result<(), Error> {
         return Err(unusable(folder, &format!("it holds {ASIDE}, which no run left")));
     }
     // A full disk leaves an empty note of a run.
-    let begun = |name: &str| {
+    let is_marked_begun = |name: &str| {
         name == PARTIAL && kind(&folder.join(name)).is_some_and(|it| it.is_file() && it.len() == 0)
     };
-    let mut names = names_of_runs().filter(|name| !ours && !begun(name));
+    let mut names = names_of_runs().filter(|name| !ours && !is_marked_begun(name));
     match names.find(|name| kind(&folder.join(name)).is_some()) {
         Some(name) => {
             let why = format!("it holds {name}, and no report says that a run wrote it");

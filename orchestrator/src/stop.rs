@@ -27,7 +27,7 @@ impl StopCondition {
     }
 
     /// The time limit alone: signals are for the process that started this one.
-    pub fn within(limit: Duration) -> Self {
+    pub fn of_limit(limit: Duration) -> Self {
         StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch(limit) }
     }
 

@@ -346,14 +346,14 @@ mod tests {
                 "echo '{{\"identity\": \"'{identity}'\", \"verdict\": \"{verdict}\", \"checks\": [], \"validations\": []}}' > \"$4/report.json\""
             )
         };
-        let told = "left no report of its own";
+        let no_report = "left no report of its own";
         for (text, expected) in [
             (report("$identity", "pass"), None),
             // The report that this left is there for the next ones.
-            ("exit 0".to_owned(), Some(told)),
-            (report("1", "pass"), Some(told)),
-            (report("$identity", "fail"), Some(told)),
-            (report("$identity", "pass") + "; exit 1", Some(told)),
+            ("exit 0".to_owned(), Some(no_report)),
+            (report("1", "pass"), Some(no_report)),
+            (report("$identity", "fail"), Some(no_report)),
+            (report("$identity", "pass") + "; exit 1", Some(no_report)),
             (
                 report("$identity", "pass") + "; echo the disk is full >&2; exit 2",
                 Some("the disk is full"),

@@ -43,16 +43,16 @@ impl Car {
                 Ok((Some(Self::Curves(Arc::new(car))), Vec::new()))
             }
             [true, true] => {
-                let mut told = Vec::new();
+                let mut all_messages = Vec::new();
                 let mut tire = |choice: &TireChoice, name: &str| {
                     let (tire, messages) = choice.tire(name)?;
-                    told.extend(messages);
+                    all_messages.extend(messages);
                     Ok::<_, String>(tire)
                 };
                 let tires = [tire(&choices[0], "tire_f.tir")?, tire(&choices[1], "tire_r.tir")?];
                 let car = DetailedTrack::new(parameters, MfSet::from(tires), Mounting::Mirrored);
                 let car = car.map_err(|bad| bad.to_string())?;
-                Ok((Some(Self::Files(Arc::new(car))), told))
+                Ok((Some(Self::Files(Arc::new(car))), all_messages))
             }
             [front, _] => {
                 let (has, lacks) =

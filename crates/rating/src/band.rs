@@ -84,7 +84,7 @@ impl Band {
     ///
     /// # Errors
     /// As those of [`new`](Self::new).
-    pub fn around(
+    pub fn around_curve(
         x: &[f64],
         y: &[f64],
         tolerance_x: Tolerance,

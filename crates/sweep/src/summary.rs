@@ -91,9 +91,9 @@ impl Check {
         let at = |row: usize| margins.and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
         // A check that never came to a margin failed worse than any that did.
         let failed = |row: &usize| verdicts[*row] == Some(false) && at(*row).is_nan();
-        let judged = |row: &usize| verdicts[*row].is_some() && !at(*row).is_nan();
+        let has_margin = |row: &usize| verdicts[*row].is_some() && !at(*row).is_nan();
         let mut rows: Vec<usize> = (0..verdicts.len()).filter(failed).take(WORST).collect();
-        let mut with_margin: Vec<usize> = (0..verdicts.len()).filter(judged).collect();
+        let mut with_margin: Vec<usize> = (0..verdicts.len()).filter(has_margin).collect();
         // Of equal ones the first, whatever the sort does with them.
         let order = |&a: &usize, &b: &usize| at(a).total_cmp(&at(b)).then(a.cmp(&b));
         if with_margin.len() > WORST {

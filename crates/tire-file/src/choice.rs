@@ -84,8 +84,8 @@ impl TireChoice {
         }
         let bytes =
             std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        let told = |errors: Errors| format!("{name}: {errors}");
-        read_bytes(&bytes, written).map_err(told)
+        let with_name = |errors: Errors| format!("{name}: {errors}");
+        read_bytes(&bytes, written).map_err(with_name)
     }
 }
 

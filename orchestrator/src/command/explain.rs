@@ -56,7 +56,7 @@ pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
     let schema = plugin
         .config_schema()
         .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
-    let schema = serde_json::from_str(schema);
-    let schema = schema.map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
+    let schema = serde_json::from_str(schema)
+        .map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
     Ok(scenario::schema::plain(&schema))
 }

@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     refuse_scenarios(&arguments.packages)?;
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     let mut building = BuildLine::default();
-    let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
+    let archives = Workspace::containing(Path::new(".")).and_then(|workspace| {
         let products = products(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
         workspace.pack(&products, Some(out), arguments.fmi.into(), &mut progress)

@@ -180,7 +180,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     fmu_import::watch(patience, |what| tell(&format!("\n{what}")));
     (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
     if arguments.supervised {
-        options.identity = Some(supervised::begin()?);
+        options.identity = Some(supervised::tie_to_parent()?);
     }
     // Branches share the nodes of the first run; each other run has a context of its own.
     let (mut worst, mut shared) = (0, None);

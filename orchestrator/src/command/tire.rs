@@ -59,8 +59,8 @@ impl From<AxesArg> for Axes {
 /// When a file cannot be read or is no tire, or something cannot be written.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     if let Some(new) = &arguments.write {
-        let whole = |path: &PathBuf| path.canonicalize().ok();
-        let is_read = |path: &PathBuf| whole(path).is_some_and(|it| Some(it) == whole(new));
+        let canonical = |path: &PathBuf| path.canonicalize().ok();
+        let is_read = |path: &PathBuf| canonical(path).is_some_and(|it| Some(it) == canonical(new));
         if is_read(&arguments.file) || arguments.other.as_ref().is_some_and(is_read) {
             let message = format!(
                 "--write: expected another file than those that are read, found {}: its comments and its axes would be lost",
@@ -102,18 +102,18 @@ fn read(path: &Path, axes: Axes) -> Result<Named, Error> {
     })?;
     let coefficients = coefficients.between_iso_and(axes);
     let tire = MfTire::new(coefficients).map_err(|bad| Error::input(format!("{name}: {bad}")))?;
-    let still = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
+    let applies = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
     let first = tire_file::plausibility(&tire);
-    let mut told = Vec::new();
-    for message in std::iter::once(first).chain(messages).filter(still) {
+    let mut printed = Vec::new();
+    for message in std::iter::once(first).chain(messages).filter(applies) {
         let (level, mark) = match message.level {
             Level::Note => ("note", ""),
             Level::Warning => ("warning", "warning: "),
         };
         tell(&format!("{level}: {name}: {}", shown(&message.to_string())));
-        told.push(format!("{mark}{message}"));
+        printed.push(format!("{mark}{message}"));
     }
-    Ok(Named { name, tire, messages: told })
+    Ok(Named { name, tire, messages: printed })
 }
 
 /// The key figures, one in a line.

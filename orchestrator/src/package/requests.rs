@@ -42,11 +42,11 @@ impl<'a> CrateRequest<'a> {
     /// The workspace around the file that names it, or else around the current folder. A workspace inside an archive is not
     /// taken: its build scripts would run.
     fn workspace(&self) -> Result<Workspace, BuildError> {
-        let current = || Workspace::around(Path::new("."));
+        let current = || Workspace::containing(Path::new("."));
         if self.scenario.source.is_archived(self.package.span()) {
             return current();
         }
-        Workspace::around(self.folder()).or_else(|error| current().map_err(|_| error))
+        Workspace::containing(self.folder()).or_else(|error| current().map_err(|_| error))
     }
 
     /// The error that no workspace makes the package, and that none was installed either.
@@ -82,7 +82,7 @@ pub fn library(
     let request = BuildRequest { package: package.to_owned(), example: None };
     let mut first = None;
     for folder in folders {
-        let built = Workspace::around(folder).and_then(|workspace| {
+        let built = Workspace::containing(folder).and_then(|workspace| {
             workspace.check(&request)?;
             workspace.make(&[], std::slice::from_ref(&request), progress)
         });
@@ -124,15 +124,16 @@ fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<Built,
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
         refuse_duplicates(&built, &requests)?;
         let products = |plugins: bool| {
-            let products = requests.iter().filter(|it| it.is_plugin == plugins);
-            let products: BTreeSet<_> = products.map(|it| it.product.clone()).collect();
-            products.into_iter().collect::<Vec<_>>()
+            let requested = requests.iter().filter(|it| it.is_plugin == plugins);
+            let distinct: BTreeSet<_> = requested.map(|it| it.product.clone()).collect();
+            distinct.into_iter().collect::<Vec<_>>()
         };
-        let made = workspace.make(&products(false), &products(true), progress);
         let first = &requests[0];
-        let made = made.map_err(|error| first.scenario.error(first.package, error.to_string()))?;
-        built.archives.extend(made.archives);
-        built.plugins.extend(made.plugins);
+        let built_here = workspace
+            .make(&products(false), &products(true), progress)
+            .map_err(|error| first.scenario.error(first.package, error.to_string()))?;
+        built.archives.extend(built_here.archives);
+        built.plugins.extend(built_here.plugins);
     }
     let (requests, files): (Vec<_>, Vec<_>) = installed.into_iter().unzip();
     refuse_duplicates(&built, &requests)?;
@@ -143,7 +144,7 @@ fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<Built,
     Ok(built)
 }
 
-/// Who makes what a scenario needs.
+/// Where the packages of scenarios come from.
 #[derive(Default)]
 struct PackageSources<'a> {
     /// Workspaces by their roots, with their requests.

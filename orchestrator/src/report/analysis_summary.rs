@@ -102,9 +102,11 @@ mod tests {
         let expected = "  speed  It holds.\n    By far.\n                 value\n    speed [m/s]  3\n    µ            0.9\n";
         assert_eq!(AnalysisSummary::of(&result).lines("speed"), expected);
         let doubtful = json!({ "summary": ["It does <not> hold."], "sound": false });
-        let told = AnalysisSummary::of(&doubtful);
-        assert_eq!(told.lines("speed"), "  speed  DOUBTFUL  It does <not> hold.\n");
-        assert!(told.html("speed").contains("<p class=\"warning\">It does &lt;not&gt; hold.</p>"));
+        let summary = AnalysisSummary::of(&doubtful);
+        assert_eq!(summary.lines("speed"), "  speed  DOUBTFUL  It does <not> hold.\n");
+        assert!(
+            summary.html("speed").contains("<p class=\"warning\">It does &lt;not&gt; hold.</p>")
+        );
     }
 
     #[test]

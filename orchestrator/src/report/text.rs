@@ -79,13 +79,13 @@ impl RunReport {
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
-        let told =
+        let analyses =
             self.analyses.iter().map(|(name, result)| AnalysisSummary::of(result).lines(name));
-        let told: String = told.collect();
+        let analyses: String = analyses.collect();
         let checks = lines(&self.checks, "  ");
         let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);
         let summaries: String = summaries.map(|it| format!("  {}\n", it.line())).collect();
-        let mut text = format!("{}: {}\n{summaries}{told}{checks}", self.scenario, self.title);
+        let mut text = format!("{}: {}\n{summaries}{analyses}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let ValidationReport { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.

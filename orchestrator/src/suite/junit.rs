@@ -56,21 +56,21 @@ fn suite(result: &TestResult) -> TestSuite {
     if !warnings.is_empty() {
         suite.set_system_out(shown(&warnings).as_ref());
     }
-    let whole = whole(result).map(|status| {
+    let run_case = run_status(result).map(|status| {
         let mut case = case(RUN, status, &result.path, 1);
         case.set_time(result.time);
         case
     });
-    let checks = result.checks.iter().map(check);
-    suite.add_test_cases(whole.into_iter().chain(checks).map(|mut case| {
+    let checks = result.checks.iter().map(check_case);
+    suite.add_test_cases(run_case.into_iter().chain(checks).map(|mut case| {
         case.set_classname(name.as_ref());
         case
     }));
     suite
 }
 
-/// The status of a run that its checks do not tell.
-fn whole(result: &TestResult) -> Option<TestCaseStatus> {
+/// The status of the run as a test case; none when its checks say enough.
+fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
     match &result.outcome {
         ScenarioOutcome::Skipped(reason) => {
             let mut status = TestCaseStatus::skipped();
@@ -93,8 +93,8 @@ fn headline(text: &str) -> String {
     lines.find(|line| !line.is_empty()).unwrap_or("it failed without a word").to_owned()
 }
 
-fn check(checked: &CheckResult) -> TestCase {
-    let verdict = &checked.verdict;
+fn check_case(result: &CheckResult) -> TestCase {
+    let verdict = &result.verdict;
     let status = match verdict.passed {
         true => TestCaseStatus::success(),
         false => {
@@ -102,7 +102,7 @@ fn check(checked: &CheckResult) -> TestCase {
             failure(NonSuccessKind::Failure, reason, &format!("{}\n{reason}", verdict.that))
         }
     };
-    case(&checked.name(), status, &verdict.file, verdict.line)
+    case(&result.name(), status, &verdict.file, verdict.line)
 }
 
 fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {

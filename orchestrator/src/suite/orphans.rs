@@ -52,7 +52,7 @@ pub(super) fn end_orphans() {
             return;
         }
         for orphan in orphans {
-            end(orphan);
+            kill(orphan);
             if orphan.ended {
                 let _ = waitpid(Some(orphan.number), WaitOptions::NOHANG);
             }
@@ -79,12 +79,12 @@ pub fn end_descendants() {
         if living.is_empty() {
             return;
         }
-        living.into_iter().for_each(end);
+        living.into_iter().for_each(kill);
         std::thread::sleep(PAUSE);
     }
 }
 
-fn end(process: &Process) {
+fn kill(process: &Process) {
     // It may have ended meanwhile.
     let _ = kill_process(process.number, Signal::KILL);
 }

@@ -153,7 +153,7 @@ impl WorkQueue<'_> {
             let Some(chunk) = self.waiting.pop() else { return Ok(None) };
             let open = OpenChunk::new(self.plan, chunk)?;
             open.outcomes.iter().flatten().for_each(|outcome| self.counts.count(outcome));
-            match open.is_whole() {
+            match open.is_complete() {
                 true => open.write(self.plan, true)?,
                 false => self.open.push(open),
             }
@@ -167,7 +167,7 @@ impl WorkQueue<'_> {
         let mut finished = None;
         if let Some(place) = place {
             self.open[place].outcomes[task.row] = Some(outcome);
-            finished = self.open[place].is_whole().then(|| self.open.remove(place));
+            finished = self.open[place].is_complete().then(|| self.open.remove(place));
         }
         if self.written.elapsed() > PERIOD {
             self.write_partial()?;
@@ -178,8 +178,9 @@ impl WorkQueue<'_> {
     /// Writes the outcomes of chunks that are not finished.
     fn write_partial(&mut self) -> Result<(), Error> {
         self.written = Instant::now();
-        let begun = self.open.iter().filter(|open| open.outcomes.iter().any(Option::is_some));
-        begun.into_iter().try_for_each(|open| open.write(self.plan, false))
+        let with_outcomes =
+            self.open.iter().filter(|open| open.outcomes.iter().any(Option::is_some));
+        with_outcomes.into_iter().try_for_each(|open| open.write(self.plan, false))
     }
 }
 
@@ -199,31 +200,31 @@ impl OpenChunk {
         Ok(OpenChunk { chunk, values, outcomes, next: 0 })
     }
 
-    fn is_whole(&self) -> bool {
+    fn is_complete(&self) -> bool {
         self.outcomes.iter().all(Option::is_some)
     }
 
-    fn write(&self, plan: &Plan, whole: bool) -> Result<(), Error> {
-        let done = self.outcomes.iter().enumerate();
-        let done = done.filter_map(|(row, it)| Some(RowOutcome { row, outcome: it.as_ref()? }));
-        let done: Vec<_> = done.collect();
+    fn write(&self, plan: &Plan, complete: bool) -> Result<(), Error> {
+        let rows = self.outcomes.iter().enumerate();
+        let done: Vec<_> =
+            rows.filter_map(|(row, it)| Some(RowOutcome { row, outcome: it.as_ref()? })).collect();
         let table = result_rows::table(&plan.metadata, &self.values, &done);
-        let unfinished = partial(plan, self.chunk);
-        if !whole {
-            return table::write(&unfinished, &table);
+        let partial = partial(plan, self.chunk);
+        if !complete {
+            return table::write(&partial, &table);
         }
         table::write(&plan.part(self.chunk), &table)?;
-        let _ = std::fs::remove_file(unfinished);
+        let _ = std::fs::remove_file(partial);
         Ok(())
     }
 }
 
-/// The file of what is done of a chunk that is not.
+/// The file of the outcomes of an unfinished chunk.
 fn partial(plan: &Plan, chunk: u64) -> PathBuf {
     plan.part(chunk).with_extension("partial.parquet")
 }
 
-/// What came of the variants of a chunk, if all are done.
+/// The outcomes of the variants of a chunk, if all are done.
 ///
 /// # Errors
 /// When its file cannot be read.

@@ -82,7 +82,7 @@ fn resolve_ends(
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
     let resolve = |last: bool| {
-        let mut variant = Plan::overrides_of_row(&assignment.end(last), 0);
+        let mut variant = Plan::overrides_of_row(&assignment.end_values(last), 0);
         variant.iter_mut().for_each(|it| it.place = place(&it.name));
         let overrides = options.overrides.with_variant(&variant, folder);
         System::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())

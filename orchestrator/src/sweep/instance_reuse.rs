@@ -5,15 +5,15 @@ use scenario::resolve::Overrides;
 
 use super::variant::{Fingerprint, Outcome, VariantRunner};
 
-/// Whether instances are used again.
+/// Whether a worker reuses FMU instances, by its test so far.
 pub(super) enum InstanceReuse {
     /// No variant has run yet.
     Untested,
-    /// One has, and its instances are kept.
+    /// One variant has run, and its instances are kept.
     FirstRun(Kept),
     /// A variant on instances that were reset gave the rows of one on new instances, bit for bit.
     Verified(Kept),
-    /// They are not.
+    /// Reset instances did not give the same results; each variant gets new ones.
     Rejected,
 }
 
@@ -23,30 +23,30 @@ impl InstanceReuse {
     pub fn run(&mut self, runner: &mut VariantRunner, overrides: &Overrides) -> Outcome {
         match std::mem::replace(self, InstanceReuse::Rejected) {
             InstanceReuse::Untested => {
-                let mut kept = Kept::default();
-                let outcome = runner.run(overrides, &mut kept, None);
-                // What went wrong once is no sign of what a reset does.
+                let mut instances = Kept::default();
+                let outcome = runner.run(overrides, &mut instances, None);
+                // A failed run does not test a reset.
                 *self = match outcome.failure {
-                    None => InstanceReuse::FirstRun(kept),
+                    None => InstanceReuse::FirstRun(instances),
                     Some(_) => InstanceReuse::Untested,
                 };
                 outcome
             }
-            InstanceReuse::FirstRun(mut kept) => {
-                let (mut again, mut new) = (Fingerprint::default(), Fingerprint::default());
-                let one = runner.run(overrides, &mut kept, Some(&mut again));
-                let mut fresh = Kept::default();
-                let other = runner.run(overrides, &mut fresh, Some(&mut new));
-                let same = one.failure.is_none() && other.failure.is_none() && again == new;
-                if same && kept.refused().is_none() {
-                    *self = InstanceReuse::Verified(kept);
+            InstanceReuse::FirstRun(mut instances) => {
+                let mut of_reset = Fingerprint::default();
+                let reset = runner.run(overrides, &mut instances, Some(&mut of_reset));
+                let mut of_new = Fingerprint::default();
+                let new = runner.run(overrides, &mut Kept::default(), Some(&mut of_new));
+                let same = reset.failure.is_none() && new.failure.is_none() && of_reset == of_new;
+                if same && instances.refused().is_none() {
+                    *self = InstanceReuse::Verified(instances);
                 }
-                other
+                new
             }
-            InstanceReuse::Verified(mut kept) => {
-                let outcome = runner.run(overrides, &mut kept, None);
+            InstanceReuse::Verified(mut instances) => {
+                let outcome = runner.run(overrides, &mut instances, None);
                 let failed = outcome.failure.is_some();
-                *self = InstanceReuse::Verified(kept);
+                *self = InstanceReuse::Verified(instances);
                 // A failure counts when it is one on new instances.
                 if failed { runner.run(overrides, &mut Kept::default(), None) } else { outcome }
             }

@@ -63,10 +63,11 @@ pub(super) fn table(metadata: &PlanMetadata, values: &Table, done: &[RowOutcome]
     columns
         .push(Column::new("error.time", Role::Error, Values::Numbers(times)).with_unit(Some("s")));
     for (place, name) in metadata.checks.iter().enumerate() {
-        let judged = || outcomes().map(|it| it.checks.get(place));
-        let passed = judged().map(|it| it.map(|(passed, _)| *passed)).collect();
+        let verdicts_of_check = || outcomes().map(|it| it.checks.get(place));
+        let passed = verdicts_of_check().map(|it| it.map(|(passed, _)| *passed)).collect();
         columns.push(Column::new(&check(name), Role::Check, Values::Booleans(passed)));
-        let margins = judged().map(|it| it.and_then(|(_, margin)| *margin).unwrap_or(f64::NAN));
+        let margins =
+            verdicts_of_check().map(|it| it.and_then(|(_, margin)| *margin).unwrap_or(f64::NAN));
         columns.push(Column::new(&margin(name), Role::Margin, Values::Numbers(margins.collect())));
     }
     for (place, (name, unit)) in metadata.collected.iter().enumerate() {

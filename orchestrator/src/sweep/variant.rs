@@ -100,7 +100,7 @@ impl VariantRunner {
     pub fn run(
         &mut self,
         overrides: &Overrides,
-        kept: &mut Kept,
+        instances: &mut Kept,
         fingerprint: Option<&mut Fingerprint>,
     ) -> Outcome {
         let begin = Instant::now();
@@ -108,7 +108,7 @@ impl VariantRunner {
             seed: overrides.seed.unwrap_or(self.scenario.document.seed),
             ..Outcome::default()
         };
-        if let Err(error) = self.try_run(overrides, kept, fingerprint, &mut outcome) {
+        if let Err(error) = self.try_run(overrides, instances, fingerprint, &mut outcome) {
             outcome.failure = Some(Failure::of(&error));
             outcome.checks.clear();
             outcome.collected.clear();
@@ -120,18 +120,18 @@ impl VariantRunner {
     fn try_run(
         &mut self,
         overrides: &Overrides,
-        kept: &mut Kept,
+        instances: &mut Kept,
         fingerprint: Option<&mut Fingerprint>,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
-        let stop = StopCondition::within(self.limit);
+        let stop = StopCondition::of_limit(self.limit);
         let folder = self.folder.clone();
         let VariantRunner { scenario, built, opened, program, .. } = self;
         let mut system = System::resolve_again(scenario, built, overrides, folder, opened)?;
         system.leave_unneeded();
         let program = (program.clone(), vec!["isolated".to_owned()]);
         let host = Host { program, patience: PATIENCE, give_up: stop.give_up_condition() };
-        let mut nodes = node::instantiate_again(&mut system, Some(&host), kept)
+        let mut nodes = node::instantiate_again(&mut system, Some(&host), instances)
             .map_err(|error| stop.reason_or(error))?;
         let mut recorder = Recorder::without_recordings(&mut system);
         let mut progress = Progress::default();
@@ -147,7 +147,7 @@ impl VariantRunner {
         outcome.steps = progress.steps;
         done.map_err(|error| stop.reason_or(error))?;
         self.evaluate(&system, &mut recorder, &stop, outcome)?;
-        kept.keep(&system, nodes);
+        instances.keep(&system, nodes);
         Ok(())
     }
 

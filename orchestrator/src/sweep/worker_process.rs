@@ -196,12 +196,12 @@ impl GuestProcess {
             self.guest.ask((&[], &bytes), talk, |_| end_requested() || begin.elapsed() > limit);
         match asked {
             Ok(()) => postcard::from_bytes(&talk.bytes).map_err(|_| malformed_response()),
-            Err(end) => Err(self.lost(end)),
+            Err(end) => Err(self.failure(end)),
         }
     }
 
     /// Why it does not answer, by the last line of its standard error.
-    fn lost(&mut self, end: End) -> Failure {
+    fn failure(&mut self, end: End) -> Failure {
         let stderr = self.stderr_tail().unwrap_or_default();
         let line = stderr
             .lines()

@@ -47,11 +47,11 @@ pub(super) fn retained_indices(
 ) -> Vec<usize> {
     let Some(end) = samples.len().checked_sub(1) else { return Vec::new() };
     let tolerance = span.ends().map_or(0.0, |[low, high]| TOLERANCE * (high - low));
-    let mut kept = vec![0];
+    let mut indices = vec![0];
     let mut open = SlopeWindow::default();
     for at in 1..=end {
         let before = at - 1;
-        let last = kept[kept.len() - 1];
+        let last = indices[indices.len() - 1];
         let fits = times[at] - times[last] < GAP
             && match interpolation {
                 Interpolation::Linear => {
@@ -61,7 +61,7 @@ pub(super) fn retained_indices(
             };
         if !fits {
             if before > last {
-                kept.push(before);
+                indices.push(before);
             }
             // A line from the sample before, which may leave its neighbourhood at once.
             open = SlopeWindow::default();
@@ -74,15 +74,15 @@ pub(super) fn retained_indices(
                 Interpolation::Hold => true,
             };
             if leaves {
-                kept.push(at);
+                indices.push(at);
                 open = SlopeWindow::default();
             }
         }
     }
-    if kept[kept.len() - 1] != end {
-        kept.push(end);
+    if indices[indices.len() - 1] != end {
+        indices.push(end);
     }
-    kept
+    indices
 }
 
 /// The slopes of lines from the last kept sample that pass all samples since within the tolerance.
@@ -126,10 +126,10 @@ mod tests {
     fn a_line_through_the_kept_samples_passes_all_others() {
         let samples: Vec<_> =
             (0..2_000).map(|it| (0.01 * f64::from(it)).sin() + f64::from(it % 700 / 600)).collect();
-        let kept = retained(&samples, Interpolation::Linear);
-        assert!(kept.len() < samples.len() / 10, "{} kept", kept.len());
-        assert_eq!((kept[0], kept[kept.len() - 1]), (0, 1_999));
-        for pair in kept.windows(2) {
+        let indices = retained(&samples, Interpolation::Linear);
+        assert!(indices.len() < samples.len() / 10, "{} kept", indices.len());
+        assert_eq!((indices[0], indices[indices.len() - 1]), (0, 1_999));
+        for pair in indices.windows(2) {
             let [from, to] = [pair[0], pair[1]];
             assert!((to - from) as f64 * 0.01 <= GAP + 1e-9);
             for at in from..to {

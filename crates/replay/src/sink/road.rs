@@ -38,7 +38,7 @@ impl Road {
 
     /// Sends the known edges.
     pub fn draw(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let points = self.points.kept().iter();
+        let points = self.points.samples().iter();
         let edges = match &self.track {
             Track::Edges(edges) => edges.clone(),
             Track::Sides(_) => [0, 1].map(|side| points.clone().map(|it| it[side]).collect()),

@@ -137,14 +137,14 @@ impl Signals {
         let times = time_points.seconds();
         for curve in &mut self.curves {
             curve.span = curve.span.with(curve.samples.iter().copied());
-            let kept = decimation::retained_indices(
+            let indices = decimation::retained_indices(
                 &times,
                 &curve.samples,
                 curve.interpolation,
                 curve.span,
             );
-            let scalars = Scalars::new(kept.iter().map(|&index| curve.samples[index]));
-            let axes = time_points.axes_of(&kept);
+            let scalars = Scalars::new(indices.iter().map(|&index| curve.samples[index]));
+            let axes = time_points.axes_of(&indices);
             curve.samples.clear();
             stream.send_columns(curve.path.clone(), axes, scalars.columns_of_unit_batches()?)?;
         }
@@ -184,9 +184,10 @@ pub(super) fn add(
         let name = name_with_unit(&column);
         stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
         let span = ValueRange::default().with(signal.values.iter().copied());
-        let kept = decimation::retained_indices(&times, signal.values, Interpolation::Linear, span);
-        let scalars = Scalars::new(kept.iter().map(|&index| signal.values[index]));
-        let axes = time_points.axes_of(&kept);
+        let indices =
+            decimation::retained_indices(&times, signal.values, Interpolation::Linear, span);
+        let scalars = Scalars::new(indices.iter().map(|&index| signal.values[index]));
+        let axes = time_points.axes_of(&indices);
         stream.send_columns(path, axes, scalars.columns_of_unit_batches()?)?;
     }
     Ok(())

@@ -5,28 +5,28 @@ const LIMIT: usize = 20_000;
 
 /// Samples at even distances, from the first one on.
 pub(super) struct ThinnedSamples<T> {
-    kept: Vec<T>,
+    samples: Vec<T>,
     /// Every so many-th sample is kept.
     stride: usize,
     /// All samples, kept or not.
-    taken: usize,
+    total: usize,
 }
 
 impl<T> Default for ThinnedSamples<T> {
     fn default() -> Self {
-        Self { kept: Vec::new(), stride: 1, taken: 0 }
+        Self { samples: Vec::new(), stride: 1, total: 0 }
     }
 }
 
 impl<T> ThinnedSamples<T> {
     pub fn push(&mut self, sample: T) {
-        if self.taken.is_multiple_of(self.stride) {
-            self.kept.push(sample);
+        if self.total.is_multiple_of(self.stride) {
+            self.samples.push(sample);
         }
-        self.taken += 1;
-        if self.kept.len() == LIMIT {
+        self.total += 1;
+        if self.samples.len() == LIMIT {
             let mut count = 0;
-            self.kept.retain(|_| {
+            self.samples.retain(|_| {
                 count += 1;
                 count % 2 == 1
             });
@@ -34,12 +34,14 @@ impl<T> ThinnedSamples<T> {
         }
     }
 
-    pub fn kept(&self) -> &[T] {
-        &self.kept
+    /// The retained samples.
+    pub fn samples(&self) -> &[T] {
+        &self.samples
     }
 
-    pub fn taken(&self) -> usize {
-        self.taken
+    /// The number of all samples, retained or not.
+    pub fn count(&self) -> usize {
+        self.total
     }
 }
 
@@ -53,9 +55,9 @@ mod tests {
         for sample in 0..10 * LIMIT {
             thinned.push(sample);
         }
-        let kept = thinned.kept();
-        assert!(kept.len() > LIMIT / 2 && kept.len() < LIMIT, "{}", kept.len());
-        assert_eq!((kept[0], thinned.taken()), (0, 10 * LIMIT));
-        assert!(kept.windows(2).all(|pair| pair[1] - pair[0] == kept[1]));
+        let samples = thinned.samples();
+        assert!(samples.len() > LIMIT / 2 && samples.len() < LIMIT, "{}", samples.len());
+        assert_eq!((samples[0], thinned.count()), (0, 10 * LIMIT));
+        assert!(samples.windows(2).all(|pair| pair[1] - pair[0] == samples[1]));
     }
 }

@@ -64,9 +64,9 @@ impl TimeGap {
         let mut xy_plots = XyPlots::numbered(&[plot], &RunSlot::default(), number);
         xy_plots.describe(stream)?;
         let every = self.points.len().div_ceil(POINTS);
-        let line: Vec<_> = self.points.iter().step_by(every).chain(self.points.last()).collect();
-        let line = line.into_iter().map(|point| xy_plots.position(0, *point));
-        let line = LineStrips2D::new([line.collect::<Vec<_>>()])
+        let drawn = self.points.iter().step_by(every).chain(self.points.last());
+        let positions: Vec<_> = drawn.map(|point| xy_plots.position(0, *point)).collect();
+        let line = LineStrips2D::new([positions])
             .with_colors([Palette::default().color(Role::Other, LABEL)])
             .with_radii([Radius::new_ui_points(1.0)])
             .with_draw_order(20.0);

@@ -152,7 +152,7 @@ impl Odometer {
         if time >= end {
             return distance;
         }
-        let passed = self.passed.kept();
+        let passed = self.passed.samples();
         let after = passed.partition_point(|(t, _)| *t <= time);
         let (t0, s0) = passed[after.saturating_sub(1)];
         let (t1, s1) = passed.get(after).copied().unwrap_or((end, distance));

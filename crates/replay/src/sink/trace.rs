@@ -104,29 +104,29 @@ impl Trace {
         }
     }
 
-    /// All rows, kept or not.
+    /// The number of all rows, retained or not.
     pub fn rows(&self) -> usize {
-        self.0.taken()
+        self.0.count()
     }
 
     fn points(&self) -> impl Iterator<Item = [f32; 3]> {
-        self.0.kept().iter().map(|it| it.point)
+        self.0.samples().iter().map(|it| it.point)
     }
 
     /// The line as short strips of one colour each, from slow to fast when it is `colored`.
     pub fn strips(&self, colored: bool) -> ColoredStrips {
-        let kept = self.0.kept();
-        let last = kept.len().saturating_sub(1);
-        let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
+        let samples = self.0.samples();
+        let last = samples.len().saturating_sub(1);
+        let strip_length = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
         let SpeedRange { slow, fast } =
             self.speeds().unwrap_or(SpeedRange { slow: 0.0, fast: 0.0 });
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
-        for start in (0..last).step_by(samples) {
-            let end = (start + samples).min(last);
+        for start in (0..last).step_by(strip_length) {
+            let end = (start + strip_length).min(last);
             // 2 cm above the ground, so that the ground does not shine through.
-            let strip = kept[start..=end].iter().map(|it| [it.point[0], it.point[1], 0.02]);
+            let strip = samples[start..=end].iter().map(|it| [it.point[0], it.point[1], 0.02]);
             strips.push(strip.collect());
-            let share = (kept[start].speed - slow) / (fast - slow).max(0.1);
+            let share = (samples[start].speed - slow) / (fast - slow).max(0.1);
             colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
         }
         ColoredStrips { strips, colors }
@@ -168,7 +168,7 @@ impl Trace {
     }
 
     pub fn speeds(&self) -> Option<SpeedRange> {
-        let finite = || self.0.kept().iter().map(|it| it.speed).filter(|it| it.is_finite());
+        let finite = || self.0.samples().iter().map(|it| it.speed).filter(|it| it.is_finite());
         Some(SpeedRange { slow: finite().reduce(f32::min)?, fast: finite().reduce(f32::max)? })
     }
 }

@@ -42,8 +42,9 @@ struct Block {
 #[must_use]
 pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
     let all: Vec<&[f64]> = values.chunks(axes + 2).collect();
-    let whole = |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
-    let used: Vec<&[f64]> = all.iter().copied().filter(whole).collect();
+    let is_complete =
+        |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
+    let used: Vec<&[f64]> = all.iter().copied().filter(is_complete).collect();
     // Centred, or the products would drown in the mean.
     let mean = used.iter().map(|it| it[0] + it[1]).sum::<f64>() / (2.0 * used.len() as f64);
     let blocks: Vec<Block> = used.iter().map(|block| Block::new(block, mean)).collect();

@@ -16,7 +16,7 @@ use super::{Table, arrow};
 pub struct Reader {
     path: PathBuf,
     file: File,
-    about: ArrowReaderMetadata,
+    metadata: ArrowReaderMetadata,
     columns: Table,
 }
 
@@ -35,26 +35,26 @@ impl Reader {
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
-        let about = catch_panic(|| {
-            let about = ArrowReaderMetadata::load(&file, ArrowReaderOptions::new());
-            about.map_err(|error| error.to_string())
-        });
-        let about = about.map_err(|what| unreadable(path, &what))?;
-        let columns = arrow::columns(about.schema()).map_err(|what| unreadable(path, &what))?;
+        let metadata = catch_panic(|| {
+            ArrowReaderMetadata::load(&file, ArrowReaderOptions::new())
+                .map_err(|error| error.to_string())
+        })
+        .map_err(|what| unreadable(path, &what))?;
+        let columns = arrow::columns(metadata.schema()).map_err(|what| unreadable(path, &what))?;
         columns.check_columns().map_err(|what| unreadable(path, &what))?;
-        Ok(Self { path: path.to_owned(), file, about, columns })
+        Ok(Self { path: path.to_owned(), file, metadata, columns })
     }
 
     /// How many row groups it has.
     #[must_use]
     pub fn groups(&self) -> usize {
-        self.about.metadata().num_row_groups()
+        self.metadata.metadata().num_row_groups()
     }
 
     /// How many rows it has.
     #[must_use]
     pub fn rows(&self) -> usize {
-        let rows = self.about.metadata().file_metadata().num_rows();
+        let rows = self.metadata.metadata().file_metadata().num_rows();
         usize::try_from(rows).unwrap_or_default()
     }
 
@@ -87,8 +87,8 @@ impl Reader {
     fn rows_of(&self, groups: Vec<usize>) -> Result<Table, Error> {
         let table = catch_panic(|| {
             let file = self.file.try_clone().map_err(|error| error.to_string())?;
-            let about = self.about.clone();
-            let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, about)
+            let metadata = self.metadata.clone();
+            let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
                 .with_row_groups(groups)
                 .build()
                 .map_err(|error| error.to_string())?;

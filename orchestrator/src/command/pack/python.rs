@@ -50,10 +50,10 @@ pub fn run(order: &PackOptions) -> Result<u8, Error> {
         return Err(error.help("name the FMU: --name NAME"));
     }
     let mut resources = BTreeMap::new();
-    let file = inside(script)?;
+    let file = resource_name(script)?;
     read(script, file.clone(), &mut resources)?;
     for path in order.with {
-        read(path, beside(script, path)?, &mut resources)?;
+        read(path, resource_path(script, path)?, &mut resources)?;
     }
     resources.insert(MODEL_SERVER_PATH.to_owned(), MODEL_SERVER.as_bytes().to_vec());
     // What the script imports must be in the archive, so it is asked where nothing else is.
@@ -87,7 +87,7 @@ pub fn run(order: &PackOptions) -> Result<u8, Error> {
 }
 
 /// The name of a file in the folder of resources.
-fn inside(path: &Path) -> Result<String, Error> {
+fn resource_name(path: &Path) -> Result<String, Error> {
     let name = path.file_name().and_then(|name| name.to_str());
     match name {
         Some(name) if name != python_model::INTERFACE && name != "trackside" => Ok(name.to_owned()),
@@ -100,15 +100,14 @@ fn inside(path: &Path) -> Result<String, Error> {
 }
 
 /// The path of a file in the folder of resources: as it lies to the script, or its name when it lies elsewhere.
-fn beside(script: &Path, path: &Path) -> Result<String, Error> {
-    let whole = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let (path, script) = (whole(path), whole(script));
+fn resource_path(script: &Path, path: &Path) -> Result<String, Error> {
+    let canonical = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let (path, script) = (canonical(path), canonical(script));
     let own = script.parent().and_then(|folder| path.strip_prefix(folder).ok());
     match own.and_then(Path::to_str).filter(|own| !own.is_empty()) {
-        Some(own) => {
-            inside(own.split('/').next().unwrap_or_default().as_ref()).map(|_| own.to_owned())
-        }
-        None => inside(&path),
+        Some(own) => resource_name(own.split('/').next().unwrap_or_default().as_ref())
+            .map(|_| own.to_owned()),
+        None => resource_name(&path),
     }
 }
 
@@ -119,7 +118,7 @@ fn read(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Resu
     if about.is_dir() {
         for entry in std::fs::read_dir(path).map_err(wrong)? {
             let entry = entry.map_err(wrong)?.path();
-            let own = inside(&entry)?;
+            let own = resource_name(&entry)?;
             if own != "__pycache__" && !own.starts_with('.') {
                 read(&entry, format!("{name}/{own}"), into)?;
             }

@@ -90,7 +90,7 @@ impl Engine for HyperQueue {
 
 fn json(text: &str) -> Result<Value, Refusal> {
     serde_json::from_str(text)
-        .map_err(|error| Refusal::Said(format!("hq gave an answer that is no JSON: {error}")))
+        .map_err(|error| Refusal::Failed(format!("hq gave an answer that is no JSON: {error}")))
 }
 
 /// The tasks of a list such as `{"3": [{"id": 0, "state": "running"}]}`.

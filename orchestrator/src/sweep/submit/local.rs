@@ -32,7 +32,7 @@ impl Local {
         while self.running.len() < self.jobs {
             let Some((submission, task)) = self.waiting.pop_front() else { break };
             let child = start(&submission, task)
-                .map_err(|error| Refusal::Said(format!("a chunk does not start: {error}")))?;
+                .map_err(|error| Refusal::Failed(format!("a chunk does not start: {error}")))?;
             self.running.push((submission.number, task, child));
         }
         Ok(())

@@ -18,8 +18,8 @@ const LARGEST: usize = 1001;
 
 impl Engine for Slurm {
     fn max_array_size(&mut self) -> usize {
-        let said = run_command("scontrol", ["show", "config"]).unwrap_or_default();
-        max_array_size(&said).unwrap_or(LARGEST)
+        let output = run_command("scontrol", ["show", "config"]).unwrap_or_default();
+        max_array_size(&output).unwrap_or(LARGEST)
     }
 
     fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
@@ -51,7 +51,7 @@ impl Engine for Slurm {
         let names: Vec<_> = submissions.iter().map(|it| it.name.as_str()).collect();
         let names = format!("--name={}", names.join(","));
         run_command("squeue", ["--noheader", "--array", "--me", &names, "--format=%j %K %t"])
-            .map(|said| queue(&said))
+            .map(|output| queue(&output))
     }
 
     fn cancel(&mut self, submissions: &[Submission]) {
