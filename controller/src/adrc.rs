@@ -1,4 +1,4 @@
-//! Computes driving force and steering: active disturbance rejection on the nominal single-track car.
+//! Active disturbance rejection control (ADRC) of speed and yaw rate on the nominal single-track car.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::f64::consts::{PI, TAU};
@@ -7,7 +7,7 @@ use nalgebra::vector;
 use serde::{Deserialize, Serialize};
 use vehicle::{NominalCar, SLIP_SPEED_FLOOR};
 
-/// What the commands follow.
+/// The reference that the commands follow.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
     /// The steering follows the yaw-rate reference.
@@ -60,19 +60,19 @@ pub struct Command {
     pub r: f64,
 }
 
-/// What the control law remembers between steps.
+/// State of the control law between steps.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct Memory {
     /// The last command; none before the first step.
     command: Option<Command>,
     mode: Mode,
-    /// What the command is ahead of the law after a change of mode [N, rad].
-    ahead: [f64; 2],
+    /// Offset of the command from the law after a change of mode, for bumpless transfer [N, rad].
+    transfer_offset: [f64; 2],
 }
 
 /// Limits of the commands.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub struct Limit {
+pub struct CommandLimits {
     /// Strongest braking [N].
     pub F_x_min: f64,
     /// Strongest driving [N].
@@ -109,12 +109,12 @@ pub struct Controller {
     /// Time in which the commands go over to those of another mode [s].
     pub transfer_time: f64,
     /// Saturations.
-    pub limit: Limit,
+    pub limit: CommandLimits,
 }
 
 impl Default for Controller {
     fn default() -> Self {
-        let limit = Limit {
+        let limit = CommandLimits {
             F_x_min: -6000.0,
             F_x_max: 6000.0,
             delta: 0.30,
@@ -154,35 +154,35 @@ impl Controller {
         h: f64,
     ) -> Command {
         let before = memory.command.unwrap_or_default();
-        let follow = (before, h);
         let law = match mode {
             Mode::Manual => Command { r: estimate.r, ..*driver },
-            _ => self.automatic(mode, reference, estimate, follow),
+            _ => self.feedback_law(mode, reference, estimate, before, h),
         };
         if memory.command.is_some() && mode != memory.mode {
-            memory.ahead = [before.F_x - law.F_x, before.delta - law.delta];
+            memory.transfer_offset = [before.F_x - law.F_x, before.delta - law.delta];
         }
         // A sum with 0 would lose the sign of -0.
-        let plus = |law: f64, ahead: f64| if ahead == 0.0 { law } else { law + ahead };
-        let [F_x, delta] = memory.ahead;
+        let plus = |law: f64, offset: f64| if offset == 0.0 { law } else { law + offset };
+        let [F_x, delta] = memory.transfer_offset;
         let wanted = Command { F_x: plus(law.F_x, F_x), delta: plus(law.delta, delta), r: law.r };
-        let mut command = self.limited(wanted, estimate, follow);
+        let mut command = self.saturate(wanted, estimate, before, h);
         if mode != Mode::Manual && self.limit.anti_windup && command.delta != wanted.delta {
-            command.r += self.unrealised(command.delta - wanted.delta, h);
+            command.r += self.conditioned_rate(command.delta - wanted.delta, h);
         }
-        let kept = (-h / self.transfer_time.max(f64::MIN_POSITIVE)).exp();
-        memory.ahead = memory.ahead.map(|ahead| ahead * kept);
+        let decay = (-h / self.transfer_time.max(f64::MIN_POSITIVE)).exp();
+        memory.transfer_offset = memory.transfer_offset.map(|offset| offset * decay);
         (memory.command, memory.mode) = (Some(command), mode);
         command
     }
 
-    /// What the law asks for, within no limits but those of the yaw rate that the steering follows.
-    fn automatic(
+    /// The command of the feedback law, saturated only in the yaw rate that the steering follows; `before` is the last command.
+    fn feedback_law(
         &self,
         mode: Mode,
         reference: &Reference,
         estimate: &Estimate,
-        (before, h): (Command, f64),
+        before: Command,
+        h: f64,
     ) -> Command {
         let r_target = match mode {
             Mode::Heading => {
@@ -199,7 +199,7 @@ impl Controller {
     }
 
     /// The command within the limits.
-    fn limited(&self, wanted: Command, x: &Estimate, (before, h): (Command, f64)) -> Command {
+    fn saturate(&self, wanted: Command, x: &Estimate, before: Command, h: f64) -> Command {
         let limit = &self.limit;
         let v_x = x.v_x.max(SLIP_SPEED_FLOOR);
         let strongest = limit.F_x_max.min(limit.power / v_x).max(limit.F_x_min);
@@ -217,7 +217,7 @@ impl Controller {
     /// The yaw rate that a steering angle of the law, changed by a limit, no longer asks for (conditioning: Hanus,
     /// Kinnaert and Henrotte, Automatica 23, 1987). Without it the yaw rate that the steering follows runs away from a
     /// car whose steering is at a limit, and has to come back first when the reference does.
-    fn unrealised(&self, change: f64, h: f64) -> f64 {
+    fn conditioned_rate(&self, change: f64, h: f64) -> f64 {
         let car = &self.car;
         change * car.C_f * car.l_f / (car.I_zz * (1.0 / h + self.k_r))
     }

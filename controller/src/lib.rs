@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// The controller between its inputs and its outputs.
 #[derive(Clone, Default, Serialize, Deserialize)]
-struct Node {
+struct ControllerModel {
     mode: i32,
     controller: Controller,
     reference: Reference,
@@ -31,7 +31,7 @@ const ESTIMATES: &[Member] = &[
     Member::signal("xi_psi", "xi_psi"),
 ];
 
-impl Model for Node {
+impl Model for ControllerModel {
     const INFO: Info = Info::new(
         "controller",
         "Speed and yaw control with rejection of the estimated disturbances",
@@ -168,4 +168,4 @@ impl Model for Node {
     }
 }
 
-fmu_export::export!(Node);
+fmu_export::export!(ControllerModel);

@@ -102,7 +102,7 @@ impl Node {
                 let [front, rear] = &self.files;
                 let [(front, told_f), (rear, told_r)] =
                     [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
-                told_f.into_iter().chain(told_r).for_each(|message| message.tell(log, warn));
+                told_f.into_iter().chain(told_r).for_each(|message| message.send_to_log(log, warn));
                 let tires = [front, rear];
                 let [dual_f, dual_r] = tires.map(|tire| MfTire::new(tire.coefficients().lift()));
                 let wrong = |bad: BadCoefficient| bad.to_string();

@@ -1,4 +1,4 @@
-//! Hands recorded signals to plugins and takes what they find: a result, columns for the recording, diagrams, files.
+//! Runs the analyses of a run: plugins get recorded signals, and give a result, columns for the recording, diagrams, files.
 
 mod manoeuvre;
 mod script;
@@ -12,19 +12,19 @@ use recording::{Derived, Full, NumberIndex, Row, Sink};
 use scenario::plan::{Analyser, AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
-use crate::fresh;
+use crate::nofollow;
 use crate::report::PreviousRun;
 
-/// The columns of a run that analyses want, kept until it is over.
+/// The columns of a run that its analyses need, in memory until it is over.
 #[derive(Debug, Default)]
-pub struct Collected {
+pub struct CollectedSignals {
     indices: Vec<NumberIndex<Full>>,
     time: Vec<f64>,
     columns: Vec<Vec<f64>>,
 }
 
-impl Collected {
-    /// Prepares to keep what these analyses want.
+impl CollectedSignals {
+    /// Collects the signals that these analyses need.
     #[must_use]
     pub fn new(plans: &[AnalysisPlan]) -> Self {
         let wired = plans.iter().flat_map(|plan| &plan.wired);
@@ -37,7 +37,7 @@ impl Collected {
         indices.sort_unstable();
         indices.dedup();
         let columns = vec![Vec::new(); indices.len()];
-        Collected { indices, time: Vec::new(), columns }
+        CollectedSignals { indices, time: Vec::new(), columns }
     }
 
     fn column(&self, index: NumberIndex<Full>) -> &[f64] {
@@ -45,7 +45,7 @@ impl Collected {
     }
 }
 
-impl Sink<Full> for Collected {
+impl Sink<Full> for CollectedSignals {
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         if !self.indices.is_empty() {
             self.time.push(time);
@@ -57,18 +57,28 @@ impl Sink<Full> for Collected {
     }
 }
 
-/// Takes a share done and what comes next; `false` asks the analysis to give up.
+/// Receives the share that is done and the next step; `false` asks the analysis to stop.
 pub type Progress<'a> = &'a mut dyn FnMut(f64, &str) -> bool;
 
-/// Runs the analysis. What it records goes to `sink`, its files go to `folder`, and their names to `files`.
+/// Where the outputs of an analysis go.
+pub struct AnalysisOutputs<'a> {
+    /// Takes the columns and diagrams that it records.
+    pub sink: &'a mut dyn Sink<Full>,
+    /// The folder for its files.
+    pub folder: &'a Path,
+    /// The names of its files.
+    pub files: &'a mut Vec<String>,
+}
+
+/// Runs the analysis.
 ///
 /// # Errors
 /// When the plugin fails, or what it leaves cannot be written.
-pub fn run(
-    plan: &AnalysisPlan,
-    collected: &Collected,
-    (sink, folder, files): (&mut dyn Sink<Full>, &Path, &mut Vec<String>),
-    progress: Progress,
+pub fn run<'a>(
+    plan: &'a AnalysisPlan,
+    collected: &CollectedSignals,
+    outputs: AnalysisOutputs<'a>,
+    progress: Progress<'a>,
 ) -> Result<Value, Error> {
     let log_times = plan.log.as_ref().map(Table::times).unwrap_or_default();
     let columns: Vec<_> = plan.wired.iter().map(|wired| values(plan, wired, collected)).collect();
@@ -83,7 +93,7 @@ pub fn run(
     });
     let request = Request { config: &plan.config, signals: signals.collect() };
     let name = &plan.name;
-    let mut host = AnalysisHost { name, sink, folder, files, progress, failed: None };
+    let mut host = AnalysisHost { name, outputs, progress, error: None };
     let plugin = match &plan.analyser {
         Analyser::Plugin(plugin) => plugin,
         Analyser::Python(waiting) => return script::run(plan, waiting, &request, &mut host),
@@ -94,7 +104,7 @@ pub fn run(
     let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
         plugin.run(&request, &mut host)
     });
-    if let Some(error) = host.failed {
+    if let Some(error) = host.error {
         return Err(error);
     }
     let text = outcome.map_err(|what| Error::analysis(name, what.to_string()))?;
@@ -103,7 +113,7 @@ pub fn run(
     })
 }
 
-fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64> {
+fn values(plan: &AnalysisPlan, wired: &Wired, collected: &CollectedSignals) -> Vec<f64> {
     let values = match (wired.origin, &plan.log) {
         (Origin::Run(index), _) => collected.column(index),
         (Origin::Log(column), Some(log)) => log.column(column),
@@ -112,14 +122,13 @@ fn values(plan: &AnalysisPlan, wired: &Wired, collected: &Collected) -> Vec<f64>
     values.iter().map(|value| value * wired.factor + wired.offset).collect()
 }
 
-/// The program, as a plugin sees it. What goes wrong here ends the analysis at its next sign of progress.
+/// The host of a plugin. An error here ends the analysis at its next call of `progress`.
 struct AnalysisHost<'a> {
     name: &'a str,
-    sink: &'a mut dyn Sink<Full>,
-    folder: &'a Path,
-    files: &'a mut Vec<String>,
+    outputs: AnalysisOutputs<'a>,
     progress: Progress<'a>,
-    failed: Option<Error>,
+    /// The first error of a call of the plugin.
+    error: Option<Error>,
 }
 
 impl AnalysisHost<'_> {
@@ -129,29 +138,30 @@ impl AnalysisHost<'_> {
             let what = format!("expected the name of a file of its own, found `{name}`");
             return Err(Error::analysis(self.name, what));
         }
-        let path: PathBuf = self.folder.join(name);
+        let path: PathBuf = self.outputs.folder.join(name);
         // The files of the earlier run are gone by now.
-        if !self.files.iter().any(|known| known == name) && path.symlink_metadata().is_ok() {
+        if !self.outputs.files.iter().any(|known| known == name) && path.symlink_metadata().is_ok()
+        {
             return Err(Error::output(&path, "there is such a file already, and no run wrote it"));
         }
-        PreviousRun::note(self.folder, name)?;
-        fresh::write(&path, contents).map_err(|error| Error::output(&path, error))?;
-        if !self.files.iter().any(|known| known == name) {
-            self.files.push(name.to_owned());
+        PreviousRun::note(self.outputs.folder, name)?;
+        nofollow::write(&path, contents).map_err(|error| Error::output(&path, error))?;
+        if !self.outputs.files.iter().any(|known| known == name) {
+            self.outputs.files.push(name.to_owned());
         }
         Ok(())
     }
 
-    fn judge(&mut self, result: Result<(), Error>) {
+    fn keep_first_error(&mut self, result: Result<(), Error>) {
         if let Err(error) = result {
-            self.failed.get_or_insert(error);
+            self.error.get_or_insert(error);
         }
     }
 }
 
 impl Host for AnalysisHost<'_> {
     fn progress(&mut self, share: f64, what: &str) -> bool {
-        (self.progress)(share, what) && self.failed.is_none()
+        (self.progress)(share, what) && self.error.is_none()
     }
 
     fn record(&mut self, group: &str, signals: &[Signal]) {
@@ -165,14 +175,19 @@ impl Host for AnalysisHost<'_> {
                 .iter()
                 .map(|signal| Signal { time, values: &signal.values[begin..], ..*signal })
                 .collect();
-            self.sink.derived(&Derived { analysis: self.name, group, time, columns: &columns })
+            self.outputs.sink.derived(&Derived {
+                analysis: self.name,
+                group,
+                time,
+                columns: &columns,
+            })
         } else {
             let what = format!(
                 "expected columns of equal length over rising times to record as `{group}`, found others"
             );
             Err(Error::analysis(self.name, what))
         };
-        self.judge(result);
+        self.keep_first_error(result);
     }
 
     fn diagram(&mut self, group: &str, diagram: &Diagram) {
@@ -183,7 +198,7 @@ impl Host for AnalysisHost<'_> {
             layer.y.len() == layer.x.len() && (!band || layer.upper.len() == layer.x.len())
         };
         let result = if diagram.ranges.iter().all(apart) && diagram.layers.iter().all(even) {
-            self.sink.diagram((self.name, group), diagram)
+            self.outputs.sink.diagram((self.name, group), diagram)
         } else {
             let what = format!(
                 "expected axes with two different, finite ends, or ends that are no numbers, and layers with columns of equal length in the diagram `{}`, found others",
@@ -191,11 +206,11 @@ impl Host for AnalysisHost<'_> {
             );
             Err(Error::analysis(self.name, what))
         };
-        self.judge(result);
+        self.keep_first_error(result);
     }
 
     fn file(&mut self, name: &str, text: &str) {
         let result = self.write(name, text);
-        self.judge(result);
+        self.keep_first_error(result);
     }
 }

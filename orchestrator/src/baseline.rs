@@ -1,4 +1,4 @@
-//! Reads the baselines of a scenario, draws where a run left them, and writes new ones when the user asks for it.
+//! Reads the baselines of a scenario, plots the deviations of a run from them, and writes new ones when the user asks for it.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use recording::{ColumnIndex, Golden};
 use scenario::Scenario;
 use scenario::plan::RunPlan;
 
-use crate::fresh;
-use crate::report::{Ending, RunReport};
+use crate::nofollow;
+use crate::report::{RunReport, RunVerdict};
 
 /// Signals in a picture; the others are in the report.
 const DRAWN: usize = 4;
@@ -60,7 +60,7 @@ pub(crate) fn bless(plan: &RunPlan, report: &mut RunReport) -> Result<(), Error>
     if plan.baselines.is_empty() {
         report.warnings.push("the scenario has no [[baseline]] to write".to_owned());
     }
-    if report.verdict != Ending::Pass {
+    if report.verdict != RunVerdict::Pass {
         let names = plan.baselines.iter().map(|plan| {
             format!("the baseline {} was not written: the run did not pass", plan.path.display())
         });
@@ -89,7 +89,7 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
         let plots: Vec<_> = pictured(outcome)
             .filter_map(|(signal, first)| {
                 let comparison = baselines.comparison(&outcome.name, &signal.signal)?;
-                let plot = plot(&comparison, signal, (first, signal.worst.unwrap_or(first)));
+                let plot = plot(&comparison, signal, first);
                 Some((
                     format!(
                         "{}: the run (orange) and the tube of “{}” (blue)",
@@ -104,7 +104,8 @@ pub(crate) fn draw(baselines: &Baselines, report: &mut RunReport) -> Result<(), 
         }
         let name = file_name(&outcome.name, &report.files);
         let path = report.folder.join(&name);
-        fresh::write(&path, html_page::svg(&plots)).map_err(|error| Error::output(&path, error))?;
+        nofollow::write(&path, html_page::svg(&plots))
+            .map_err(|error| Error::output(&path, error))?;
         report.files.push(name.clone());
         outcome.picture = Some(name);
     }
@@ -130,16 +131,13 @@ fn pictured(outcome: &BaselineOutcome) -> impl Iterator<Item = (&SignalOutcome, 
 }
 
 /// A signal and its tube around the first and the worst deviation.
-fn plot(
-    comparison: &Comparison,
-    signal: &SignalOutcome,
-    (first, worst): (Deviation, Deviation),
-) -> Plot {
+fn plot(comparison: &Comparison, signal: &SignalOutcome, first: Deviation) -> Plot {
+    let worst = signal.worst.unwrap_or(first);
     let Comparison { times, values, bounds } = comparison;
     let [begin, end] = [times[0], times[times.len() - 1]];
     let around = (0.1 * (end - begin)).max((worst.time - first.time).abs() * 0.2);
-    let [from, to] = [first.time.min(worst.time) - around, first.time.max(worst.time) + around];
-    let (from, to) = (from.max(begin), to.min(end));
+    let from = (first.time.min(worst.time) - around).max(begin);
+    let to = (first.time.max(worst.time) + around).min(end);
     let rows: Vec<_> = (0..times.len()).filter(|row| (from..=to).contains(&times[*row])).collect();
     let rows: Vec<_> = rows.iter().copied().step_by(rows.len() / POINTS + 1).collect();
     let unit = signal.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Writes checkpoints into files and reads them: what is cut short, changed or made up is an error.
+//! The file format of checkpoints: a file that is truncated, changed or forged is an error.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use diagnostics::Error;
 use fmu_import::sha256;
 use serde::{Deserialize, Serialize};
 
-use crate::fresh;
+use crate::nofollow;
 
 /// The first bytes of a file, with the version of what follows.
 const HEAD: &[u8] = b"trackside checkpoint 2\n";
@@ -37,7 +37,7 @@ pub(crate) fn write(path: &Path, checkpoint: &RunCheckpoint) -> Result<(), Error
         .map_err(|error| failed(std::io::Error::other(error.to_string())))?;
     let bytes = [HEAD, sha256(&content).as_bytes(), &content].concat();
     let beside = path.with_extension("state.partial");
-    let written = fresh::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
+    let written = nofollow::write(&beside, bytes).and_then(|()| std::fs::rename(&beside, path));
     written.map_err(|error| {
         let _ = std::fs::remove_file(&beside);
         failed(error)
@@ -62,8 +62,8 @@ pub(crate) fn read(path: &Path) -> Result<RunCheckpoint, Error> {
             "expected a file that `trackside run SCENARIO --checkpoint TIME` of this version wrote",
         ));
     };
-    let whole = rest.split_at_checked(HASH);
-    let content = whole.filter(|(hash, content)| *hash == sha256(content).as_bytes());
+    let hash_and_content = rest.split_at_checked(HASH);
+    let content = hash_and_content.filter(|(hash, content)| *hash == sha256(content).as_bytes());
     let Some((_, content)) = content else {
         return Err(wrong(
             "it is cut short or changed: its bytes do not have the SHA-256 that it states",

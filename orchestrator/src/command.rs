@@ -26,7 +26,7 @@ use std::sync::atomic::AtomicBool;
 use std::sync::atomic::Ordering::Relaxed;
 
 use clap::Subcommand;
-use diagnostics::{Error, Printable, is_obeyed, shown};
+use diagnostics::{Error, PrintableError, is_obeyed, shown};
 
 /// A command with its arguments.
 #[derive(Subcommand)]
@@ -103,7 +103,7 @@ fn report_error(error: Error) -> u8 {
     let errors = error.split();
     let (count, more) = (errors.len(), errors.len().saturating_sub(PRINTED));
     for error in errors.into_iter().take(PRINTED) {
-        eprintln!("{:?}", miette::Report::new(Printable::of(&error)));
+        eprintln!("{:?}", miette::Report::new(PrintableError::of(&error)));
     }
     match (count, more) {
         (..=1, _) => {}

@@ -1,4 +1,4 @@
-//! Shows what an FMU says about itself.
+//! The text of `trackside inspect` about an FMU: its model description.
 
 pub mod scenario;
 
@@ -10,49 +10,56 @@ use fmu_import::{Causality, Fmu, MemberKind, Stream, Terminal, Variability};
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
 #[must_use]
 pub fn lines(fmu: &Fmu) -> String {
-    let about = &fmu.description;
+    let description = &fmu.description;
     let mut text = String::new();
     let yes = |flag: bool| if flag { "yes" } else { "no" };
     let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".to_owned());
     let seconds = |time: Option<f64>| time.map_or("-".to_owned(), |time| format!("{time} s"));
     let rows = [
-        ("model", about.name.clone()),
-        ("FMI", about.version.to_string()),
-        ("description", or_none(&about.summary)),
-        ("made by", or_none(&about.tool)),
-        ("guid", about.guid.clone()),
+        ("model", description.name.clone()),
+        ("FMI", description.version.to_string()),
+        ("description", or_none(&description.summary)),
+        ("made by", or_none(&description.tool)),
+        ("guid", description.guid.clone()),
         ("sha256", fmu.sha256.clone()),
         ("platforms", fmu.platforms().join(", ")),
-        ("default start", format!("{} s", about.default_start)),
-        ("default stop", seconds(about.default_stop)),
-        ("default step", seconds(about.default_step)),
-        ("default tolerance", about.default_tolerance.map_or("-".to_owned(), |it| it.to_string())),
-        ("variable step", yes(about.variable_step).to_owned()),
-        ("get and set state", yes(about.state).to_owned()),
-        ("serialise state", yes(about.serialised_state).to_owned()),
-        ("derivatives", yes(about.directional_derivative).to_owned()),
-        ("once per process", yes(about.only_once).to_owned()),
+        ("default start", format!("{} s", description.default_start)),
+        ("default stop", seconds(description.default_stop)),
+        ("default step", seconds(description.default_step)),
+        (
+            "default tolerance",
+            description.default_tolerance.map_or("-".to_owned(), |it| it.to_string()),
+        ),
+        ("variable step", yes(description.variable_step).to_owned()),
+        ("get and set state", yes(description.state).to_owned()),
+        ("serialise state", yes(description.serialised_state).to_owned()),
+        ("derivatives", yes(description.directional_derivative).to_owned()),
+        ("once per process", yes(description.only_once).to_owned()),
     ];
     // Writing into a string cannot fail.
     for (name, value) in rows {
         let _ = writeln!(text, "{name:<18} {value}");
     }
-    let widths = about.variables.iter().map(|variable| variable.name.chars().count());
+    let widths = description.variables.iter().map(|variable| variable.name.chars().count());
     // Longer names stand out of their column: a width must be below 65,536.
     let width = widths.max().unwrap_or(0).min(1000);
-    let _ = writeln!(text, "\n{} variables", about.variables.len());
-    for variable in &about.variables {
-        let _ = writeln!(text, "{}", line(about.version, variable, &about.variables, width));
+    let _ = writeln!(text, "\n{} variables", description.variables.len());
+    for variable in &description.variables {
+        let _ = writeln!(
+            text,
+            "{}",
+            line(description.version, variable, &description.variables, width)
+        );
     }
     let (terminals, problems) = terminals(fmu);
     if !terminals.is_empty() {
         let _ = writeln!(text, "\n{} terminals", terminals.len());
         terminals.iter().for_each(|it| terminal_lines(&mut text, it, 1));
     }
-    for correction in &about.corrections {
+    for correction in &description.corrections {
         let _ = writeln!(text, "read otherwise: {correction}");
     }
-    for problem in about.problems.iter().chain(&problems) {
+    for problem in description.problems.iter().chain(&problems) {
         let _ = writeln!(text, "against the rules: {problem}");
     }
     text
@@ -69,9 +76,9 @@ fn terminals(fmu: &Fmu) -> (Vec<Terminal>, Vec<String>) {
 fn terminal_lines(text: &mut String, terminal: &Terminal, depth: usize) {
     let space = "  ".repeat(depth);
     let kind = terminal.kind.as_ref().map(|kind| format!("  {kind}")).unwrap_or_default();
-    let about = terminal.description.as_ref().map(|it| format!("  {it}")).unwrap_or_default();
+    let description = terminal.description.as_ref().map(|it| format!("  {it}")).unwrap_or_default();
     // Writing into a string cannot fail.
-    let _ = writeln!(text, "{space}{} ({}){kind}{about}", terminal.name, terminal.rule);
+    let _ = writeln!(text, "{space}{} ({}){kind}{description}", terminal.name, terminal.rule);
     for member in &terminal.members {
         let name = member.name.as_deref().unwrap_or("-");
         let kind = match &member.kind {
@@ -114,33 +121,36 @@ fn terminal_entry(terminal: &Terminal) -> serde_json::Value {
 /// The same as JSON.
 #[must_use]
 pub fn json(fmu: &Fmu) -> serde_json::Value {
-    let about = &fmu.description;
-    let variables: Vec<_> =
-        about.variables.iter().map(|it| entry(about.version, it, &about.variables)).collect();
+    let description = &fmu.description;
+    let variables: Vec<_> = description
+        .variables
+        .iter()
+        .map(|it| entry(description.version, it, &description.variables))
+        .collect();
     let (terminals, problems) = terminals(fmu);
     let terminals: Vec<_> = terminals.iter().map(terminal_entry).collect();
-    let problems: Vec<_> = about.problems.iter().chain(&problems).collect();
+    let problems: Vec<_> = description.problems.iter().chain(&problems).collect();
     serde_json::json!({
-        "model": about.name,
-        "fmi": about.version.to_string(),
-        "description": about.summary,
-        "made_by": about.tool,
-        "guid": about.guid,
+        "model": description.name,
+        "fmi": description.version.to_string(),
+        "description": description.summary,
+        "made_by": description.tool,
+        "guid": description.guid,
         "sha256": fmu.sha256,
         "platforms": fmu.platforms(),
-        "default_start": about.default_start,
-        "default_stop": about.default_stop,
-        "default_step": about.default_step,
-        "default_tolerance": about.default_tolerance,
-        "variable_step": about.variable_step,
-        "get_and_set_state": about.state,
-        "serialise_state": about.serialised_state,
-        "derivatives": about.directional_derivative,
-        "once_per_process": about.only_once,
-        "log_categories": about.log_categories,
+        "default_start": description.default_start,
+        "default_stop": description.default_stop,
+        "default_step": description.default_step,
+        "default_tolerance": description.default_tolerance,
+        "variable_step": description.variable_step,
+        "get_and_set_state": description.state,
+        "serialise_state": description.serialised_state,
+        "derivatives": description.directional_derivative,
+        "once_per_process": description.only_once,
+        "log_categories": description.log_categories,
         "variables": variables,
         "terminals": terminals,
-        "corrections": about.corrections,
+        "corrections": description.corrections,
         "problems": problems,
     })
 }
@@ -198,13 +208,13 @@ fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -
         variable.variability == Variability::Tunable && variable.causality == Causality::Parameter;
     let marks = [(tunable, "tunable  "), (variable.relative.is_some(), "a difference  ")];
     let marks: String = marks.iter().filter(|(is, _)| *is).map(|(_, mark)| *mark).collect();
-    let about = variable.description.clone().unwrap_or_default();
+    let description = variable.description.clone().unwrap_or_default();
     let items = match variable.items.as_slice() {
         [] => String::new(),
         items => format!("one of {}  ", list(items)),
     };
     let line = format!(
-        "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {marks}{items}{about}  {follows}",
+        "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {marks}{items}{description}  {follows}",
         variable.name
     );
     line.trim_end().to_owned()

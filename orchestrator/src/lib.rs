@@ -1,18 +1,17 @@
-//! A scenario's path goes in; a report of its run comes out: this crate builds what the scenario names, runs it, records it, lets
-//! analyses and validations follow, and judges all of it.
+//! Runs scenarios from file to report: builds their packages, simulates and records their systems, runs analyses and validations, and
+//! evaluates checks; also parameter sweeps and test suites of scenarios.
 #![forbid(unsafe_code)]
 
 pub mod analysis;
 mod baseline;
-mod branch;
 mod checkpoint_file;
-mod course;
-pub mod fresh;
+mod checkpoint_plan;
 pub mod inspect;
 pub mod messages;
+pub mod nofollow;
 mod options;
-mod pace;
 pub mod package;
+mod real_time;
 mod recorder;
 pub mod report;
 mod run;
@@ -22,7 +21,8 @@ mod stop;
 pub mod suite;
 pub mod sweep;
 pub mod validation;
+mod warm_start;
 
-pub use branch::latest_stop;
-pub use options::{ProgressEvent, Replay, Role, RunOptions};
-pub use run::{Remains, Run, run};
+pub use options::{BranchRole, ProgressEvent, Replay, RunOptions};
+pub use run::{Run, RunContext, run};
+pub use warm_start::latest_stop;

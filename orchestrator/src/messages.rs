@@ -1,4 +1,4 @@
-//! Counts what the nodes of a run say: summaries at its start, warnings and errors by kind.
+//! Counts the messages of the nodes of a run: summaries at its start, warnings and errors by kind.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -57,7 +57,7 @@ impl NodeMessage {
     }
 }
 
-/// So many kinds of each node are told on a terminal and in the log of a CI system; the report has all.
+/// The most kinds of messages of a node on a terminal and in the log of a CI system; the report has all.
 const SHOWN: usize = 10;
 
 /// A line for each warning and error.
@@ -79,18 +79,18 @@ pub fn lines(messages: &[NodeMessage]) -> Vec<String> {
 
 /// The messages of the nodes of a run by kind.
 #[derive(Debug, Default)]
-pub(crate) struct Messages(HashMap<String, Kinds<Counted>>);
+pub(crate) struct Messages(HashMap<String, Kinds<CountedMessage>>);
 
 /// A kind, and how many of its messages the recordings have.
 #[derive(Debug)]
-struct Counted {
+struct CountedMessage {
     message: NodeMessage,
     recorded: u64,
 }
 
 impl Messages {
     /// Counts an event of a node; whether the recordings get it.
-    pub fn take(&mut self, event: &Event) -> bool {
+    pub fn add(&mut self, event: &Event) -> bool {
         let Event { time, level, source, message: text, again } = event;
         let (level, severity) = match level {
             Level::Info => return *again == 0,
@@ -102,7 +102,7 @@ impl Messages {
             self.0.insert(source.clone(), Kinds::default());
         }
         let Some(kinds) = self.0.get_mut(source) else { return true };
-        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| Counted {
+        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| CountedMessage {
             message: NodeMessage {
                 node: source.clone(),
                 level: severity,
@@ -185,7 +185,7 @@ mod tests {
             ("a", Level::Info, "fine", 4, false),
             ("a", Level::Summary, "a\ncar", 0, true),
         ] {
-            assert_eq!(messages.take(&event(node, level, text, again)), recorded, "{text}");
+            assert_eq!(messages.add(&event(node, level, text, again)), recorded, "{text}");
         }
         let list = messages.list();
         assert_eq!(
@@ -196,9 +196,9 @@ mod tests {
             ]
         );
         assert_eq!(list[1].line(), "a: a\n    car");
-        let told: Vec<_> = messages.counts(1.0).into_iter().map(|it| it.message).collect();
+        let texts: Vec<_> = messages.counts(1.0).into_iter().map(|it| it.message).collect();
         let count = |count: u64| format!("{count} times in all, first at 0.25 s: late by 1 s");
-        assert_eq!(told, [count(3), count(9)]);
+        assert_eq!(texts, [count(3), count(9)]);
         let (name, found) = results(&list, ["a", "b", "c.d"].into_iter());
         assert_eq!(name, MESSAGES);
         let expected = serde_json::json!({
@@ -212,7 +212,7 @@ mod tests {
     fn a_terminal_gets_the_first_kinds_of_a_node() {
         let mut messages = Messages::default();
         for number in 0..1000 {
-            messages.take(&event("a", Level::Warning, &format!("word{number}"), 0));
+            messages.add(&event("a", Level::Warning, &format!("word{number}"), 0));
         }
         let (list, lines) = (messages.list(), lines(&messages.list()));
         assert_eq!((list.len(), lines.len()), (fmu_import::MOST_KINDS + 1, SHOWN + 1));

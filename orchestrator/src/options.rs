@@ -1,4 +1,4 @@
-//! Holds the options of a run and the events that it reports.
+//! The options of a run, and the events that it reports to a progress bar.
 
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -23,17 +23,17 @@ pub enum Replay {
     Off,
 }
 
-/// The part of a run among those that go on in one process.
+/// The role of a run in one process: alone, or with branches that start from a checkpoint of the first run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Role {
+pub enum BranchRole {
     /// It is the only one; its checkpoints are files.
     #[default]
-    Alone,
-    /// Others go on from its last checkpoint, which stays in memory.
+    Standalone,
+    /// Branches start from its last checkpoint, which stays in memory.
     WarmUp,
-    /// It goes on from there.
-    End {
-        /// Whether it is the last one that does so.
+    /// It starts from there.
+    Branch {
+        /// Whether it is the last branch.
         last: bool,
     },
 }
@@ -67,12 +67,12 @@ pub struct RunOptions {
     pub realtime: Option<f64>,
     /// This program, which FMUs in processes of their own need; without it they run in this process.
     pub program: Option<PathBuf>,
-    /// Times at which it leaves checkpoints [s].
+    /// Times at which it saves checkpoints [s].
     pub checkpoints: Vec<f64>,
-    /// The file of the checkpoint that it goes on from.
+    /// The file of the checkpoint that it resumes from.
     pub resume: Option<PathBuf>,
-    /// Its part among those that go on in one process.
-    pub role: Role,
+    /// Its role among the runs of this process.
+    pub role: BranchRole,
     /// The latest stop time of all these [s], which FMUs are told.
     pub latest_stop: Option<f64>,
     /// A call of such an FMU that lasts longer than this is reported; 10 s unless it is given.

@@ -29,12 +29,12 @@ impl Workspace {
     ///
     /// # Errors
     /// When there is none, or no cargo.
-    pub fn around(folder: &Path) -> Result<Self, BuildError> {
+    pub fn containing(folder: &Path) -> Result<Self, BuildError> {
         // The path of a file in the current folder has an empty parent.
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-        let whole = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
+        let canonical = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_owned());
         let wrong =
-            |what: &str| BuildError::Workspace { folder: whole.clone(), what: what.to_owned() };
+            |what: &str| BuildError::Workspace { folder: canonical.clone(), what: what.to_owned() };
         let mut cargo = cargo();
         cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(folder);
         let output =
@@ -56,7 +56,8 @@ impl Workspace {
     pub fn pack(
         &self,
         products: &[BuildRequest],
-        (into, version): (Option<&Path>, Version),
+        into: Option<&Path>,
+        version: Version,
         progress: OnProgress,
     ) -> Result<BTreeMap<BuildRequest, PathBuf>, BuildError> {
         products.iter().try_for_each(|product| self.check(product))?;

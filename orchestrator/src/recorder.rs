@@ -1,4 +1,4 @@
-//! Hands the rows of a run to checks, analyses and recordings, and the notices of each to the recordings.
+//! The sink of a run: it passes rows to checks, analyses and recordings, and their notices to the recordings.
 
 use std::sync::PoisonError;
 
@@ -12,14 +12,14 @@ use recording::{
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 
-use crate::analysis::{self, Collected};
-use crate::course::{Course, Remembered};
+use crate::analysis::{self, AnalysisOutputs, CollectedSignals};
+use crate::checkpoint_plan::{CheckSnapshots, CheckpointPlan};
 use crate::messages::Messages;
 use crate::options::{ProgressEvent, RunOptions};
-use crate::report::{Ending, RunReport};
+use crate::report::{RunReport, RunVerdict};
 use crate::sinks::SINKS;
 
-/// All that takes the rows of a run.
+/// Receives the rows of a run: its checks, baselines, recordings, and what analyses need.
 pub(crate) struct Recorder {
     pub checks: Checks,
     pub baselines: Baselines,
@@ -27,20 +27,19 @@ pub(crate) struct Recorder {
     pub values: CollectedValues,
     /// What the nodes say.
     pub messages: Messages,
-    collected: Collected,
+    collected: CollectedSignals,
     recordings: Recordings,
     /// Notices for the user.
     notices: Vec<Notice>,
     time: f64,
-    /// The communication points at which the checks are remembered, and where.
-    remembers: (Vec<u64>, Remembered),
+    snapshots: CheckSnapshots,
 }
 
 /// After so many rows recordings are asked for their notices [-].
 const SELDOM: u64 = 64;
 
-/// Does something with each of what takes rows, in the order in which it gets them. No list of traits: a step is short, and each call
-/// that is not known beforehand counts.
+/// Calls each sink of the recorder in the order in which they get rows. No list of trait objects: a step is short, and each dynamic
+/// call counts.
 macro_rules! each_sink {
     ($recorder:ident, $sink:ident => $does:expr) => {
         each_sink!(@ $recorder, $sink => $does, recordings faults checks baselines values collected)
@@ -60,38 +59,43 @@ impl Recorder {
         options: &RunOptions,
     ) -> Result<Self, Error> {
         let recordings = Recordings::open(plan, options)?;
-        let mut recorder = Self::into(recordings, plan, baselines);
-        recorder.forward()?;
+        let mut recorder = Self::with_recordings(recordings, plan, baselines);
+        recorder.forward_notices()?;
         Ok(recorder)
     }
 
-    /// Judges a run, and records nothing.
-    pub fn judge(plan: &mut RunPlan) -> Self {
+    /// Evaluates a run, and writes no recordings.
+    pub fn without_recordings(plan: &mut RunPlan) -> Self {
         let recordings =
             Recordings { selection: plan.recorded.clone(), row: Row::default(), sinks: Vec::new() };
-        Self::into(recordings, plan, Baselines::default())
+        Self::with_recordings(recordings, plan, Baselines::default())
     }
 
-    fn into(recordings: Recordings, plan: &mut RunPlan, baselines: Baselines) -> Self {
+    fn with_recordings(recordings: Recordings, plan: &mut RunPlan, baselines: Baselines) -> Self {
         Recorder {
             recordings,
             values: CollectedValues::new(std::mem::take(&mut plan.collected)),
-            collected: Collected::new(&plan.analyses),
+            collected: CollectedSignals::new(&plan.analyses),
             faults: Faults::new(&plan.system),
             checks: Checks::new(std::mem::take(&mut plan.checks), plan.system.clock.step),
             baselines,
             messages: Messages::default(),
             notices: Vec::new(),
             time: 0.0,
-            remembers: Default::default(),
+            snapshots: CheckSnapshots::default(),
         }
     }
 
-    /// Lets the checks go on where the run begins, and be remembered where it leaves checkpoints. The report says so.
-    pub fn follow(&mut self, course: &Course, plan: &RunPlan, report: &mut RunReport) {
-        self.remembers = course.remembers();
-        report.resumed = course.resumed();
-        let Some(origin) = course.origin() else { return };
+    /// Restores the states of the checks from the checkpoint that the run resumes from, and prepares to copy them for those that it
+    /// saves. The report gets what began late.
+    pub fn start_at_checkpoint(
+        &mut self,
+        checkpoints: &CheckpointPlan, plan: &RunPlan,
+        report: &mut RunReport,
+    ) {
+        self.snapshots = checkpoints.check_snapshots();
+        report.resumed = checkpoints.resume_report();
+        let Some(origin) = checkpoints.origin() else { return };
         let late = self.checks.recall(&origin.checks, (origin.system.tick, origin.system.time));
         let from = format!("from {} s on, where the run begins", rounded(origin.system.time));
         let checks = late.iter().map(|name| {
@@ -123,27 +127,27 @@ impl Recorder {
     }
 
     /// Hands the notices of all sinks to the recordings, and keeps those for the user.
-    fn forward(&mut self) -> Result<(), Error> {
+    fn forward_notices(&mut self) -> Result<(), Error> {
         let mut notices = Vec::new();
         each_sink!(self, sink => notices.append(&mut sink.notices()));
-        self.hand_over(notices)
+        self.dispatch_notices(notices)
     }
 
     /// The same after the row of communication point `tick`. Recordings have notices for the user alone, who can wait for them.
     #[inline]
     fn forward_after(&mut self, tick: u64) -> Result<(), Error> {
         if tick.is_multiple_of(SELDOM) {
-            return self.forward();
+            return self.forward_notices();
         }
         let (mut notices, mut others) = (self.faults.notices(), self.checks.notices());
         if notices.is_empty() && others.is_empty() {
             return Ok(());
         }
         notices.append(&mut others);
-        self.hand_over(notices)
+        self.dispatch_notices(notices)
     }
 
-    fn hand_over(&mut self, notices: Vec<Notice>) -> Result<(), Error> {
+    fn dispatch_notices(&mut self, notices: Vec<Notice>) -> Result<(), Error> {
         for notice in notices {
             match notice {
                 Notice::Status(change) => self.recordings.status(&change)?,
@@ -166,9 +170,12 @@ impl Recorder {
             report_progress(ProgressEvent::Analysis(&plan.name, share, what));
             goes_on()
         };
-        let recordings: &mut dyn Sink<Full> = &mut self.recordings;
-        let leaves = (recordings, report.folder.as_path(), &mut report.files);
-        let result = analysis::run(plan, &self.collected, leaves, &mut progress);
+        let outputs = AnalysisOutputs {
+            sink: &mut self.recordings,
+            folder: &report.folder,
+            files: &mut report.files,
+        };
+        let result = analysis::run(plan, &self.collected, outputs, &mut progress);
         report.analyses.insert(plan.name.clone(), result?);
         Ok(())
     }
@@ -176,7 +183,7 @@ impl Recorder {
     /// Adds the verdicts to the recordings and completes them.
     pub fn conclude(&mut self, report: &RunReport) -> Result<(), Error> {
         self.checks.conclude(&report.checks);
-        self.forward()?;
+        self.forward_notices()?;
         let time = self.time;
         let failures = failures(report).into_iter().map(|(source, message)| Event {
             time,
@@ -189,7 +196,7 @@ impl Recorder {
             self.record(&event)?;
         }
         self.finish(&report.markdown(), report.error.is_none())?;
-        self.forward()
+        self.forward_notices()
     }
 
     fn record(&mut self, event: &Event) -> Result<(), Error> {
@@ -204,7 +211,7 @@ fn failures(report: &RunReport) -> Vec<(&'static str, String)> {
         let reason = check.reason.as_deref().unwrap_or_default();
         ("check", format!("FAILED {}: {} ({reason})", check.name, check.that))
     });
-    let validations = report.validations.iter().filter(|it| it.verdict != Ending::Pass);
+    let validations = report.validations.iter().filter(|it| it.verdict != RunVerdict::Pass);
     let validations = validations.map(|it| ("validation", format!("FAILED {}", it.name)));
     let error = report.error.iter().map(|error| ("run", error.clone()));
     checks.chain(validations).chain(error).collect()
@@ -214,15 +221,15 @@ impl Sink<Full> for Recorder {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         self.time = time;
         each_sink!(self, sink => sink.row(tick, time, row)?);
-        if self.remembers.0.contains(&tick) {
-            let mut remembered = self.remembers.1.lock().unwrap_or_else(PoisonError::into_inner);
-            *remembered = self.checks.memory();
+        if self.snapshots.ticks.contains(&tick) {
+            let memories = self.snapshots.memories.lock();
+            *memories.unwrap_or_else(PoisonError::into_inner) = self.checks.memory();
         }
         self.forward_after(tick)
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        if self.messages.take(event) { self.record(event) } else { Ok(()) }
+        if self.messages.add(event) { self.record(event) } else { Ok(()) }
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
@@ -256,8 +263,11 @@ impl Recordings {
         })
     }
 
-    fn each(&mut self, take: impl FnMut(&mut BoxedSink) -> Result<(), Error>) -> Result<(), Error> {
-        self.sinks.iter_mut().try_for_each(take)
+    fn for_each_sink(
+        &mut self,
+        call: impl FnMut(&mut BoxedSink) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        self.sinks.iter_mut().try_for_each(call)
     }
 }
 
@@ -270,23 +280,23 @@ impl Sink<Full> for Recordings {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
-        self.each(|sink| sink.event(event))
+        self.for_each_sink(|sink| sink.event(event))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
-        self.each(|sink| sink.status(change))
+        self.for_each_sink(|sink| sink.status(change))
     }
 
     fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
-        self.each(|sink| sink.derived(derived))
+        self.for_each_sink(|sink| sink.derived(derived))
     }
 
     fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
-        self.each(|sink| sink.diagram(belongs, diagram))
+        self.for_each_sink(|sink| sink.diagram(belongs, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {
-        self.each(|sink| sink.finish(summary, completed))
+        self.for_each_sink(|sink| sink.finish(summary, completed))
     }
 
     fn notices(&mut self) -> Vec<Notice> {

@@ -1,10 +1,10 @@
-//! Sums up a run: as `report.json` for programs, and as words for people.
+//! The report of a run: `report.json`, the HTML page, and the text in the terminal.
 
+mod analysis_summary;
 mod page;
 mod previous_run;
 mod provenance;
 mod text;
-mod told;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,16 +21,16 @@ use scenario::document::Validation;
 use scenario::plan::{REPORT, RunPlan};
 use serde::{Deserialize, Serialize};
 
-use crate::fresh;
 use crate::messages::{self, NodeMessage};
 pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
+use crate::nofollow;
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Ending {
+pub enum RunVerdict {
     /// All checks passed.
     Pass,
     /// A check failed.
@@ -41,9 +41,9 @@ pub enum Ending {
     Interrupted,
 }
 
-impl Ending {
+impl RunVerdict {
     fn of(error: &Error) -> Self {
-        if error.is_interruption() { Ending::Interrupted } else { Ending::Error }
+        if error.is_interruption() { RunVerdict::Interrupted } else { RunVerdict::Error }
     }
 }
 
@@ -58,13 +58,13 @@ pub struct RunReport {
     /// The scenario's title.
     pub title: String,
     /// How it ended.
-    pub verdict: Ending,
+    pub verdict: RunVerdict,
     /// Why it did not come to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
     /// The checkpoint that the run went on from.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub resumed: Option<Resumed>,
+    pub resumed: Option<ResumeReport>,
     /// The checks, in the order of the file.
     pub checks: Vec<Verdict>,
     /// The comparisons with baselines, which are among the checks, too.
@@ -79,7 +79,7 @@ pub struct RunReport {
     /// The results of analyses by name.
     pub analyses: BTreeMap<String, serde_json::Value>,
     /// The validations that were run, in the order of the file.
-    pub validations: Vec<Validated>,
+    pub validations: Vec<ValidationReport>,
     /// Communication steps that were done.
     pub steps: u64,
     /// Simulated time [s].
@@ -111,7 +111,7 @@ pub struct RunReport {
 
 /// The checkpoint that a run went on from.
 #[derive(Debug, Clone, Serialize)]
-pub struct Resumed {
+pub struct ResumeReport {
     /// The file, or the scenario of the run in the same process.
     pub checkpoint: String,
     /// The scenario that left it.
@@ -122,11 +122,11 @@ pub struct Resumed {
     pub changes: Vec<String>,
 }
 
-impl Resumed {
+impl ResumeReport {
     /// The line about it.
     #[must_use]
     pub fn line(&self) -> String {
-        let Resumed { checkpoint, time, changes, .. } = self;
+        let ResumeReport { checkpoint, time, changes, .. } = self;
         let changes = match changes.as_slice() {
             [] => String::new(),
             changes => format!("; other than there: {}", changes.join(", ")),
@@ -137,7 +137,7 @@ impl Resumed {
 
 /// How a validation ended.
 #[derive(Debug, Clone, Serialize)]
-pub struct Validated {
+pub struct ValidationReport {
     /// Its name.
     pub name: String,
     /// The scenario file.
@@ -145,7 +145,7 @@ pub struct Validated {
     /// Where its files are.
     pub folder: PathBuf,
     /// How it ended.
-    pub verdict: Ending,
+    pub verdict: RunVerdict,
     /// Why it did not come to its end.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
@@ -158,7 +158,7 @@ pub struct Validated {
     report: serde_json::Value,
 }
 
-impl Validated {
+impl ValidationReport {
     /// How the scenario at `path` ended.
     #[must_use]
     pub fn new(
@@ -168,11 +168,11 @@ impl Validated {
         outcome: &Result<RunReport, Error>,
     ) -> Self {
         let report = outcome.as_ref().ok();
-        Validated {
+        ValidationReport {
             name: name.to_owned(),
             scenario: path.to_owned(),
             folder,
-            verdict: outcome.as_ref().map_or_else(Ending::of, |report| report.verdict),
+            verdict: outcome.as_ref().map_or_else(RunVerdict::of, |report| report.verdict),
             error: outcome.as_ref().err().map(ToString::to_string),
             checks: report.map(|report| report.checks.clone()).unwrap_or_default(),
             messages: report.map(|report| report.messages.clone()).unwrap_or_default(),
@@ -214,8 +214,8 @@ impl NodeReport {
         }
     }
 
-    /// Takes what is known after the run.
-    fn take(&mut self, effort: &Effort, has_deadline: bool) {
+    /// Sets the figures that are known after the run.
+    fn set_effort(&mut self, effort: &Effort, has_deadline: bool) {
         self.calls = effort.calls;
         self.seconds = effort.time.as_secs_f64();
         self.mean_seconds = self.seconds / effort.calls.max(1) as f64;
@@ -234,7 +234,7 @@ impl RunReport {
             scenario: plan.header.scenario.clone(),
             identity: None,
             title: plan.header.title.clone(),
-            verdict: Ending::Error,
+            verdict: RunVerdict::Error,
             error: None,
             resumed: None,
             checks: Vec::new(),
@@ -271,7 +271,7 @@ impl RunReport {
     }
 
     /// Adds how the run went; the checks with those of its baselines.
-    pub fn conclude(
+    pub fn complete(
         &mut self,
         progress: &Progress,
         step: f64,
@@ -279,11 +279,11 @@ impl RunReport {
         error: Option<&Error>,
     ) {
         let passed = checks.iter().all(|check| check.passed)
-            && self.validations.iter().all(|validation| validation.verdict == Ending::Pass);
+            && self.validations.iter().all(|validation| validation.verdict == RunVerdict::Pass);
         self.verdict = match (error, passed) {
-            (Some(error), _) => Ending::of(error),
-            (None, true) => Ending::Pass,
-            (None, false) => Ending::Fail,
+            (Some(error), _) => RunVerdict::of(error),
+            (None, true) => RunVerdict::Pass,
+            (None, false) => RunVerdict::Fail,
         };
         self.error = error.map(ToString::to_string);
         self.checks = checks;
@@ -292,12 +292,12 @@ impl RunReport {
         self.sim_seconds = progress.steps as f64 * step;
         self.coupling = progress.account.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
-            node.take(effort, progress.deadline.is_some());
+            node.set_effort(effort, progress.deadline.is_some());
         }
     }
 
     /// Adds the time that the run took [s].
-    pub fn took(&mut self, wall_seconds: f64) {
+    pub fn set_wall_time(&mut self, wall_seconds: f64) {
         self.wall_seconds = wall_seconds;
         self.realtime_factor = self.sim_seconds / wall_seconds;
     }
@@ -307,7 +307,7 @@ impl RunReport {
     ///
     /// # Errors
     /// When the file cannot be written.
-    pub(crate) fn sketch(&self, validations: &[Validation]) -> Result<(), Error> {
+    pub(crate) fn write_partial(&self, validations: &[Validation]) -> Result<(), Error> {
         let validations =
             validations.iter().map(|it| PreviousValidation { name: it.name.get_ref().clone() });
         write_json(
@@ -329,7 +329,7 @@ impl RunReport {
     /// When the file cannot be written.
     pub fn write(&self, source: &Source) -> Result<(), Error> {
         let page = self.folder.join(PAGE);
-        fresh::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
+        nofollow::write(&page, self.page(source)).map_err(|error| Error::output(&page, error))?;
         let [path, partial] = [REPORT, PARTIAL].map(|name| self.folder.join(name));
         write_json(&partial, self)?;
         std::fs::rename(&partial, &path).map_err(|error| Error::output(&path, error))
@@ -339,14 +339,14 @@ impl RunReport {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self.verdict {
-            Ending::Pass => 0,
-            Ending::Fail => 1,
-            Ending::Error | Ending::Interrupted => 3,
+            RunVerdict::Pass => 0,
+            RunVerdict::Fail => 1,
+            RunVerdict::Error | RunVerdict::Interrupted => 3,
         }
     }
 }
 
 fn write_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value).map_err(|error| Error::output(path, error))?;
-    fresh::write(path, text + "\n").map_err(|error| Error::output(path, error))
+    nofollow::write(path, text + "\n").map_err(|error| Error::output(path, error))
 }

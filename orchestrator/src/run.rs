@@ -1,4 +1,4 @@
-//! Runs a scenario: builds its packages, steps its nodes, and lets its analyses and validations follow.
+//! Runs a scenario: builds its packages, simulates its system, runs analyses and validations, evaluates checks, writes the report.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -14,97 +14,105 @@ use scenario::plan::RunPlan;
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario, document};
 
-use crate::branch::Held;
-use crate::course::Course;
-use crate::options::{ProgressEvent, Replay, Role, RunOptions};
-use crate::pace::Pace;
+use crate::checkpoint_plan::CheckpointPlan;
+use crate::options::{BranchRole, ProgressEvent, Replay, RunOptions};
+use crate::real_time::RealTimeTimer;
 use crate::recorder::Recorder;
-use crate::report::{RunReport, Validated};
+use crate::report::{RunReport, ValidationReport};
 use crate::run_folder::{self, RunFolder};
-use crate::stop::Stop;
+use crate::stop::StopCondition;
+use crate::warm_start::WarmStart;
 use crate::{baseline, package, validation};
 
-/// A run that came to its end. Viewers can be connected to it as long as it is kept.
+/// A completed run. Viewers can be connected to it as long as it is kept.
 pub struct Run {
     /// Its report.
     pub report: RunReport,
     _recorder: Recorder,
 }
 
-/// What a run leaves of its FMUs. They are freed when it is dropped, which runs their code: that may crash or hang, so all else comes
-/// before it.
+/// What the runs of one process share: nodes that are to be freed, the stop condition, and a warm start for branches. Nodes are freed when
+/// it is dropped, which runs the code of their FMUs: that may crash or hang, so all else comes before it.
 #[derive(Default)]
-pub struct Remains {
+pub struct RunContext {
+    /// Nodes of finished runs.
     nodes: Vec<Box<dyn Node>>,
-    /// Goes on watching the limit.
-    stop: Option<Stop>,
-    /// The FMUs of a run that others go on from.
-    held: Option<Held>,
+    /// That of the last run, which goes on watching the limit.
+    stop: Option<StopCondition>,
+    warm_start: Option<WarmStart>,
 }
 
-impl Remains {
-    /// Whether other runs can go on from the last one.
+impl RunContext {
+    /// Whether branches can start from the last run.
     #[must_use]
-    pub fn leads_on(&self) -> bool {
-        self.held.is_some()
+    pub fn has_warm_start(&self) -> bool {
+        self.warm_start.is_some()
     }
 
     /// Frees those FMUs of which a process can hold one instance only: what follows may need one.
-    fn free_singles(&mut self) {
+    fn free_single_instances(&mut self) {
         self.nodes.retain(|node| !node.only_once());
     }
 
-    /// The nodes of a system: new ones, or those that its course takes over.
-    fn nodes_of(
+    /// The nodes of a system: new ones, or those of the warm start.
+    fn create_nodes(
         &mut self,
         system: &mut System,
-        course: &Course,
+        checkpoints: &CheckpointPlan,
         host: Option<&Host>,
     ) -> Result<Vec<Box<dyn Node>>, Error> {
-        match self.held.as_mut().filter(|_| course.takes_over()) {
+        match self.warm_start.as_mut().filter(|_| checkpoints.reuses_nodes()) {
             None => {
-                let mut nodes = node::instantiate(system, host).map_err(|error| self.why(error))?;
-                if course.is_warm_up() {
-                    // The ends may have faults of calls that the warm-up does not have.
+                let mut nodes =
+                    node::instantiate(system, host).map_err(|error| self.stop_reason_or(error))?;
+                if checkpoints.is_warm_up() {
+                    // The branches may have faults of calls that the warm-up does not have.
                     node::with_faults(system, &mut nodes, true);
                 }
                 Ok(nodes)
             }
-            Some(held) => {
+            Some(warm_start) => {
                 let mut nodes = node::sources(system);
-                held.move_in(system, &mut nodes);
+                warm_start.lend_nodes(system, &mut nodes);
                 Ok(nodes)
             }
         }
     }
 
-    /// Keeps the nodes of a run until they are freed, or another one goes on with them.
-    fn keep(&mut self, system: &System, mut nodes: Vec<Box<dyn Node>>, course: Course) {
-        if course.takes_over() {
-            if let Some(held) = &mut self.held {
-                held.move_out(system, &mut nodes);
+    /// Keeps the nodes of a finished run until they are freed, or a branch goes on with them.
+    fn keep_nodes(
+        &mut self,
+        system: &System,
+        mut nodes: Vec<Box<dyn Node>>,
+        checkpoints: CheckpointPlan,
+    ) {
+        if checkpoints.reuses_nodes() {
+            if let Some(warm_start) = &mut self.warm_start {
+                warm_start.take_back_nodes(system, &mut nodes);
             }
-        } else if course.is_warm_up() {
-            self.held = course.into_last().map(|last| Held::keep(system, &mut nodes, last));
+        } else if checkpoints.is_warm_up() {
+            self.warm_start = checkpoints
+                .into_last_checkpoint()
+                .map(|(checkpoint, states)| WarmStart::new(system, &mut nodes, checkpoint, states));
         }
         self.nodes.append(&mut nodes);
     }
 
-    fn check(&self) -> Result<(), Error> {
-        self.stop.as_ref().map_or(Ok(()), Stop::check)
+    fn check_stop(&self) -> Result<(), Error> {
+        self.stop.as_ref().map_or(Ok(()), StopCondition::check)
     }
 
-    /// What processes of FMUs need of this one.
+    /// How isolated FMUs are started and watched; none when this process cannot start them.
     fn host(&self, options: &RunOptions) -> Option<Host> {
         let program = (options.program.clone()?, vec!["isolated".to_owned()]);
-        let give_up = self.stop.as_ref()?.patience();
+        let give_up = self.stop.as_ref()?.give_up_condition();
         Some(Host { program, patience: options.patience.unwrap_or(PATIENCE), give_up })
     }
 
-    /// Why a run ended that failed because it had to end.
-    fn why(&self, error: Error) -> Error {
+    /// Why the run had to end, if it had to; or else the error.
+    fn stop_reason_or(&self, error: Error) -> Error {
         match &self.stop {
-            Some(stop) => stop.or(error),
+            Some(stop) => stop.reason_or(error),
             None => error,
         }
     }
@@ -116,7 +124,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Receives the events of a run.
 type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
 
-/// Runs the scenario at `path`; `events` is called as it goes on. What is left of its FMUs goes to `remains`.
+/// Runs the scenario at `path`; `events` is called as it goes on. Its nodes stay in the context afterwards.
 ///
 /// # Errors
 /// When the scenario is wrong, an FMU fails, or a file cannot be written; when a signal or its limit ends it. A run that began
@@ -124,25 +132,25 @@ type Events<'a> = &'a mut dyn FnMut(ProgressEvent);
 pub fn run(
     path: &Path,
     options: &RunOptions,
-    remains: &mut Remains,
+    context: &mut RunContext,
     events: Events,
 ) -> Result<Run, Error> {
     let default = || Path::new("target/runs").join(path.file_stem().unwrap_or_default());
     let folder = options.out.clone().unwrap_or_else(default);
     let scenario = &Scenario::read_variant(path, options.variant.as_deref())?;
     run_folder::check(&folder, scenario)?;
-    let building =
+    let on_progress =
         &mut |progress: package::BuildProgress| events(ProgressEvent::Building(progress));
-    let built =
-        &package::build(scenario, building).map_err(|error| unbuilt(scenario, options, error))?;
+    let built = &package::build(scenario, on_progress)
+        .map_err(|error| with_other_mistakes(error, scenario, options))?;
     // A wrong word is told with all others.
-    let written = resolve::limit(scenario).ok().flatten();
-    remains.stop = Some(Stop::new(options.limit.or(written)));
-    Job { scenario, built, options }.run(folder, remains, events)
+    let limit = resolve::limit(scenario).ok().flatten();
+    context.stop = Some(StopCondition::new(options.limit.or(limit)));
+    Job { scenario, built, options }.run(folder, context, events)
 }
 
-/// The error of a build, with all else that is wrong and can be known without it.
-fn unbuilt(scenario: &Scenario, options: &RunOptions, error: Error) -> Error {
+/// The error of a build, with all other mistakes of the scenario that can be found without the packages.
+fn with_other_mistakes(error: Error, scenario: &Scenario, options: &RunOptions) -> Error {
     let mut mistakes = Mistakes::from_iter([error]);
     let nothing = BuildArtifacts::default();
     mistakes.take(RunPlan::resolve(scenario, &nothing, &options.overrides, PathBuf::new()));
@@ -159,67 +167,80 @@ struct Job<'a> {
 
 impl Job<'_> {
     /// Runs the scenario, and then the validations of its results.
-    fn run(self, folder: PathBuf, remains: &mut Remains, events: Events) -> Result<Run, Error> {
-        let overrides = &self.options.overrides;
-        let mut plan = RunPlan::resolve(self.scenario, self.built, overrides, folder)?;
-        if let Some(latest) = self.options.latest_stop {
-            let announced = &mut plan.system.announced_stop;
-            *announced = announced.map(|stop| stop.max(latest));
-        }
-        validation::rehearse(self.scenario, self.built, &plan.system)?;
-        plan.leave_unneeded();
-        let (baselines, options) = self.compared(&plan)?;
-        let host = remains.host(self.options);
-        let mut course = Course::plan(&plan, self.options, remains.held.as_ref())?;
-        let mut nodes = remains.nodes_of(&mut plan.system, &course, host.as_ref())?;
+    fn run(self, folder: PathBuf, context: &mut RunContext, events: Events) -> Result<Run, Error> {
+        let mut plan = self.resolve(folder)?;
+        let baselines = match self.options.bless {
+            true => Baselines::default(),
+            false => baseline::read(self.scenario, &plan)?,
+        };
+        let host = context.host(self.options);
+        let mut checkpoints =
+            CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
+        let mut nodes = context.create_nodes(&mut plan.system, &checkpoints, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
         fmu_import::note_requests_to_end();
+
         let begin = Instant::now();
-        let folder = RunFolder::claim(&plan.header.folder)?;
+        let run_folder = RunFolder::claim(&plan.header.folder)?;
         let mut report = RunReport::new(self.scenario, &plan);
         report.identity.clone_from(&self.options.identity);
-        let mut recorder = folder.replace(|| {
+        let recording_options = self.recording_options(&plan);
+        let mut recorder = run_folder.replace(|| {
             // A killed run leaves no file that nothing accounts for.
-            report.sketch(&self.scenario.document.validation).and_then(|()| course.claim())?;
-            Recorder::new(&mut plan, baselines, &options)
+            report.write_partial(&self.scenario.document.validation)?;
+            checkpoints.refuse_existing_files()?;
+            Recorder::new(&mut plan, baselines, &recording_options)
         })?;
         recorder.urls().for_each(|url| events(ProgressEvent::Serving(url)));
-        recorder.follow(&course, &plan, &mut report);
-        let mut pace = Pace::new(plan.system.clock, course.first(), self.options.realtime);
-        let mut progress = Progress { deadline: pace.deadline(), ..Progress::default() };
+        recorder.start_at_checkpoint(&checkpoints, &plan, &mut report);
+
+        let (clock, first_tick) = (plan.system.clock, checkpoints.first_tick());
+        let mut timer = RealTimeTimer::new(clock, first_tick, self.options.realtime);
+        let mut progress = Progress { deadline: timer.deadline(), ..Progress::default() };
         // Nobody sees more than a hundred of them, and each costs more than a short step.
-        let (steps, mut next) = (plan.system.clock.steps, 0);
-        let mut tick = |done| {
-            if done >= next {
-                events(ProgressEvent::Steps(done, steps));
-                next = done + steps / 100 + 1;
+        let mut next_event = 0;
+        let mut on_tick = |done| {
+            if done >= next_event {
+                events(ProgressEvent::Steps(done, clock.steps));
+                next_event = done + clock.steps / 100 + 1;
             }
-            pace.wait(done, || remains.check())
+            timer.wait(done, || context.check_stop())
         };
-        let along = (&mut tick as &mut dyn FnMut(u64) -> _, &mut course);
-        let outcome = simulate(&mut plan.system, &mut nodes, (&mut recorder, &mut progress), along);
-        let outcome = outcome.map_err(|error| remains.why(error));
-        course.conclude(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
-        course.tell(&mut report);
-        remains.keep(&plan.system, nodes, course);
-        let outcome = outcome
-            .and_then(|()| analyse(&plan, &mut recorder, &mut report, (remains, &mut *events)))
-            .and_then(|()| self.validate_all(&plan.system, &mut report, remains, events));
+        let simulated = simulate(
+            &mut plan.system,
+            &mut nodes,
+            &mut recorder,
+            &mut progress,
+            &mut on_tick,
+            &mut checkpoints,
+        );
+        let mut outcome = simulated.map_err(|error| context.stop_reason_or(error));
+        checkpoints.finish(&mut plan.system, &mut nodes, host.as_ref(), outcome.is_ok())?;
+        checkpoints.add_to(&mut report);
+        context.keep_nodes(&plan.system, nodes, checkpoints);
+
+        if outcome.is_ok() {
+            outcome = analyse(&plan, &mut recorder, &mut report, context, events);
+        }
+        if outcome.is_ok() {
+            outcome = self.validate_all(&plan.system, &mut report, context, events);
+        }
         if let Err(error @ Error::Output { .. }) = outcome {
             return Err(error);
         }
+
         let failure = outcome.err();
-        let verdicts = judge(&recorder, &mut report);
+        let verdicts = evaluate_checks(&recorder, &mut report);
         baseline::draw(&recorder.baselines, &mut report)?;
-        report.late_points = pace.late_points();
-        report.conclude(&progress, plan.system.clock.step, verdicts, failure.as_ref());
+        report.late_points = timer.late_points();
+        report.complete(&progress, clock.step, verdicts, failure.as_ref());
         recorder.conclude(&report)?;
-        if options.bless {
+        if self.options.bless {
             baseline::bless(&plan, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
         report.warnings.extend(fmu_import::changed_surroundings());
-        report.took(begin.elapsed().as_secs_f64());
+        report.set_wall_time(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {
             Some(error) => {
@@ -230,39 +251,50 @@ impl Job<'_> {
         }
     }
 
-    /// What the run is compared with, and its options with the recordings that this needs.
-    fn compared(self, plan: &RunPlan) -> Result<(Baselines, RunOptions), Error> {
-        let bless = self.options.bless;
-        let baselines = match bless {
-            true => Baselines::default(),
-            false => baseline::read(self.scenario, plan)?,
-        };
-        let csv = self.options.csv || (bless && baseline::wants_csv(plan));
-        Ok((baselines, RunOptions { csv, ..self.options.clone() }))
+    /// The plan of the run, which is checked together with those of its validations.
+    fn resolve(self, folder: PathBuf) -> Result<RunPlan, Error> {
+        let overrides = &self.options.overrides;
+        let mut plan = RunPlan::resolve(self.scenario, self.built, overrides, folder)?;
+        if let Some(latest) = self.options.latest_stop {
+            let announced_stop = &mut plan.system.announced_stop;
+            *announced_stop = announced_stop.map(|stop| stop.max(latest));
+        }
+        validation::check_all(self.scenario, self.built, &plan.system)?;
+        plan.leave_unneeded();
+        Ok(plan)
+    }
+
+    /// The options of the run, with the recording that a new baseline is made of.
+    fn recording_options(self, plan: &RunPlan) -> RunOptions {
+        let csv = self.options.csv || (self.options.bless && baseline::wants_csv(plan));
+        RunOptions { csv, ..self.options.clone() }
     }
 
     fn validate_all(
         self,
         system: &System,
         report: &mut RunReport,
-        remains: &mut Remains,
+        context: &mut RunContext,
         events: Events,
     ) -> Result<(), Error> {
-        let mut all = self.scenario.document.validation.iter().zip(&self.scenario.validations);
-        all.try_for_each(|validation| {
-            remains.check()?;
-            remains.free_singles();
-            self.validate(system, validation, report, (remains, &mut *events))
-        })
+        let validations = self.scenario.document.validation.iter();
+        for (validation, child) in validations.zip(&self.scenario.validations) {
+            context.check_stop()?;
+            context.free_single_instances();
+            self.validate(system, validation, child, report, context, events)?;
+        }
+        Ok(())
     }
 
-    /// Runs a scenario that validates the results of this run, and adds its ending to the report.
+    /// Runs the scenario `child` that validates the results of this run, and adds its ending to the report.
     fn validate(
         self,
         system: &System,
-        (validation, child): (&document::Validation, &Scenario),
+        validation: &document::Validation,
+        child: &Scenario,
         report: &mut RunReport,
-        (remains, events): (&mut Remains, Events),
+        context: &mut RunContext,
+        events: Events,
     ) -> Result<(), Error> {
         let name = validation.name.get_ref();
         events(ProgressEvent::Validation(name));
@@ -280,13 +312,13 @@ impl Job<'_> {
             realtime: None,
             checkpoints: Vec::new(),
             resume: None,
-            role: Role::Alone,
+            role: BranchRole::Standalone,
             ..self.options.clone()
         };
         let folder = report.folder.join(name);
         let job = Job { scenario: child, built: self.built, options: &options };
-        let outcome = job.run(folder.clone(), remains, events).map(|run| run.report);
-        report.validations.push(Validated::new(name, child.source.path(), folder, &outcome));
+        let outcome = job.run(folder.clone(), context, events).map(|run| run.report);
+        report.validations.push(ValidationReport::new(name, child.source.path(), folder, &outcome));
         match outcome {
             Ok(_) => Ok(()),
             Err(error) => Err(Error::Validation { name: name.clone(), error: Box::new(error) }),
@@ -294,8 +326,8 @@ impl Job<'_> {
     }
 }
 
-/// The verdicts of all checks and baselines; the report gets what they are about.
-fn judge(recorder: &Recorder, report: &mut RunReport) -> Vec<Verdict> {
+/// The verdicts of all checks and baselines; the report gets the values that they are about.
+fn evaluate_checks(recorder: &Recorder, report: &mut RunReport) -> Vec<Verdict> {
     report.messages = recorder.messages.list();
     let results = report.results();
     let mut verdicts = recorder.checks.verdicts(&results);
@@ -305,31 +337,36 @@ fn judge(recorder: &Recorder, report: &mut RunReport) -> Vec<Verdict> {
     verdicts
 }
 
-/// Steps the nodes to the end.
+/// Steps the nodes to the end; `on_tick` is called at each communication point.
 fn simulate(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
-    (recorder, progress): (&mut Recorder, &mut Progress),
-    (tick, course): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut Course),
+    recorder: &mut Recorder,
+    progress: &mut Progress,
+    on_tick: &mut dyn FnMut(u64) -> Result<(), Error>,
+    checkpoints: &mut CheckpointPlan,
 ) -> Result<(), Error> {
     if nodes.is_empty() {
         return Ok(());
     }
-    tick(course.first())?;
+    on_tick(checkpoints.first_tick())?;
     let mut coupling = coupling::of(system);
-    master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (tick, course))
+    master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (on_tick, checkpoints))
 }
 
+/// Runs the analyses one after the other.
 fn analyse(
     run_plan: &RunPlan,
     recorder: &mut Recorder,
     report: &mut RunReport,
-    (remains, events): (&Remains, Events),
+    context: &RunContext,
+    events: Events,
 ) -> Result<(), Error> {
-    run_plan.analyses.iter().try_for_each(|plan| {
-        remains.check()?;
-        let outcome = recorder.analyse(plan, report, &|| remains.check().is_ok(), events);
+    for plan in &run_plan.analyses {
+        context.check_stop()?;
+        let outcome = recorder.analyse(plan, report, &|| context.check_stop().is_ok(), events);
         // An analysis that is called off says something else.
-        remains.check().and(outcome)
-    })
+        context.check_stop().and(outcome)?;
+    }
+    Ok(())
 }

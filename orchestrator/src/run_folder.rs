@@ -1,4 +1,4 @@
-//! Guards the folder of a run: one run at a time, earlier results stay until new ones are recorded, and nothing else is touched.
+//! The folder of a run: locked for one run at a time; earlier results stay until new ones are recorded, and files of others stay.
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -22,26 +22,26 @@ const ROOTS: [&str; 2] = ["Cargo.toml", ".git"];
 /// When it is no folder, or one of something else, or the scenario reads a file in it.
 pub(crate) fn check(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let mut mistakes = Mistakes::default();
-    let whole = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-    let existing = whole.ancestors().find(|path| path.exists());
+    let absolute = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    let existing = absolute.ancestors().find(|path| path.exists());
     if let Some(file) = existing.filter(|path| !path.is_dir()) {
-        mistakes.push(unfit(folder, &format!("{} is a file", file.display())));
+        mistakes.push(unusable(folder, &format!("{} is a file", file.display())));
     }
-    let real = fs::canonicalize(&whole).unwrap_or(whole);
+    let real = fs::canonicalize(&absolute).unwrap_or(absolute);
     if real.parent().is_none() {
-        mistakes.push(unfit(folder, "it is the root of all files"));
+        mistakes.push(unusable(folder, "it is the root of all files"));
     }
     if let Some(root) = ROOTS.iter().find(|root| real.join(root).exists()) {
-        mistakes.push(unfit(folder, &format!("it holds {root}")));
+        mistakes.push(unusable(folder, &format!("it holds {root}")));
     }
-    mistakes.take(foreign(folder));
-    mistakes.take(read_inside(&real, scenario));
-    mistakes.take(validated_inside(folder, scenario));
+    mistakes.take(refuse_foreign_files(folder));
+    mistakes.take(refuse_input_files(&real, scenario));
+    mistakes.take(check_validation_folders(folder, scenario));
     mistakes.finish()
 }
 
 /// Refuses validations whose folder is a file, a link to another place, or one with files of others.
-fn validated_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+fn check_validation_folders(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let names = scenario.document.validation.iter().map(|validation| &validation.name);
     Mistakes::all(names.zip(&scenario.validations).map(|(name, child)| {
         let path = folder.join(name.get_ref());
@@ -50,31 +50,31 @@ fn validated_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
             let message = format!("the validation writes into {}, which is {kind}", path.display());
             return Err(scenario.error(name, message));
         }
-        foreign(&path).and_then(|()| validated_inside(&path, child))
+        refuse_foreign_files(&path).and_then(|()| check_validation_folders(&path, child))
     }))
     .map(drop)
 }
 
 /// Refuses files that have the names of a run's, but that no report of a run accounts for.
-fn foreign(folder: &Path) -> Result<(), Error> {
+fn refuse_foreign_files(folder: &Path) -> Result<(), Error> {
     let aside = folder.join(ASIDE);
     let kind = |path: &Path| fs::symlink_metadata(path).ok();
     let ours = PreviousRun::read(folder).is_some() || PreviousRun::read(&aside).is_some();
     if kind(&folder.join(REPORT)).is_some() && PreviousRun::read(folder).is_none() {
-        return Err(unfit(folder, "its report.json is not that of a run"));
+        return Err(unusable(folder, "its report.json is not that of a run"));
     }
     if kind(&aside).is_some_and(|it| !it.is_dir() || !(ours || is_empty(&aside))) {
-        return Err(unfit(folder, &format!("it holds {ASIDE}, which no run left")));
+        return Err(unusable(folder, &format!("it holds {ASIDE}, which no run left")));
     }
     // A full disk leaves an empty note of a run.
-    let begun = |name: &str| {
+    let is_marked_begun = |name: &str| {
         name == PARTIAL && kind(&folder.join(name)).is_some_and(|it| it.is_file() && it.len() == 0)
     };
-    let mut names = names_of_runs().filter(|name| !ours && !begun(name));
+    let mut names = names_of_runs().filter(|name| !ours && !is_marked_begun(name));
     match names.find(|name| kind(&folder.join(name)).is_some()) {
         Some(name) => {
             let why = format!("it holds {name}, and no report says that a run wrote it");
-            Err(unfit(folder, &why))
+            Err(unusable(folder, &why))
         }
         None => Ok(()),
     }
@@ -89,13 +89,13 @@ fn names_of_runs() -> impl Iterator<Item = &'static str> {
     OWN_FILES.into_iter().chain(SINKS.iter().flat_map(|kind| kind.files.iter().copied()))
 }
 
-fn unfit(folder: &Path, why: &str) -> Error {
+fn unusable(folder: &Path, why: &str) -> Error {
     let message = format!("the results cannot go to {}: {why}", folder.display());
     Error::input(message).help("name a folder of their own: --out target/runs/NAME")
 }
 
 /// Refuses files of the scenario that the run would replace.
-fn read_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
+fn refuse_input_files(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
     let inside = |word: &&Spanned<String>| {
         let path = scenario.source.resolve(word);
         // Also a link in the folder, wherever it leads, and a file there that a link elsewhere leads to.
@@ -113,7 +113,7 @@ fn read_inside(folder: &Path, scenario: &Scenario) -> Result<(), Error> {
             .help("copy it to another place, or name another folder: --out FOLDER")
     });
     let own = errors.collect::<Mistakes>().finish();
-    let validations = scenario.validations.iter().map(|child| read_inside(folder, child));
+    let validations = scenario.validations.iter().map(|child| refuse_input_files(folder, child));
     Mistakes::both(own, Mistakes::all(validations)).map(drop)
 }
 
@@ -128,7 +128,7 @@ pub(crate) struct RunFolder {
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Locks a folder. A process that starts another one shares its locks with it for a moment, so a lock may outlive its run.
-fn patiently(folder: &File) -> Result<(), TryLockError> {
+fn lock_with_retries(folder: &File) -> Result<(), TryLockError> {
     let begin = Instant::now();
     loop {
         match folder.try_lock() {
@@ -149,7 +149,7 @@ impl RunFolder {
         let output = |error| Error::output(path, error);
         fs::create_dir_all(path).map_err(output)?;
         let lock = File::open(path).map_err(output)?;
-        match patiently(&lock) {
+        match lock_with_retries(&lock) {
             Err(TryLockError::WouldBlock) => {
                 let message = format!("another run is writing into {}", path.display());
                 Err(Error::input(message)
@@ -168,7 +168,7 @@ impl RunFolder {
     /// When they cannot be opened, or would take the place of files of others; then all files are as they were.
     pub fn replace<T>(&self, open: impl FnOnce() -> Result<T, Error>) -> Result<T, Error> {
         let (path, aside) = (&self.path, self.path.join(ASIDE));
-        foreign(path)?;
+        refuse_foreign_files(path)?;
         let opened = move_files(path, &aside).and_then(|()| {
             open().inspect_err(|_| drop(remove(path, &aside))) // What was opened by now is empty.
         });
@@ -186,16 +186,16 @@ impl RunFolder {
 
 /// What a run left in a folder, by paths within it.
 #[derive(Default)]
-struct Left {
+struct RunFiles {
     files: Vec<PathBuf>,
     /// The folders of validations, an inner one before an outer one.
     folders: Vec<PathBuf>,
 }
 
-impl Left {
+impl RunFiles {
     /// Looks through a folder by the reports in it, or by those in the other one: a killed run may have moved some files only.
     fn find(folder: &Path, other: &Path) -> Self {
-        let mut left = Left::default();
+        let mut left = RunFiles::default();
         left.add([folder, other], Path::new(""));
         left
     }
@@ -223,7 +223,7 @@ impl Left {
 
 /// Moves what a run left from one folder to another; only files of others stay.
 fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
-    let Left { files, folders } = Left::find(from, to);
+    let RunFiles { files, folders } = RunFiles::find(from, to);
     for file in files {
         let (source, target) = (from.join(&file), to.join(&file));
         let folder = target.parent().unwrap_or(to);
@@ -236,7 +236,7 @@ fn move_files(from: &Path, to: &Path) -> Result<(), Error> {
 
 /// Removes what a run left, by the reports there or in the other folder, and the folder if nothing else is in it.
 fn remove(folder: &Path, other: &Path) -> Result<(), Error> {
-    let Left { files, folders } = Left::find(folder, other);
+    let RunFiles { files, folders } = RunFiles::find(folder, other);
     for file in files {
         let path = folder.join(file);
         fs::remove_file(&path).map_err(|error| Error::output(&path, error))?;

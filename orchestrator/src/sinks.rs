@@ -1,4 +1,4 @@
-//! Lists the ways to record a run: a new one is a line here.
+//! The list of recording formats: a new one is a line here.
 
 use diagnostics::Error;
 use recording::{

@@ -1,4 +1,4 @@
-//! Ends a run before its end: when a signal asks for it, and at its time limit.
+//! The stop condition of a run: a signal that ends the program, or its time limit.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
@@ -11,28 +11,28 @@ const FOREIGN_FAILED: u8 = 3;
 /// A call of foreign code that goes on this long after the limit does not return.
 pub(crate) const GRACE: Duration = Duration::from_secs(5);
 
-/// Knows whether a run has to end.
-pub(crate) struct Stop {
+/// Whether a run has to end, by a signal or its time limit.
+pub(crate) struct StopCondition {
     begin: Instant,
     limit: Option<Duration>,
     /// Ends the thread that watches the limit when it is dropped.
     _watch: Option<Sender<()>>,
 }
 
-impl Stop {
+impl StopCondition {
     /// Notes signals from here on, and the time that the run takes.
     pub fn new(limit: Option<Duration>) -> Self {
         fmu_import::note_requests_to_end();
-        Stop { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
+        StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
     }
 
-    /// Looks at the time alone: signals are another process's matter.
-    pub fn within(limit: Duration) -> Self {
-        Stop { begin: Instant::now(), limit: Some(limit), _watch: watch(limit) }
+    /// The time limit alone: signals are for the process that started this one.
+    pub fn of_limit(limit: Duration) -> Self {
+        StopCondition { begin: Instant::now(), limit: Some(limit), _watch: watch(limit) }
     }
 
-    /// Says when to wait no longer for a call of foreign code: some time after the run has to end.
-    pub fn patience(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
+    /// True when a call of foreign code is to be given up: some time after the run has to end.
+    pub fn give_up_condition(&self) -> Arc<dyn Fn() -> bool + Send + Sync> {
         let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());
         Arc::new(move || {
             let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(GRACE));
@@ -42,7 +42,7 @@ impl Stop {
     }
 
     /// The error of a run that has to end, if it does; or else this one.
-    pub fn or(&self, error: Error) -> Error {
+    pub fn reason_or(&self, error: Error) -> Error {
         match self.check() {
             Ok(()) => error,
             Err(Error::Overdue(limit)) => Error::Overdue(format!("{error}; {limit}")),
@@ -73,12 +73,12 @@ fn overdue(limit: Duration) -> String {
 fn watch(limit: Duration) -> Option<Sender<()>> {
     let (sender, dropped) = channel();
     let thread = std::thread::Builder::new().name("limit".to_owned());
-    let spawned = thread.spawn(move || end_what_hangs(limit, &dropped));
+    let spawned = thread.spawn(move || end_hanging_calls(limit, &dropped));
     // Without the thread the limit is looked at between two calls only.
     spawned.is_ok().then_some(sender)
 }
 
-fn end_what_hangs(limit: Duration, dropped: &Receiver<()>) {
+fn end_hanging_calls(limit: Duration, dropped: &Receiver<()>) {
     let lasts = |time| dropped.recv_timeout(time) == Err(RecvTimeoutError::Timeout);
     if !lasts(limit) {
         return;

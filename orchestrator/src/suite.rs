@@ -16,9 +16,9 @@ use serde::Deserialize;
 
 use crate::messages::{self, NodeMessage};
 use crate::package;
-use crate::report::Ending;
+use crate::report::RunVerdict;
 pub use junit::{check_junit, write_junit};
-use process::{Cut, Ended};
+use process::{KillReason, ProcessOutcome};
 
 /// The limit of a scenario that has none.
 const LIMIT: Duration = Duration::from_secs(3600);
@@ -42,7 +42,7 @@ pub struct TestResult {
     /// What became of it.
     pub outcome: ScenarioOutcome,
     /// What became of its checks, and of those of its validations, as far as it came.
-    pub checks: Vec<Checked>,
+    pub checks: Vec<CheckResult>,
     /// A line for each warning of its run.
     pub warnings: Vec<String>,
     /// A line for each kind of warnings and errors of its nodes.
@@ -53,7 +53,7 @@ pub struct TestResult {
 
 /// What became of a check.
 #[derive(Debug, Clone)]
-pub struct Checked {
+pub struct CheckResult {
     /// The validation whose check it is; none for a check of the scenario itself.
     pub validation: Option<String>,
     /// Its verdict.
@@ -152,7 +152,7 @@ pub fn run(
         }
     }
     fmu_import::note_requests_to_end();
-    orphans::take_in();
+    orphans::become_subreaper();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
     let pool = pool.map_err(|error| Error::input(format!("cannot start {jobs} jobs: {error}")))?;
     Ok(pool.install(|| {
@@ -194,46 +194,47 @@ fn skipped(path: &Path) -> Option<String> {
     Some(format!("the data file {} is not there", absent.display()))
 }
 
-fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Option<Reported>) {
+fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Option<RunSummary>) {
     let own = || resolve::limit(&Scenario::read(path).ok()?).ok().flatten();
     let limit = program.limit.or_else(own).unwrap_or(LIMIT);
-    let Ended { status, cut, said, identity } = match process::run(program, path, folder, limit) {
-        Ok(ended) => ended,
-        Err(error) => {
-            let what = format!("cannot run {}: {error}", program.path.display());
-            return (ScenarioOutcome::Broken(what), None);
-        }
-    };
-    let report = Reported::of(&identity, folder);
+    let ProcessOutcome { status, kill_reason, stderr, identity } =
+        match process::run(program, path, folder, limit) {
+            Ok(ended) => ended,
+            Err(error) => {
+                let what = format!("cannot run {}: {error}", program.path.display());
+                return (ScenarioOutcome::Broken(what), None);
+            }
+        };
+    let report = RunSummary::of(&identity, folder);
     let verdict = report.as_ref().map(|report| report.verdict);
-    let outcome = match (cut, status.code(), verdict) {
-        (Some(Cut::Overdue), ..) => ScenarioOutcome::Broken(format!(
-            "it did not end by itself after {} s, its time limit, and was killed\n{said}",
+    let outcome = match (kill_reason, status.code(), verdict) {
+        (Some(KillReason::Overdue), ..) => ScenarioOutcome::Broken(format!(
+            "it did not end by itself after {} s, its time limit, and was killed\n{stderr}",
             limit.as_secs_f64()
         )),
-        (Some(Cut::Loud), ..) => ScenarioOutcome::Broken(format!(
-            "it was killed: it wrote more than {} MB to standard error\n{said}",
-            process::LOUDEST >> 20
+        (Some(KillReason::StderrLimit), ..) => ScenarioOutcome::Broken(format!(
+            "it was killed: it wrote more than {} MB to standard error\n{stderr}",
+            process::STDERR_LIMIT >> 20
         )),
         // It may have come to its end in spite of a signal.
-        (_, Some(0), Some(Ending::Pass)) => ScenarioOutcome::Passed,
-        (_, Some(1), Some(Ending::Fail)) => {
-            let checks = report.as_ref().map(Reported::checks).unwrap_or_default();
+        (_, Some(0), Some(RunVerdict::Pass)) => ScenarioOutcome::Passed,
+        (_, Some(1), Some(RunVerdict::Fail)) => {
+            let checks = report.as_ref().map(RunSummary::checks).unwrap_or_default();
             ScenarioOutcome::Failed(failures(&checks))
         }
-        (Some(Cut::Interrupted(signal)), ..) => {
+        (Some(KillReason::Interrupted(signal)), ..) => {
             ScenarioOutcome::Interrupted(format!("ended early: {}", signal_name(signal)))
         }
         (None, Some(0 | 1), _) => ScenarioOutcome::Broken(format!(
-            "the run ended with {status} and left no report of its own in {}\n{said}",
+            "the run ended with {status} and left no report of its own in {}\n{stderr}",
             folder.display()
         )),
-        (None, Some(_), _) if said.is_empty() => {
+        (None, Some(_), _) if stderr.is_empty() => {
             ScenarioOutcome::Broken(format!("the run ended with {status} and without a word"))
         }
-        (None, Some(_), _) => ScenarioOutcome::Broken(said),
+        (None, Some(_), _) => ScenarioOutcome::Broken(stderr),
         (None, None, _) => {
-            ScenarioOutcome::Broken(format!("the process ended by a {status}\n{said}"))
+            ScenarioOutcome::Broken(format!("the process ended by a {status}\n{stderr}"))
         }
     };
     (outcome, report)
@@ -241,22 +242,22 @@ fn outcome(program: Program, path: &Path, folder: &Path) -> (ScenarioOutcome, Op
 
 /// What the report of a run says. Another run may have left one in the folder.
 #[derive(Deserialize)]
-struct Reported {
+struct RunSummary {
     identity: Option<String>,
-    verdict: Ending,
+    verdict: RunVerdict,
     checks: Vec<Verdict>,
-    validations: Vec<ReportedValidation>,
+    validations: Vec<ValidationSummary>,
     #[serde(default)]
     warnings: Vec<String>,
     #[serde(default)]
     messages: Vec<NodeMessage>,
 }
 
-impl Default for Reported {
+impl Default for RunSummary {
     fn default() -> Self {
-        Reported {
+        RunSummary {
             identity: None,
-            verdict: Ending::Error,
+            verdict: RunVerdict::Error,
             checks: Vec::new(),
             validations: Vec::new(),
             warnings: Vec::new(),
@@ -266,26 +267,29 @@ impl Default for Reported {
 }
 
 #[derive(Deserialize)]
-struct ReportedValidation {
+struct ValidationSummary {
     name: String,
     checks: Vec<Verdict>,
     #[serde(default)]
     messages: Vec<NodeMessage>,
 }
 
-impl Reported {
+impl RunSummary {
     fn of(identity: &str, folder: &Path) -> Option<Self> {
         let text = std::fs::read_to_string(folder.join(REPORT)).ok()?;
         let report: Self = serde_json::from_str(&text).ok()?;
         (report.identity.as_deref() == Some(identity)).then_some(report)
     }
 
-    fn checks(&self) -> Vec<Checked> {
-        let own = self.checks.iter().map(|it| Checked { validation: None, verdict: it.clone() });
+    fn checks(&self) -> Vec<CheckResult> {
+        let own =
+            self.checks.iter().map(|it| CheckResult { validation: None, verdict: it.clone() });
         let others =
-            self.validations.iter().flat_map(|ReportedValidation { name, checks, .. }| {
-                let checked =
-                    |it: &Verdict| Checked { validation: Some(name.clone()), verdict: it.clone() };
+            self.validations.iter().flat_map(|ValidationSummary { name, checks, .. }| {
+                let checked = |it: &Verdict| CheckResult {
+                    validation: Some(name.clone()),
+                    verdict: it.clone(),
+                };
                 checks.iter().map(checked)
             });
         own.chain(others).collect()
@@ -293,14 +297,14 @@ impl Reported {
 
     fn messages(&self) -> Vec<String> {
         let others =
-            self.validations.iter().flat_map(|ReportedValidation { name, messages, .. }| {
+            self.validations.iter().flat_map(|ValidationSummary { name, messages, .. }| {
                 messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
             });
         messages::lines(&self.messages).into_iter().chain(others).collect()
     }
 }
 
-impl Checked {
+impl CheckResult {
     /// Its name, behind that of the validation.
     #[must_use]
     pub fn name(&self) -> String {
@@ -310,9 +314,9 @@ impl Checked {
 }
 
 /// A line for each check that failed, with its place.
-fn failures(checks: &[Checked]) -> String {
+fn failures(checks: &[CheckResult]) -> String {
     let failed = checks.iter().filter(|check| !check.verdict.passed);
-    let line = |check: &Checked| {
+    let line = |check: &CheckResult| {
         let Verdict { that, file, line, reason, .. } = &check.verdict;
         let reason = reason.as_deref().unwrap_or_default();
         format!("  FAILED  {}  {that}  ({reason})  {}:{line}", check.name(), file.display())
@@ -342,14 +346,14 @@ mod tests {
                 "echo '{{\"identity\": \"'{identity}'\", \"verdict\": \"{verdict}\", \"checks\": [], \"validations\": []}}' > \"$4/report.json\""
             )
         };
-        let told = "left no report of its own";
+        let no_report = "left no report of its own";
         for (text, expected) in [
             (report("$identity", "pass"), None),
             // The report that this left is there for the next ones.
-            ("exit 0".to_owned(), Some(told)),
-            (report("1", "pass"), Some(told)),
-            (report("$identity", "fail"), Some(told)),
-            (report("$identity", "pass") + "; exit 1", Some(told)),
+            ("exit 0".to_owned(), Some(no_report)),
+            (report("1", "pass"), Some(no_report)),
+            (report("$identity", "fail"), Some(no_report)),
+            (report("$identity", "pass") + "; exit 1", Some(no_report)),
             (
                 report("$identity", "pass") + "; echo the disk is full >&2; exit 2",
                 Some("the disk is full"),

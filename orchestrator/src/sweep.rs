@@ -1,31 +1,29 @@
-//! Runs many variants of a scenario: a plan folder says which ones, worker processes run them, and a table has what came of them.
+//! Parameter sweeps: a plan folder lists the variants of a scenario, worker processes run them, and a table collects their results.
 
 mod assignment;
 mod chunk;
 mod comparison;
-mod crew;
+mod create;
 mod digest;
 mod gather;
-mod look;
-mod make;
+mod instance_reuse;
+mod notable;
 mod page;
 mod plan;
-mod rows;
+mod result_rows;
 mod search;
-mod settings;
 mod submit;
-mod trial;
 mod variant;
 mod worker;
+mod worker_process;
 
-pub use chunk::{Ended, run_chunks};
+pub use chunk::{ChunksOutcome, run_chunks};
 pub use comparison::differences;
-pub use crew::Tally;
-pub use gather::{Gathered, gather};
-pub use look::Shown;
-pub use make::{PlanOptions, make};
-pub use plan::{About, Plan};
-pub use search::{Found, search};
-pub use settings::Setting;
-pub use submit::{EngineKind, Followed, SubmitOptions, Watched, submit};
+pub use create::{PlanOptions, create};
+pub use gather::{SweepResult, gather};
+pub use notable::NotableVariant;
+pub use plan::{Plan, PlanMetadata};
+pub use search::{SearchResult, search};
+pub use submit::{ChunkProgress, EngineKind, FollowOutcome, SubmitOptions, submit};
 pub use worker::serve;
+pub use worker_process::VariantCounts;

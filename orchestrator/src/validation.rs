@@ -7,25 +7,25 @@ use cosim::system::{Body, NodePlan, Start, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, hexadecimal};
+use scenario::{BuildArtifacts, Scenario};
 use scenario::document::Validation;
 use scenario::plan::RunPlan;
-use scenario::resolve::{Override, Overrides};
-use scenario::{BuildArtifacts, Scenario};
+use scenario::resolve::{Override, OverrideValue, Overrides};
 
 use crate::report::RunReport;
 
-/// Finds what is wrong with the validations of a scenario, and with theirs, as far as that can be known before anything runs.
+/// Checks the validations of a scenario and theirs, as far as that can be done before anything runs.
 ///
 /// # Errors
 /// With the place in the file.
-pub fn rehearse(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
+pub fn check_all(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
     let all = scenario.document.validation.iter().zip(&scenario.validations);
-    let rehearsed = all.map(|(validation, child)| {
+    let checked = all.map(|(validation, child)| {
         let overrides = overrides(scenario, validation, system, None)?;
         let plan = RunPlan::resolve(child, built, &overrides, PathBuf::new())?;
-        rehearse(child, built, &plan.system)
+        check_all(child, built, &plan.system)
     });
-    Mistakes::all(rehearsed).map(drop)
+    Mistakes::all(checked).map(drop)
 }
 
 /// The start values of a validation of the run of `system`. Files that analyses have left are in the report; before there is
@@ -40,8 +40,8 @@ pub fn overrides(
     report: Option<&RunReport>,
 ) -> Result<Overrides, Error> {
     let defaults =
-        validation.like.iter().map(|(node, model)| copied(scenario, node, model, system));
-    let starts = validation.set.iter().map(|entry| given(scenario, entry, report));
+        validation.like.iter().map(|(node, model)| copied_starts(scenario, node, model, system));
+    let starts = validation.set.iter().map(|entry| set_starts(scenario, entry, report));
     let (defaults, starts) = Mistakes::both(Mistakes::all(defaults), Mistakes::all(starts))?;
     Ok(Overrides {
         defaults: defaults.into_iter().flatten().collect(),
@@ -51,7 +51,7 @@ pub fn overrides(
 }
 
 /// The start values of `node` that an entry of `like` copies from the FMU `model`.
-fn copied(
+fn copied_starts(
     scenario: &Scenario,
     node: &Spanned<String>,
     model: &Spanned<String>,
@@ -64,22 +64,21 @@ fn copied(
         return Err(unknown.at(&scenario.source, model.span()));
     };
     let source = Arc::new(scenario.source.clone());
-    let given = parameters(plan).map(|(variable, value)| Override {
-        node: node.get_ref().clone(),
-        variable,
-        value,
+    let starts = parameters(plan).map(|parameter| Override {
+        name: format!("{}.{}", node.get_ref(), parameter.variable),
+        value: OverrideValue::Toml(parameter.value),
         place: Some((source.clone(), node.span())),
     });
-    Ok(given.collect())
+    Ok(starts.collect())
 }
 
 /// The start values that an entry of `set` gives.
-fn given(
+fn set_starts(
     scenario: &Scenario,
     entry: &Spanned<String>,
     report: Option<&RunReport>,
 ) -> Result<Vec<Override>, Error> {
-    let left = |file: &str| {
+    let analysis_file = |file: &str| {
         let report = report?;
         let known = report.files.iter().any(|name| name == file);
         known.then(|| report.folder.join(file))
@@ -90,21 +89,27 @@ fn given(
         if to_come && !beside(file).exists() {
             return Ok(Vec::new());
         }
-        if report.is_some_and(|_| left(file).is_none()) && !beside(file).exists() {
+        if report.is_some_and(|_| analysis_file(file).is_none()) && !beside(file).exists() {
             let message = format!("no analysis left `{file}`, and it is not beside the scenario");
             return Err(scenario.error(entry, message));
         }
     }
-    let find = |file: &str| left(file).unwrap_or_else(|| beside(file));
-    let mut given =
+    let find = |file: &str| analysis_file(file).unwrap_or_else(|| beside(file));
+    let mut starts =
         Override::parse(entry.get_ref(), find).map_err(|message| scenario.error(entry, message))?;
     let source = Arc::new(scenario.source.clone());
-    given.iter_mut().for_each(|it| it.place = Some((source.clone(), entry.span())));
-    Ok(given)
+    starts.iter_mut().for_each(|it| it.place = Some((source.clone(), entry.span())));
+    Ok(starts)
 }
 
-/// The start values of an FMU that are no inputs, as they would be typed.
-fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
+/// A parameter of an FMU and its start value.
+struct ParameterStart {
+    variable: String,
+    value: toml::Value,
+}
+
+/// The start values of an FMU that are no inputs.
+fn parameters(node: &NodePlan) -> impl Iterator<Item = ParameterStart> {
     let (fmu, starts) = match &node.body {
         Body::Fmu { fmu, starts, .. } => (Some(fmu), starts.as_slice()),
         _ => (None, &[][..]),
@@ -119,8 +124,8 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
             Value::String(value) => toml::Value::String(value.clone()),
             Value::Binary(bytes) => toml::Value::String(hexadecimal(bytes)),
         };
-        let wanted = variable.causality != Causality::Input;
-        wanted.then(|| (variable.name.clone(), value.to_string()))
+        let is_parameter = variable.causality != Causality::Input;
+        is_parameter.then(|| ParameterStart { variable: variable.name.clone(), value })
     })
 }
 

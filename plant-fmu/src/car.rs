@@ -1,4 +1,4 @@
-//! Makes the car with options of the parameters: on curves of the simple Magic Formula, or on tires of files.
+//! Builds the detailed single-track car from the parameters: on the simple Magic Formula, or on tires of files.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::sync::Arc;
@@ -8,9 +8,9 @@ use tire::{MagicFormula, MfSet, MfTire, TireSet};
 use tire_file::{Message, TireChoice};
 use vehicle::detailed_track::{DetailedTrack, Input, Motion, Mounting, Parameters, State};
 
-/// What parameters have made.
+/// The car that was built from the parameters, with the tire curves that it was built for.
 #[derive(Clone, Debug)]
-pub(crate) struct Made {
+pub(crate) struct BuiltCar {
     /// The curves of the tires, which may change during a run.
     pub curves: [MagicFormula; 2],
     /// The car with options; `None` for the plain one.
@@ -43,16 +43,16 @@ impl Car {
                 Ok((Some(Self::Curves(Arc::new(car))), Vec::new()))
             }
             [true, true] => {
-                let mut told = Vec::new();
+                let mut all_messages = Vec::new();
                 let mut tire = |choice: &TireChoice, name: &str| {
                     let (tire, messages) = choice.tire(name)?;
-                    told.extend(messages);
+                    all_messages.extend(messages);
                     Ok::<_, String>(tire)
                 };
                 let tires = [tire(&choices[0], "tire_f.tir")?, tire(&choices[1], "tire_r.tir")?];
                 let car = DetailedTrack::new(parameters, MfSet::from(tires), Mounting::Mirrored);
                 let car = car.map_err(|bad| bad.to_string())?;
-                Ok((Some(Self::Files(Arc::new(car))), told))
+                Ok((Some(Self::Files(Arc::new(car))), all_messages))
             }
             [front, _] => {
                 let (has, lacks) =

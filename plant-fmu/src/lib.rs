@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use tire_file::TireChoice;
 use vehicle::{Input, Motion, Road, State, Vehicle, detailed_track};
 
-use car::{Car, Made};
+use car::{BuiltCar, Car};
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.002;
@@ -24,9 +24,9 @@ struct Plant {
     /// What options add. Body, air and brake balance are those of the vehicle.
     details: detailed_track::Parameters,
     tires: [TireChoice; 2],
-    /// What the parameters make; made anew after a state was read.
+    /// The car that the parameters describe; built again after a state was read.
     #[serde(skip)]
-    made: Option<Made>,
+    built: Option<BuiltCar>,
     substep: f64,
     start: State,
     state: State,
@@ -34,12 +34,12 @@ struct Plant {
     detailed: detailed_track::State,
     input: Input,
     road: Road,
-    seen: Seen,
+    outputs: Outputs,
 }
 
 /// Outputs that are no states.
 #[derive(Clone, Copy, Serialize, Deserialize)]
-struct Seen {
+struct Outputs {
     motion: Motion,
     kappa: [f64; 2],
     omega: [f64; 2],
@@ -57,14 +57,14 @@ impl Default for Plant {
             vehicle,
             details,
             tires: <[TireChoice; 2]>::default(),
-            made: None,
+            built: None,
             substep: SUBSTEP,
             start,
             state: start,
             detailed: detailed_track::State { planar: start, ..Default::default() },
             input,
             road: Road::default(),
-            seen: Seen { motion, kappa: [0.0; 2], omega, delta: 0.0 },
+            outputs: Outputs { motion, kappa: [0.0; 2], omega, delta: 0.0 },
         }
     }
 }
@@ -98,7 +98,7 @@ impl Equations<6, 13> for Plant {
 
     fn equations<T: Number>(&self, [F_x, delta, mu_f, mu_r, grade, bank]: [T; 6]) -> [T; 13] {
         let road = Road { mu: [mu_f, mu_r], grade, bank };
-        if let Some(Made { car: Some(car), .. }) = &self.made {
+        if let Some(BuiltCar { car: Some(car), .. }) = &self.built {
             let input = detailed_track::Input { F_x, delta, road };
             let motion = car.evaluate(&self.detailed.lift(), &input);
             let [f, r] = motion.axles;
@@ -145,18 +145,18 @@ impl Model for Plant {
 
     fn initialise(&mut self) -> Result<(), ModelError> {
         self.state = self.start;
-        self.made = None;
-        self.make()?;
-        self.detailed = match &self.made {
-            Some(Made { car: Some(car), .. }) => car.rolling(self.start, self.input.delta),
+        self.built = None;
+        self.build_car()?;
+        self.detailed = match &self.built {
+            Some(BuiltCar { car: Some(car), .. }) => car.rolling(self.start, self.input.delta),
             _ => detailed_track::State { planar: self.start, ..Default::default() },
         };
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
-        self.make()?;
-        if let Some(Made { car: Some(car), .. }) = &self.made {
+        self.build_car()?;
+        if let Some(BuiltCar { car: Some(car), .. }) = &self.built {
             let input = self.detailed_input();
             self.detailed = car.advance(&self.detailed, &input, step, self.substep);
             self.state = self.detailed.planar;
@@ -177,12 +177,12 @@ impl Model for Plant {
 
     fn outputs(&mut self) {
         // Parameters that make no car are an error of the initialisation.
-        let _ = self.make();
-        self.seen = match &self.made {
-            Some(Made { car: Some(car), .. }) => {
-                Seen::detailed(&car.motion(&self.detailed, &self.detailed_input()))
+        let _ = self.build_car();
+        self.outputs = match &self.built {
+            Some(BuiltCar { car: Some(car), .. }) => {
+                Outputs::detailed(&car.motion(&self.detailed, &self.detailed_input()))
             }
-            _ => self.see(),
+            _ => self.plain_outputs(),
         };
     }
 }
@@ -194,10 +194,10 @@ impl Plant {
     }
 
     /// The outputs of the plain car, whose wheels roll freely.
-    fn see(&self) -> Seen {
+    fn plain_outputs(&self) -> Outputs {
         let Input { delta, .. } = self.input;
         let radius = self.details.rims.radius;
-        Seen {
+        Outputs {
             motion: self.vehicle.evaluate_on(&self.state, &self.input, &self.road),
             kappa: [0.0; 2],
             omega: [self.front_speed(&self.state, delta), self.state.v_x / radius],
@@ -213,9 +213,9 @@ impl Plant {
     }
 
     /// Makes the car of the parameters, unless it is the one of the last time.
-    fn make(&mut self) -> Result<(), ModelError> {
+    fn build_car(&mut self) -> Result<(), ModelError> {
         let curves = [self.vehicle.tire_f, self.vehicle.tire_r];
-        if self.made.as_ref().is_some_and(|made| made.curves == curves) {
+        if self.built.as_ref().is_some_and(|built| built.curves == curves) {
             return Ok(());
         }
         let mut parameters = self.details.clone();
@@ -223,13 +223,13 @@ impl Plant {
         parameters.brakes.front_share = self.vehicle.brake_front_share;
         let (car, messages) =
             Car::of(parameters, &self.tires, curves).map_err(ModelError::Error)?;
-        messages.into_iter().for_each(|message| message.tell(log, warn));
-        self.made = Some(Made { curves, car });
+        messages.into_iter().for_each(|message| message.send_to_log(log, warn));
+        self.built = Some(BuiltCar { curves, car });
         Ok(())
     }
 }
 
-impl Seen {
+impl Outputs {
     fn detailed(it: &detailed_track::Motion) -> Self {
         let [f, r] = &it.axles;
         let motion = Motion {

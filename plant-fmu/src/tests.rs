@@ -96,13 +96,13 @@ fn a_state_that_was_read_drives_on_as_the_first_one() {
         plant.initialise().expect("a car");
         (plant.input.delta, plant.input.F_x) = (0.05, -900.0);
         plant.step(0.0, 0.1).expect("a step");
-        let mut other = Plant { made: None, ..plant.clone() };
+        let mut other = Plant { built: None, ..plant.clone() };
         plant.step(0.1, 0.1).expect("a step");
         other.step(0.1, 0.1).expect("a step");
         plant.outputs();
         other.outputs();
-        assert_eq!((plant.state, plant.seen.omega), (other.state, other.seen.omega));
-        assert!(plant.seen.motion.a_y > 1.0, "{:?}", plant.seen.motion);
+        assert_eq!((plant.state, plant.outputs.omega), (other.state, other.outputs.omega));
+        assert!(plant.outputs.motion.a_y > 1.0, "{:?}", plant.outputs.motion);
     }
 }
 
@@ -113,10 +113,14 @@ fn a_tire_parameter_that_changes_changes_the_car_with_options_too() {
         plant.input.delta = 0.02;
         plant.step(0.0, 0.5).expect("a step");
         plant.outputs();
-        let before = plant.seen.motion.F_yf;
+        let before = plant.outputs.motion.F_yf;
         plant.vehicle.tire_f.D *= 0.5;
         plant.outputs();
-        assert!(plant.seen.motion.F_yf < 0.6 * before, "{} after {before}", plant.seen.motion.F_yf);
+        assert!(
+            plant.outputs.motion.F_yf < 0.6 * before,
+            "{} after {before}",
+            plant.outputs.motion.F_yf
+        );
     }
 }
 

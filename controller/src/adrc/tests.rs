@@ -9,7 +9,7 @@ const H: f64 = 0.01;
 /// The command after a step with the yaw-rate command `r_before`.
 fn command(mode: Mode, reference: &Reference, estimate: &Estimate, r_before: f64) -> Command {
     let before = Command { r: r_before, ..Command::default() };
-    let mut memory = Memory { command: Some(before), mode, ahead: [0.0; 2] };
+    let mut memory = Memory { command: Some(before), mode, transfer_offset: [0.0; 2] };
     let (controller, driver) = (Controller::default(), Command::default());
     controller.control(mode, reference, estimate, &driver, &mut memory, H)
 }
@@ -71,7 +71,8 @@ fn drive(
 
 #[test]
 fn further_limits_hold() {
-    let limit = Limit { delta_rate: 0.5, power: 60e3, a_y: 4.0, ..Controller::default().limit };
+    let limit =
+        CommandLimits { delta_rate: 0.5, power: 60e3, a_y: 4.0, ..Controller::default().limit };
     let controller = Controller { limit, ..Controller::default() };
     let reference = Reference { v: 60.0, r: 1.0, psi: 0.0 };
     let driven = drive(&controller, 300, |_| (Mode::YawRate, reference, Command::default()));
@@ -90,7 +91,8 @@ fn further_limits_hold() {
 /// Time [s] that the yaw rate takes to follow a reference that turns round while the steering is at its limit.
 fn turning_round(anti_windup: bool) -> f64 {
     // The reference of the yaw rate is slow, and out of reach of the steering.
-    let limit = Limit { delta: 0.02, r_rate: 1.0, anti_windup, ..Controller::default().limit };
+    let limit =
+        CommandLimits { delta: 0.02, r_rate: 1.0, anti_windup, ..Controller::default().limit };
     let controller = Controller { limit, ..Controller::default() };
     let ask = |k: usize| {
         let r = if k < 300 { 2.0 } else { -2.0 };
@@ -111,7 +113,7 @@ fn a_limited_steering_angle_does_not_let_the_reference_run_away() {
 
 #[test]
 fn a_change_of_mode_makes_no_bump() {
-    let limit = Limit { delta: 0.3, ..Controller::default().limit };
+    let limit = CommandLimits { delta: 0.3, ..Controller::default().limit };
     let controller = Controller { limit, transfer_time: 0.3, ..Controller::default() };
     let driver = Command { F_x: 1500.0, delta: 0.03, r: 0.0 };
     let ask = |k: usize| {

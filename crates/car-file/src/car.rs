@@ -1,4 +1,4 @@
-//! Knows the tables of a car: their columns, and what they become.
+//! The tables of a car: suspension kinematics, aerodynamic map, brakes, engine; their columns and units.
 #![allow(non_snake_case, reason = "coefficients are written as in the equations")]
 
 use vehicle::dual_track::Engine;
@@ -6,20 +6,20 @@ use vehicle::{Curve, Map};
 
 use crate::Error;
 use crate::grid::{curve, map};
-use crate::head::Wanted;
+use crate::header::ColumnSpec;
 use crate::table::Table;
 
-const fn column(names: &'static [&'static str], unit: &'static str) -> Wanted {
-    Wanted { names, unit }
+const fn column(names: &'static [&'static str], unit: &'static str) -> ColumnSpec {
+    ColumnSpec { names, unit }
 }
 
-const KINEMATICS: [Wanted; 3] = [
+const KINEMATICS: [ColumnSpec; 3] = [
     column(&["travel", "wheel_travel", "jounce", "bump"], "m"),
     column(&["toe", "toe_in", "toe_angle"], "rad"),
     column(&["camber", "camber_angle"], "rad"),
 ];
 
-const AERO: [Wanted; 5] = [
+const AERO: [ColumnSpec; 5] = [
     column(&["ride_height_f", "front_ride_height", "ride_height_front", "frh", "h_f"], "m"),
     column(&["ride_height_r", "rear_ride_height", "ride_height_rear", "rrh", "h_r"], "m"),
     column(&["C_d", "cx"], "1"),
@@ -27,13 +27,13 @@ const AERO: [Wanted; 5] = [
     column(&["C_lr", "czr", "C_l_rear"], "1"),
 ];
 
-const BRAKES: [Wanted; 3] = [
+const BRAKES: [ColumnSpec; 3] = [
     column(&["pedal", "brake"], "1"),
     column(&["torque_f", "front_torque", "torque_front"], "N.m"),
     column(&["torque_r", "rear_torque", "torque_rear"], "N.m"),
 ];
 
-const ENGINE: [Wanted; 3] = [
+const ENGINE: [ColumnSpec; 3] = [
     column(&["speed", "engine_speed", "n", "omega", "revs"], "rad/s"),
     column(&["pedal", "throttle", "accelerator"], "1"),
     column(&["torque", "engine_torque"], "N.m"),
@@ -54,7 +54,7 @@ pub struct Kinematics {
 /// With line and column, as all tables here; also without toe and camber.
 pub fn kinematics(text: &str) -> Result<Kinematics, Error> {
     let table = Table::read(text, &KINEMATICS)?;
-    table.needed(0)?;
+    table.required(0)?;
     let of =
         |column: usize| table.optional(column).map(|values| curve(&table, 0, values)).transpose();
     let found = Kinematics { toe: of(1)?, camber: of(2)? };
@@ -74,7 +74,7 @@ pub fn kinematics(text: &str) -> Result<Kinematics, Error> {
 pub fn aero(text: &str, constants: [f64; 3]) -> Result<Map<3>, Error> {
     let table = Table::read(text, &AERO)?;
     if table.optional(0).is_none() {
-        table.needed(1)?;
+        table.required(1)?;
     }
     let given = [2, 3, 4].map(|column| table.optional(column));
     if given.iter().all(Option::is_none) {
@@ -92,7 +92,7 @@ pub fn aero(text: &str, constants: [f64; 3]) -> Result<Map<3>, Error> {
 pub fn brakes(text: &str) -> Result<[Curve; 2], Error> {
     let table = Table::read(text, &BRAKES)?;
     within_pedal(&table, 0)?;
-    Ok([curve(&table, 0, table.needed(1)?)?, curve(&table, 0, table.needed(2)?)?])
+    Ok([curve(&table, 0, table.required(1)?)?, curve(&table, 0, table.required(2)?)?])
 }
 
 /// Reads the `torque` [N m] of an engine over its `speed` [rad/s]: its full load, or with a column `pedal` [0 to 1] its map.
@@ -101,7 +101,7 @@ pub fn brakes(text: &str) -> Result<[Curve; 2], Error> {
 /// With line and column; when the pedal leaves 0 to 1, when a speed is negative, when pairs are missing or there twice.
 pub fn engine(text: &str) -> Result<Engine, Error> {
     let table = Table::read(text, &ENGINE)?;
-    let (speed, torque) = (table.needed(0)?, table.needed(2)?);
+    let (speed, torque) = (table.required(0)?, table.required(2)?);
     if let Some(row) = speed.iter().position(|speed| *speed < 0.0) {
         let message = format!("expected a speed of at least 0 rad/s, found {}", speed[row]);
         return Err(Error { line: table.lines[row], message });
@@ -114,7 +114,7 @@ pub fn engine(text: &str) -> Result<Engine, Error> {
 }
 
 fn within_pedal(table: &Table, column: usize) -> Result<(), Error> {
-    let pedal = table.needed(column)?;
+    let pedal = table.required(column)?;
     match pedal.iter().position(|pedal| !(0.0..=1.0).contains(pedal)) {
         None => Ok(()),
         Some(row) => {

@@ -1,4 +1,4 @@
-//! Makes curves and maps of the rows of a table.
+//! Builds interpolation curves and maps from the rows of a table.
 
 use vehicle::{Curve, Map};
 
@@ -10,7 +10,7 @@ use crate::table::Table;
 /// # Errors
 /// When they do not rise, or are fewer than two.
 pub(crate) fn curve(table: &Table, over: usize, values: &[f64]) -> Result<Curve, Error> {
-    let points = table.needed(over)?;
+    let points = table.required(over)?;
     let (name, unit) = (table.name(over), table.unit(over));
     if points.len() < 2 {
         return Err(table.wrong(format!("expected at least two rows, found {}", points.len())));

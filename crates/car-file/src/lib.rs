@@ -22,7 +22,7 @@
 
 mod car;
 mod grid;
-mod head;
+mod header;
 mod table;
 
 pub use car::{Kinematics, aero, brakes, engine, kinematics};

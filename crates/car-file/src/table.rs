@@ -1,12 +1,12 @@
 //! Reads rows of numbers under a head, in SI units.
 
 use crate::Error;
-use crate::head::{self, Column, Wanted};
+use crate::header::{self, Column, ColumnSpec};
 
-/// The numbers of a table: for each wanted column those of its rows, or nothing when the table has no such column.
+/// The numbers of a table: for each specified column those of its rows, or nothing when the table has no such column.
 #[derive(Debug)]
 pub(crate) struct Table {
-    wanted: &'static [Wanted],
+    specs: &'static [ColumnSpec],
     columns: Vec<Option<Vec<f64>>>,
     /// Line of each row.
     pub lines: Vec<usize>,
@@ -19,19 +19,23 @@ impl Table {
     ///
     /// # Errors
     /// With line and column: what the head has wrong, fields that are missing or no finite numbers; no head, or no rows.
-    pub(crate) fn read(text: &str, wanted: &'static [Wanted]) -> Result<Self, Error> {
+    pub(crate) fn read(text: &str, specs: &'static [ColumnSpec]) -> Result<Self, Error> {
         let wrong = |line: usize, message: String| Error { line, message };
-        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate().filter_map(rows);
+        let mut lines = text
+            .trim_start_matches('\u{feff}')
+            .lines()
+            .enumerate()
+            .filter_map(|(index, line)| data_line(index, line));
         let Some((head, line)) = lines.next() else {
-            let names: Vec<_> = wanted.iter().map(Wanted::name).collect();
+            let names: Vec<_> = specs.iter().map(ColumnSpec::name).collect();
             let message =
                 format!("expected a table with the columns {}, found none", names.join(", "));
             return Err(wrong(1, message));
         };
         let separator = [';', '\t', ','].into_iter().find(|it| line.contains(*it));
         let names = names_of(line, separator);
-        let read = head::read(&names, wanted).map_err(|message| wrong(head, message))?;
-        let mut table = Self { wanted, columns: vec![None; wanted.len()], lines: Vec::new(), head };
+        let read = header::read(&names, specs).map_err(|message| wrong(head, message))?;
+        let mut table = Self { specs, columns: vec![None; specs.len()], lines: Vec::new(), head };
         for column in &read {
             table.columns[column.meaning] = Some(Vec::new());
         }
@@ -74,9 +78,9 @@ impl Table {
     ///
     /// # Errors
     /// When the table has none of that name.
-    pub(crate) fn needed(&self, column: usize) -> Result<&[f64], Error> {
+    pub(crate) fn required(&self, column: usize) -> Result<&[f64], Error> {
         self.optional(column).ok_or_else(|| {
-            let Wanted { unit, .. } = self.wanted[column];
+            let ColumnSpec { unit, .. } = self.specs[column];
             let unit = if unit == "1" { String::new() } else { format!(" [{unit}]") };
             self.wrong(format!("expected a column `{}{unit}`", self.name(column)))
         })
@@ -84,12 +88,12 @@ impl Table {
 
     /// Name of a column.
     pub(crate) fn name(&self, column: usize) -> &'static str {
-        self.wanted[column].name()
+        self.specs[column].name()
     }
 
     /// Unit of the numbers of a column.
     pub(crate) fn unit(&self, column: usize) -> &'static str {
-        self.wanted[column].unit
+        self.specs[column].unit
     }
 
     /// An error of the table as a whole, at its head.
@@ -99,7 +103,7 @@ impl Table {
 }
 
 /// The number and the text of a line that is neither empty nor a comment.
-fn rows((index, line): (usize, &str)) -> Option<(usize, &str)> {
+fn data_line(index: usize, line: &str) -> Option<(usize, &str)> {
     let line = line.trim_matches(|c: char| c.is_whitespace() && c != '\t');
     let nothing = line.trim().is_empty() || line.starts_with('#') || line.starts_with("//");
     (!nothing).then_some((index + 1, line))

@@ -1,4 +1,4 @@
-//! Reads files of the user into memory up to a limit: a device or a hole on a disk may have any size.
+//! Reads files up to a size limit: a device or a sparse file may have any size.
 
 use std::fs::File;
 use std::io::{self, Read as _};

@@ -13,10 +13,10 @@ use crate::text_file::TextFile;
 pub enum Error {
     /// Something that the user wrote is wrong: a scenario, a table, an argument.
     #[error("{0}")]
-    Input(Box<Input>),
+    Input(Box<InputError>),
     /// An FMU failed.
     #[error("{0}")]
-    Component(Box<Failure>),
+    Component(Box<NodeFailure>),
     /// An analysis failed.
     #[error("analysis `{name}`: {what}")]
     Analysis {
@@ -55,7 +55,7 @@ pub enum Error {
 /// A mistake in a file or an argument of the user, with its place.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
-pub struct Input {
+pub struct InputError {
     message: String,
     file: Option<Excerpt>,
     labels: Vec<LabeledSpan>,
@@ -67,7 +67,7 @@ pub struct Input {
 /// A failure of a node: node, call, time.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("node `{node}`: {call}{} {what}", .time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default())]
-pub struct Failure {
+pub struct NodeFailure {
     /// The node's name in the scenario.
     pub node: String,
     /// The call that failed, by the node's own name for it.
@@ -88,7 +88,7 @@ impl Error {
     /// Something wrong that has no place in a file.
     #[must_use]
     pub fn input(message: impl Into<String>) -> Self {
-        Error::Input(Box::new(Input {
+        Error::Input(Box::new(InputError {
             message: message.into(),
             file: None,
             labels: Vec::new(),
@@ -108,7 +108,7 @@ impl Error {
         let name = file.path.display().to_string();
         let (excerpt, span) = Excerpt::new(name, &file.text, span);
         let label = (!label.is_empty()).then(|| label.to_owned());
-        Error::Input(Box::new(Input {
+        Error::Input(Box::new(InputError {
             message: message.into(),
             file: Some(excerpt),
             labels: vec![LabeledSpan::new_with_span(label, span)],
@@ -126,7 +126,7 @@ impl Error {
     /// A failure of a node.
     #[must_use]
     pub fn component(node: &str, call: &str, time: Option<f64>, what: impl Into<String>) -> Self {
-        Error::Component(Box::new(Failure {
+        Error::Component(Box::new(NodeFailure {
             node: node.to_owned(),
             call: call.to_owned(),
             time,
@@ -188,7 +188,7 @@ impl Error {
         }
     }
 
-    pub(crate) fn as_input(&self) -> Option<&Input> {
+    pub(crate) fn as_input(&self) -> Option<&InputError> {
         match self {
             Error::Input(input) => Some(input),
             Error::Validation { error, .. } => error.as_input(),
@@ -220,7 +220,7 @@ impl Error {
     }
 }
 
-impl Input {
+impl InputError {
     pub(crate) fn file(&self) -> Option<&Excerpt> {
         self.file.as_ref()
     }
@@ -250,7 +250,7 @@ fn joined(errors: &[Error]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-impl Diagnostic for Input {
+impl Diagnostic for InputError {
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as _)
     }

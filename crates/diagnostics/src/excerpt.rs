@@ -1,11 +1,11 @@
-//! Keeps the part of a file that a message shows: an error that held the whole file would take gigabytes with thousands of errors in
+//! The lines of a file around a span, for messages: an error that held the whole file would take gigabytes with thousands of errors in
 //! a file of one line, and lines of more than 65,535 letters cannot be drawn.
 
 use std::ops::Range;
 
 use miette::{MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use crate::shown::{same_length, shown};
+use crate::shown::{mask_control_characters, shown};
 
 /// Letters that are shown before and behind a place, in its line and in those beside it [B].
 const SHOWN: usize = 300;
@@ -24,8 +24,8 @@ pub(crate) struct Excerpt {
 impl Excerpt {
     /// The lines around a place in the text of the file `name`, and what of the place is in them.
     pub fn new(name: String, text: &str, place: Range<usize>) -> (Self, Range<usize>) {
-        let at = floor(text, place.start.min(text.len()));
-        let end = floor(text, place.end.clamp(at, text.len()).min(at + SHOWN));
+        let at = char_boundary_before(text, place.start.min(text.len()));
+        let end = char_boundary_before(text, place.end.clamp(at, text.len()).min(at + SHOWN));
         let line_of = |at: usize| text[..at].rfind('\n').map_or(0, |end| end + 1);
         let line = line_of(at);
         // One line before and one behind, as messages show them; one more, so that they end as in the whole file.
@@ -34,10 +34,10 @@ impl Excerpt {
         let last = behind(end);
         let more = |last: usize| if last < text.len() { behind(last + 1) } else { last };
         let last = more(more(more(last)));
-        let near = floor(text, at.saturating_sub(SHOWN));
+        let near = char_boundary_before(text, at.saturating_sub(SHOWN));
         // A long line before it is left out, and a long beginning of its own one.
         let begin = [before, line].into_iter().find(|begin| *begin >= near).unwrap_or(near);
-        let stop = floor(text, last.min(end + SHOWN));
+        let stop = char_boundary_before(text, last.min(end + SHOWN));
         let column = text[line_of(begin)..begin].chars().count();
         let excerpt = Excerpt {
             name,
@@ -54,14 +54,14 @@ impl Excerpt {
     }
 
     /// The same without anything that a terminal would obey.
-    pub fn harmless(&self) -> Self {
-        let (name, text) = (shown(&self.name).into_owned(), same_length(&self.text));
+    pub fn escaped(&self) -> Self {
+        let (name, text) = (shown(&self.name).into_owned(), mask_control_characters(&self.text));
         Excerpt { name, text, ..self.clone() }
     }
 }
 
 /// The last place at or before one where a letter begins.
-fn floor(text: &str, mut at: usize) -> usize {
+fn char_boundary_before(text: &str, mut at: usize) -> usize {
     while !text.is_char_boundary(at) {
         at -= 1;
     }

@@ -1,26 +1,26 @@
-//! Text files and places in them go in; errors that point at words, and names that were probably meant, come out.
+//! Errors with source spans in text files, exit codes and remedies; suggestions for unknown names; escaping of foreign text.
 #![forbid(unsafe_code)]
 
 mod bounded;
 mod error;
 mod excerpt;
 mod mistakes;
-mod origins;
 mod printable;
 mod shown;
 mod source;
+mod source_map;
 mod span;
 pub mod suggest;
 mod summary;
 mod text_file;
 
 pub use bounded::{read_bounded, read_text_bounded};
-pub use error::{Error, Failure, Input, rounded, signal_name};
+pub use error::{Error, InputError, NodeFailure, rounded, signal_name};
 pub use mistakes::Mistakes;
-pub use origins::Origins;
-pub use printable::Printable;
+pub use printable::PrintableError;
 pub use shown::{in_markdown, is_obeyed, shown};
 pub use source::Source;
+pub use source_map::SourceMap;
 pub use span::Spanned;
-pub use summary::summary;
+pub use summary::group_similar;
 pub use text_file::TextFile;

@@ -60,7 +60,7 @@ impl Mistakes {
     /// When something is wrong: the mistakes, each of them once, in the order of their files.
     pub fn finish(mut self) -> Result<(), Error> {
         let hidden = std::mem::take(&mut self.hidden);
-        self.errors.retain(|error| !follows(error, &hidden));
+        self.errors.retain(|error| !is_consequence(error, &hidden));
         let mut files: Vec<String> = Vec::new();
         for (file, _) in self.errors.iter().filter_map(|error| error.as_input()?.place()) {
             if !files.iter().any(|known| known == file) {
@@ -94,7 +94,7 @@ impl FromIterator<Error> for Mistakes {
 }
 
 /// Whether an error says that a name is unknown that a hidden one stands for. A pattern may stand for any of them.
-fn follows(error: &Error, hidden: &[String]) -> bool {
+fn is_consequence(error: &Error, hidden: &[String]) -> bool {
     let Some(name) = error.as_input().and_then(|input| input.unknown()) else { return false };
     let is_below = |one: &str, other: &str| {
         one.strip_prefix(other).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn mistakes_come_once_each_and_in_the_order_of_the_file() {
         let file = TextFile::new("case.toml", "one two three");
-        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let source = Source::from_recording(file, Vec::new(), Vec::new());
         let error = |place, message| source.error(place, message, "");
         let several = Error::Several(vec![error(8..13, "c"), error(4..7, "b")]);
         let errors = [error(8..13, "c"), error(0..3, "a"), several, Error::input("an argument")];

@@ -1,4 +1,4 @@
-//! An error as a terminal gets it: with its place, and without anything that a terminal would obey.
+//! An error for a terminal: with its source excerpt, and with all control characters escaped.
 
 use std::fmt;
 
@@ -10,14 +10,14 @@ use crate::shown::shown;
 
 /// An error whose texts are harmless.
 #[derive(Debug)]
-pub struct Printable {
+pub struct PrintableError {
     message: String,
     help: Option<String>,
     labels: Vec<LabeledSpan>,
     file: Option<Excerpt>,
 }
 
-impl Printable {
+impl PrintableError {
     /// The error with its texts made harmless.
     #[must_use]
     pub fn of(error: &Error) -> Self {
@@ -26,8 +26,8 @@ impl Printable {
             let text = label.label().map(|text| shown(text).into_owned());
             LabeledSpan::new_with_span(text, *label.inner())
         };
-        let file = input.and_then(|input| input.file()).map(Excerpt::harmless);
-        Printable {
+        let file = input.and_then(|input| input.file()).map(Excerpt::escaped);
+        PrintableError {
             message: shown(&error.to_string()).into_owned(),
             help: Diagnostic::help(error).map(|help| shown(&help.to_string()).into_owned()),
             labels: Diagnostic::labels(error).into_iter().flatten().map(|it| label(&it)).collect(),
@@ -36,15 +36,15 @@ impl Printable {
     }
 }
 
-impl fmt::Display for Printable {
+impl fmt::Display for PrintableError {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(&self.message)
     }
 }
 
-impl std::error::Error for Printable {}
+impl std::error::Error for PrintableError {}
 
-impl Diagnostic for Printable {
+impl Diagnostic for PrintableError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         self.help.as_ref().map(|help| Box::new(help) as _)
     }

@@ -1,4 +1,4 @@
-//! Makes texts of others harmless where people read them: what a terminal or Markdown would obey is shown.
+//! Escapes control characters of foreign text for terminals, and markup for Markdown.
 
 use std::borrow::Cow;
 
@@ -35,7 +35,7 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 }
 
 /// The text with as many bytes, for places that are counted in bytes: a stand-in for each character that would be obeyed.
-pub(crate) fn same_length(text: &str) -> String {
+pub(crate) fn mask_control_characters(text: &str) -> String {
     let stand_in = |character: char| match (is_obeyed(character), character.len_utf8()) {
         (false, _) => character,
         (true, 1) => '?',
@@ -83,8 +83,11 @@ mod tests {
             ("a\u{202e}b\u{2066}c", "a\\u{202e}b\\u{2066}c"),
         ] {
             assert_eq!(shown(text), expected);
-            assert_eq!(same_length(text).len(), text.len());
-            assert!(!same_length(text).replace("\r\n", "").contains(is_obeyed), "{text:?}");
+            assert_eq!(mask_control_characters(text).len(), text.len());
+            assert!(
+                !mask_control_characters(text).replace("\r\n", "").contains(is_obeyed),
+                "{text:?}"
+            );
         }
     }
 

@@ -1,4 +1,4 @@
-//! Holds the text files of a scenario, so that errors can point into them.
+//! The text files of a scenario as one address space of bytes, so that errors can point into them.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ pub struct Source {
     first: TextFile,
     others: Vec<TextFile>,
     /// Files that these name, as they were when a run was recorded.
-    kept: Vec<TextFile>,
+    attachments: Vec<TextFile>,
 }
 
 impl Source {
@@ -27,42 +27,46 @@ impl Source {
 
     /// A text that was made of the file that the user named.
     #[must_use]
-    pub fn made(first: TextFile) -> Self {
+    pub fn generated(first: TextFile) -> Self {
         Source { first, ..Source::default() }
     }
 
     /// Adds a text that was made of a file.
-    pub fn add_made(&mut self, file: TextFile) {
+    pub fn add_generated(&mut self, file: TextFile) {
         self.others.push(file);
     }
 
     /// The files that were kept with a recording: that of the user, those that it extends, and those that they name.
     #[must_use]
-    pub fn recorded(first: TextFile, others: Vec<TextFile>, kept: Vec<TextFile>) -> Self {
-        Source { first, others, kept }
+    pub fn from_recording(
+        first: TextFile,
+        others: Vec<TextFile>,
+        attachments: Vec<TextFile>,
+    ) -> Self {
+        Source { first, others, attachments }
     }
 
     /// Keeps the text of another file, if it is one, for recordings.
-    pub fn keep(&mut self, path: &Path) {
-        self.kept.extend(read(path));
+    pub fn attach(&mut self, path: &Path) {
+        self.attachments.extend(read(path));
     }
 
-    /// The contents of a file when it was kept.
+    /// The contents of an attached file.
     #[must_use]
-    pub fn kept(&self, path: &Path) -> Option<&str> {
-        self.kept.iter().find(|file| file.path == path).map(|file| file.text.as_str())
+    pub fn attached(&self, path: &Path) -> Option<&str> {
+        self.attachments.iter().find(|file| file.path == path).map(|file| file.text.as_str())
     }
 
     /// All files that recordings keep, under their names in the folder of the first one: those of the scenario, and those that
     /// they name.
     #[must_use]
-    pub fn to_keep(&self) -> [Vec<TextFile>; 2] {
+    pub fn recorded_files(&self) -> [Vec<TextFile>; 2] {
         let folder = self.first.path.parent().unwrap_or(Path::new(""));
         let named = |file: &TextFile| {
             let path = file.path.strip_prefix(folder).unwrap_or(&file.path);
             TextFile::new(path, file.text.clone())
         };
-        [self.files().map(named).collect(), self.kept.iter().map(named).collect()]
+        [self.files().map(named).collect(), self.attachments.iter().map(named).collect()]
     }
 
     /// Reads another file, which the word at `place` names.
@@ -86,7 +90,7 @@ impl Source {
     }
 
     /// The files, each with the place of its first byte. The place behind its last byte is its own, too.
-    fn placed(&self) -> impl Iterator<Item = (usize, &TextFile)> {
+    fn with_offsets(&self) -> impl Iterator<Item = (usize, &TextFile)> {
         self.files().scan(0, |next, file| {
             let begin = *next;
             *next += file.text.len() + 1;
@@ -94,21 +98,21 @@ impl Source {
         })
     }
 
-    fn find(&self, place: usize) -> (usize, &TextFile) {
-        let before = self.placed().take_while(|(begin, _)| *begin <= place);
+    fn file_at(&self, place: usize) -> (usize, &TextFile) {
+        let before = self.with_offsets().take_while(|(begin, _)| *begin <= place);
         before.last().unwrap_or((0, &self.first))
     }
 
     /// The texts of the files behind so many blanks that a parser finds each place where it is here.
     #[must_use]
-    pub fn shifted(&self) -> Vec<String> {
-        self.placed().map(|(begin, file)| " ".repeat(begin) + &file.text).collect()
+    pub fn padded_texts(&self) -> Vec<String> {
+        self.with_offsets().map(|(begin, file)| " ".repeat(begin) + &file.text).collect()
     }
 
     /// The file that a place is in, and its line in it, from 1 on.
     #[must_use]
     pub fn line(&self, place: usize) -> (&Path, usize) {
-        let (begin, file) = self.find(place);
+        let (begin, file) = self.file_at(place);
         let before = file.text.get(..place - begin).unwrap_or(&file.text);
         (&file.path, 1 + before.matches('\n').count())
     }
@@ -116,21 +120,21 @@ impl Source {
     /// The file and the line of a place, for sentences; of a text that was made, the place that it was made of.
     #[must_use]
     pub fn position(&self, place: usize) -> String {
-        let (begin, file) = self.find(place);
+        let (begin, file) = self.file_at(place);
         let (path, line) = self.line(place);
-        file.origins.of(place - begin).unwrap_or_else(|| format!("{}:{line}", path.display()))
+        file.source_map.of(place - begin).unwrap_or_else(|| format!("{}:{line}", path.display()))
     }
 
     /// The letters at a place.
     #[must_use]
-    pub fn letters(&self, place: Range<usize>) -> &str {
-        let (begin, file) = self.find(place.start);
+    pub fn text_at(&self, place: Range<usize>) -> &str {
+        let (begin, file) = self.file_at(place.start);
         file.text.get(place.start - begin..place.end - begin).unwrap_or_default()
     }
 
     /// The texts of all files, under their names if there are several.
     #[must_use]
-    pub fn whole(&self) -> String {
+    pub fn concatenated(&self) -> String {
         if self.others.is_empty() {
             return self.first.text.clone();
         }
@@ -147,7 +151,7 @@ impl Source {
     /// The folder that paths are relative to in the file that a place is in.
     #[must_use]
     pub fn folder(&self, place: Range<usize>) -> &Path {
-        let file = self.find(place.start).1;
+        let file = self.file_at(place.start).1;
         let own = || file.path.parent().unwrap_or(Path::new(""));
         file.folder.as_deref().unwrap_or_else(own)
     }
@@ -155,16 +159,16 @@ impl Source {
     /// Whether the place is in a text out of an archive, whose folder others have filled.
     #[must_use]
     pub fn is_archived(&self, place: Range<usize>) -> bool {
-        self.find(place.start).1.folder.is_some()
+        self.file_at(place.start).1.folder.is_some()
     }
 
     /// An error at a place, with `label` under it.
     #[must_use]
     pub fn error(&self, place: Range<usize>, message: impl Into<String>, label: &str) -> Error {
-        let (begin, file) = self.find(place.start);
+        let (begin, file) = self.file_at(place.start);
         let place = place.start - begin..place.end - begin;
-        let message = file.origins.shown(message.into());
-        match file.origins.of(place.start) {
+        let message = file.source_map.shown(message.into());
+        match file.source_map.of(place.start) {
             // The user does not have the text.
             Some(origin) => Error::input(format!("{origin}: {message}")),
             None => Error::at(file, place, message, label),

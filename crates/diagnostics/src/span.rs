@@ -1,4 +1,4 @@
-//! Joins a word of a text file with its place.
+//! A parsed value with its span in a text file.
 
 use std::borrow::Cow;
 use std::ops::Range;

@@ -14,7 +14,7 @@ const LONGEST: usize = 500;
 
 /// The message about an unknown name.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Unknown {
+pub struct UnknownName {
     /// "unknown node `plnt`"
     pub message: String,
     /// "did you mean `plant`?", or the known names.
@@ -25,9 +25,13 @@ pub struct Unknown {
 
 /// The message about a `name` that is not among the `known` ones. `kind` says what it would name: "node", "input of `plant`".
 #[must_use]
-pub fn unknown<'a>(kind: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Unknown {
+pub fn unknown<'a>(
+    kind: &str,
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> UnknownName {
     let message = format!("unknown {kind} `{name}`");
-    Unknown { message, help: hint(name, known), name: name.to_owned() }
+    UnknownName { message, help: hint(name, known), name: name.to_owned() }
 }
 
 /// The remedy for an unknown name: the most similar known name, or else the list of known names. None when none is known.
@@ -59,7 +63,7 @@ pub fn shortened<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-impl Unknown {
+impl UnknownName {
     /// The error at the place of the name.
     #[must_use]
     pub fn at(self, source: &Source, span: Range<usize>) -> Error {
@@ -74,7 +78,7 @@ impl Unknown {
 }
 
 /// Both in one line: "unknown node `plnt`; did you mean `plant`?"
-impl fmt::Display for Unknown {
+impl fmt::Display for UnknownName {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(&self.message)?;
         self.help.iter().try_for_each(|help| write!(f, "; {help}"))
@@ -86,26 +90,26 @@ impl fmt::Display for Unknown {
 /// letters, or all of them.
 #[must_use]
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let wanted = letters(name);
+    let wanted = characters(name);
     // Nobody mistypes so long a name, and comparing two of them takes hours.
     let is_short = |candidate: &&str| name.len().max(candidate.len()) <= LONGEST;
     let candidates = candidates.into_iter().filter(is_short);
     let most = (wanted.len() / 3).max(1);
     let is_likely = |candidate: &&str| {
-        let letters = letters(candidate);
+        let letters = characters(candidate);
         // Each letter more or less is an error.
         if letters.len().abs_diff(wanted.len()) > most {
             return false;
         }
-        let errors = distance(&wanted, &letters, &Costs::EQUAL);
+        let errors = distance(&wanted, &letters, &EditCosts::EQUAL);
         errors <= most && (errors == 0 || errors < wanted.len())
     };
     let likely = candidates.filter(is_likely);
-    likely.min_by_key(|candidate| distance(&wanted, &letters(candidate), &Costs::LIKELY))
+    likely.min_by_key(|candidate| distance(&wanted, &characters(candidate), &EditCosts::LIKELY))
 }
 
 /// What the steps from one text to another cost.
-struct Costs {
+struct EditCosts {
     /// A separator that is there or not.
     separator: usize,
     /// Any other letter that is there or not, and a swap of neighbours.
@@ -114,25 +118,25 @@ struct Costs {
     replaced: usize,
 }
 
-impl Costs {
+impl EditCosts {
     /// Counts typing errors.
-    const EQUAL: Self = Costs { separator: 1, letter: 1, replaced: 1 };
+    const EQUAL: Self = EditCosts { separator: 1, letter: 1, replaced: 1 };
     /// A name is more often cut short than changed, and separators are forgotten first: `start.v` is meant to be `start.v_x`
     /// and not `start.X`.
-    const LIKELY: Self = Costs { separator: 1, letter: 2, replaced: 4 };
+    const LIKELY: Self = EditCosts { separator: 1, letter: 2, replaced: 4 };
 
     fn of(&self, letter: char) -> usize {
         if matches!(letter, '_' | '.' | '-' | ' ') { self.separator } else { self.letter }
     }
 }
 
-fn letters(text: &str) -> Vec<char> {
+fn characters(text: &str) -> Vec<char> {
     text.chars().flat_map(char::to_lowercase).collect()
 }
 
 /// The cost of the insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`
 /// (optimal string alignment).
-fn distance(a: &[char], b: &[char], costs: &Costs) -> usize {
+fn distance(a: &[char], b: &[char], costs: &EditCosts) -> usize {
     let mut before: Vec<usize> = Vec::new();
     let mut above = vec![0];
     for (j, letter) in b.iter().enumerate() {
@@ -215,8 +219,16 @@ mod tests {
             ("abcd", "abdc", 1),
             ("ab", "ba", 1),
         ] {
-            assert_eq!(distance(&letters(a), &letters(b), &Costs::EQUAL), expected, "{a} {b}");
-            assert_eq!(distance(&letters(b), &letters(a), &Costs::EQUAL), expected, "{b} {a}");
+            assert_eq!(
+                distance(&characters(a), &characters(b), &EditCosts::EQUAL),
+                expected,
+                "{a} {b}"
+            );
+            assert_eq!(
+                distance(&characters(b), &characters(a), &EditCosts::EQUAL),
+                expected,
+                "{b} {a}"
+            );
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Makes one sentence of many that differ in names, places and numbers only.
+//! Groups messages that differ only in names, positions and numbers, and counts them.
 
 use std::collections::HashMap;
 
 /// The first sentence of each kind, in their order, with the count of those like it. Sentences are of one kind when they are equal
 /// but for digits and what stands between backticks.
 #[must_use]
-pub fn summary(sentences: Vec<String>) -> Vec<String> {
+pub fn group_similar(sentences: Vec<String>) -> Vec<String> {
     let mut kinds: HashMap<String, usize> = HashMap::new();
     let mut first: Vec<(String, usize)> = Vec::new();
     for sentence in sentences {
@@ -17,11 +17,11 @@ pub fn summary(sentences: Vec<String>) -> Vec<String> {
             }
         }
     }
-    let told = first.into_iter().map(|(sentence, more)| match more {
+    let grouped = first.into_iter().map(|(sentence, more)| match more {
         0 => sentence,
         more => format!("{sentence} (and {more} more like this)"),
     });
-    told.collect()
+    grouped.collect()
 }
 
 fn kind(sentence: &str) -> String {
@@ -35,8 +35,8 @@ mod tests {
 
     #[test]
     fn sentences_of_one_kind_are_counted() {
-        let told = ["a:1: no `x` here", "a:12: no `yy` here", "b: none", "a:3: no `z` here"];
-        let told = summary(told.map(str::to_owned).to_vec());
-        assert_eq!(told, ["a:1: no `x` here (and 2 more like this)", "b: none"]);
+        let messages = ["a:1: no `x` here", "a:12: no `yy` here", "b: none", "a:3: no `z` here"];
+        let grouped = group_similar(messages.map(str::to_owned).to_vec());
+        assert_eq!(grouped, ["a:1: no `x` here (and 2 more like this)", "b: none"]);
     }
 }

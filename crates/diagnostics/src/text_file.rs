@@ -1,9 +1,9 @@
-//! Reads text files.
+//! Reads scenario files as text, and refuses other kinds of files by name.
 
 use std::path::{Path, PathBuf};
 
 use crate::bounded::read_text_bounded;
-use crate::origins::Origins;
+use crate::source_map::SourceMap;
 
 /// The largest scenario [B].
 const LARGEST: u64 = 64 << 20;
@@ -18,7 +18,7 @@ pub struct TextFile {
     /// The folder that paths in it are relative to, of a text out of an archive; that of the file without it.
     pub folder: Option<PathBuf>,
     /// Of a text that was made of other files, the places there.
-    pub origins: Origins,
+    pub source_map: SourceMap,
 }
 
 impl TextFile {

@@ -6,12 +6,21 @@ use vehicle::MagicFormula;
 
 /// The tires of an axle.
 #[derive(Debug, Clone)]
-pub struct Axle(Fitted);
+pub struct Axle(AxleTires);
 
 #[derive(Debug, Clone)]
-enum Fitted {
+enum AxleTires {
     Plain(MagicFormula),
     File(Box<MfTire>),
+}
+
+/// The peak of the lateral force of an axle.
+#[derive(Debug, Clone, Copy)]
+pub struct LateralPeak {
+    /// [N]
+    pub force: f64,
+    /// [rad]
+    pub slip_angle: f64,
 }
 
 /// Largest slip angle and longitudinal slip at which a peak is looked for [rad, -].
@@ -22,20 +31,20 @@ const SPEED: f64 = 20.0;
 impl Axle {
     /// Tires by the simple Magic Formula.
     pub fn plain(tire: MagicFormula) -> Self {
-        Axle(Fitted::Plain(tire))
+        Axle(AxleTires::Plain(tire))
     }
 
     /// Tires of a file.
     pub fn of(tire: MfTire) -> Self {
-        Axle(Fitted::File(Box::new(tire)))
+        Axle(AxleTires::File(Box::new(tire)))
     }
 
     /// Forces [N] of a wheel, positive along its slip.
     fn wheel(&self, kappa: f64, angle: f64, F_z: f64) -> [f64; 2] {
         let slip = Slip { kappa, alpha: -angle, F_z, v_x: SPEED, ..Slip::default() };
         match &self.0 {
-            Fitted::Plain(tire) => tire.F_xy(&slip),
-            Fitted::File(tire) => tire.F_xy(&slip),
+            AxleTires::Plain(tire) => tire.F_xy(&slip),
+            AxleTires::File(tire) => tire.F_xy(&slip),
         }
     }
 
@@ -48,20 +57,20 @@ impl Axle {
             .map(|side| wheels.map(|F_z| side * self.wheel(0.0, side * angle, F_z)[1]).iter().sum())
     }
 
-    /// The largest lateral force [N] on the weaker side, and its slip angle [rad].
-    pub fn peak(&self, load: f64, moved: f64) -> (f64, f64) {
+    /// The peak of the lateral force on the weaker side.
+    pub fn peak(&self, load: f64, moved: f64) -> LateralPeak {
         let load = load.max(0.0);
         let weaker = |angle: f64| {
             let [left, right] = self.sides(angle, load, moved);
             left.min(right)
         };
-        let angle = largest(weaker);
-        (weaker(angle), angle)
+        let slip_angle = argmax(weaker);
+        LateralPeak { force: weaker(slip_angle), slip_angle }
     }
 
     /// The slip angle [rad] up to the peak that gives a lateral force [N], in the mean of both sides.
     pub fn slip(&self, force: f64, load: f64, moved: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.peak(load, moved).1);
+        let (mut low, mut high) = (0.0, self.peak(load, moved).slip_angle);
         for _ in 0..50 {
             let middle = 0.5 * (low + high);
             let [left, right] = self.sides(middle, load, moved);
@@ -75,12 +84,12 @@ impl Axle {
         let F_z = 0.5 * load.max(1.0);
         let weaker =
             |kappa: f64| self.wheel(kappa, 0.0, F_z)[0].min(-self.wheel(-kappa, 0.0, F_z)[0]);
-        weaker(largest(weaker)) / F_z
+        weaker(argmax(weaker)) / F_z
     }
 }
 
-/// The place of the largest value of a function with one peak in 0..[`MOST`], by golden-section search.
-fn largest(function: impl Fn(f64) -> f64) -> f64 {
+/// The argument of the largest value of a function with one peak in 0..[`MOST`], by golden-section search.
+fn argmax(function: impl Fn(f64) -> f64) -> f64 {
     /// Leaves 1e-7 of the range: the value at the peak is right to the square of it.
     const PARTS: usize = 34;
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);

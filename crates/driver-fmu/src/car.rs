@@ -1,4 +1,4 @@
-//! Derives what the driver has to know of the car from its parameters: the g-g-v diagram, steady slip angles, drag.
+//! Computes the g-g-v diagram, the steady-state slip angles and the drag of the car from its parameters.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use fmu_export::{log, warn};
@@ -16,9 +16,9 @@ const SLIPS: i32 = 40;
 /// Share of the peak friction up to which slip angles are tabulated: at the peak itself the angle is no function of the force.
 const USED: f64 = 0.98;
 
-/// Limits of the commands, and of the drive.
+/// Limits of the commands and of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Limit {
+pub struct CommandLimits {
     /// Highest speed [m/s].
     pub v: f64,
     /// Strongest braking [N].
@@ -33,15 +33,22 @@ pub struct Limit {
     pub delta_rate: f64,
 }
 
-impl Default for Limit {
+impl Default for CommandLimits {
     fn default() -> Self {
-        Limit { v: 80.0, F_x_min: -15e3, F_x_max: 6e3, power: 250e3, delta: 0.5, delta_rate: 1.0 }
+        CommandLimits {
+            v: 80.0,
+            F_x_min: -15e3,
+            F_x_max: 6e3,
+            power: 250e3,
+            delta: 0.5,
+            delta_rate: 1.0,
+        }
     }
 }
 
-/// What the driver knows of the car.
+/// Parameters of the car that the driver plans with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Car {
+pub struct DriverCar {
     /// Mass and lengths.
     pub body: Body,
     /// Drag and downforce.
@@ -58,10 +65,10 @@ pub struct Car {
     pub roll_stiffness: [f64; 2],
 }
 
-impl Default for Car {
+impl Default for DriverCar {
     fn default() -> Self {
         let Vehicle { body, aero, brake_front_share, tire_f, tire_r, .. } = Vehicle::default();
-        Car {
+        DriverCar {
             body,
             aero,
             brake_front_share,
@@ -73,7 +80,7 @@ impl Default for Car {
     }
 }
 
-impl Car {
+impl DriverCar {
     /// The tires of both axles.
     ///
     /// # Errors
@@ -85,13 +92,13 @@ impl Car {
         let [front, rear] = &self.files;
         let [(front, told_f), (rear, told_r)] =
             [front.tire("tire_f.tir")?, rear.tire("tire_r.tir")?];
-        told_f.into_iter().chain(told_r).for_each(|message| message.tell(log, warn));
+        told_f.into_iter().chain(told_r).for_each(|message| message.send_to_log(log, warn));
         Ok([Axle::of(front), Axle::of(rear)])
     }
 
     /// The load that a lateral acceleration [m/s2] moves from one wheel of each axle to the other [N].
     fn moved(&self, a_y: f64) -> [f64; 2] {
-        let Car { body, tracks, roll_stiffness: [k_f, k_r], .. } = self;
+        let DriverCar { body, tracks, roll_stiffness: [k_f, k_r], .. } = self;
         let front = if k_f + k_r > 0.0 { k_f / (k_f + k_r) } else { body.l_r / body.wheelbase() };
         let across = body.m * a_y.abs() * body.h;
         let of = |share: f64, track: f64| if track > 0.0 { share * across / track } else { 0.0 };
@@ -107,20 +114,20 @@ impl Car {
         let shares = [l_r, l_f].map(|lever| m * lever / (l_f + l_r));
         (0..PASSES).fold(0.0, |a_y, _| {
             let moved = self.moved(a_y);
-            let of = |i: usize| axles[i].peak(loads[i], moved[i]).0 / shares[i];
+            let of = |i: usize| axles[i].peak(loads[i], moved[i]).force / shares[i];
             of(0).min(of(1))
         })
     }
 }
 
-/// What tires and engine let the car do at each speed.
+/// The g-g-v diagram: what tires and engine let the car do at each speed.
 ///
 /// In a steady turn m a_y l_r / L acts on the front axle and m a_y l_f / L on the rear one; along the line, the axle that slides first ends it,
 /// with the share of the brakes that it has and the load that the acceleration moves.
 ///
 /// # Errors
 /// When the parameters give no limits, for example without friction.
-pub fn ggv(car: &Car, axles: &[Axle; 2], limit: &Limit) -> Result<Ggv, Error> {
+pub fn ggv(car: &DriverCar, axles: &[Axle; 2], limit: &CommandLimits) -> Result<Ggv, Error> {
     let (m, L, front) = (car.body.m, car.body.wheelbase(), car.brake_front_share);
     let lever = car.body.h / L;
     let row = |i: i32| {
@@ -133,17 +140,17 @@ pub fn ggv(car: &Car, axles: &[Axle; 2], limit: &Limit) -> Result<Ggv, Error> {
         let loads = [Z_f + down_f, Z_r + down_r];
         let along = [loads[0] + moved, loads[1] - moved];
         let lateral = car.lateral(axles, loads);
-        let drive = settled(|force| {
+        let drive = converged_force(|force| {
             let mu = axles[1].traction(along[1] + force * lever);
-            over(mu * along[1], 1.0 - mu * lever)
+            sliding_force(mu * along[1], 1.0 - mu * lever)
         });
-        let brake = settled(|force| {
+        let brake = converged_force(|force| {
             let [mu_f, mu_r] = [
                 axles[0].traction(along[0] + force * lever),
                 axles[1].traction(along[1] - force * lever),
             ];
-            over(mu_f * along[0], front - mu_f * lever)
-                .min(over(mu_r * along[1], 1.0 - front + mu_r * lever))
+            sliding_force(mu_f * along[0], front - mu_f * lever)
+                .min(sliding_force(mu_r * along[1], 1.0 - front + mu_r * lever))
         });
         Limits {
             v,
@@ -159,13 +166,13 @@ pub fn ggv(car: &Car, axles: &[Axle; 2], limit: &Limit) -> Result<Ggv, Error> {
 }
 
 /// A force that depends on the friction at the loads that it makes: friction changes little with load, so few passes do.
-fn settled(force: impl Fn(f64) -> f64) -> f64 {
+fn converged_force(force: impl Fn(f64) -> f64) -> f64 {
     (0..4).fold(0.0, |last, _| force(last))
 }
 
 /// The force at which an axle slides, whose share of it grows by `share` less what the load gives: never, when the load
 /// gives more.
-fn over(force: f64, share: f64) -> f64 {
+fn sliding_force(force: f64, share: f64) -> f64 {
     /// Beyond all cars [N].
     const NEVER: f64 = 1e9;
     if share > 0.0 { (force / share).clamp(0.0, NEVER) } else { NEVER }
@@ -175,7 +182,7 @@ fn over(force: f64, share: f64) -> f64 {
 ///
 /// # Errors
 /// When the parameters give no friction.
-pub fn handling(car: &Car, axles: &[Axle; 2]) -> Result<Handling, Error> {
+pub fn handling(car: &DriverCar, axles: &[Axle; 2]) -> Result<Handling, Error> {
     let (body, loads) = (&car.body, car.body.static_loads());
     let most = USED * car.lateral(axles, loads);
     let row = |i: i32| {
@@ -193,8 +200,8 @@ pub fn handling(car: &Car, axles: &[Axle; 2]) -> Result<Handling, Error> {
 }
 
 /// Slip angle of the front tires beyond which more steering gives less force [rad].
-pub fn most_front_slip(car: &Car, axles: &[Axle; 2]) -> f64 {
-    axles[0].peak(car.body.static_loads()[0], 0.0).1
+pub fn peak_front_slip(car: &DriverCar, axles: &[Axle; 2]) -> f64 {
+    axles[0].peak(car.body.static_loads()[0], 0.0).slip_angle
 }
 
 #[cfg(test)]
@@ -207,9 +214,12 @@ mod tests {
 
     #[test]
     fn limits_are_those_at_which_an_axle_slides() {
-        let car = Car { aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() }, ..Car::default() };
+        let car = DriverCar {
+            aero: Aero { C_lf: 0.4, C_lr: 0.6, ..Aero::default() },
+            ..DriverCar::default()
+        };
         let axles = car.axles().expect("tires");
-        let limits = ggv(&car, &axles, &Limit::default()).expect("limits").at(40.0);
+        let limits = ggv(&car, &axles, &CommandLimits::default()).expect("limits").at(40.0);
         let body = car.body;
         let (down, drag) = (car.aero.downforce(40.0), car.aero.drag(40.0));
         // Driving: the rear axle gives all of its load times its friction.
@@ -226,7 +236,7 @@ mod tests {
 
     #[test]
     fn steady_slip_angles_give_the_lateral_forces() {
-        let car = Car::default();
+        let car = DriverCar::default();
         let handling = handling(&car, &car.axles().expect("tires")).expect("slip angles");
         for a_y in [3.0, 9.0, 14.0] {
             let [front, rear] = handling.slips(a_y);
@@ -238,7 +248,7 @@ mod tests {
     #[test]
     fn a_car_without_friction_is_refused() {
         let tire = MagicFormula { D: 0.0, ..MagicFormula::default() };
-        let car = Car { plain: [tire, MagicFormula::default()], ..Car::default() };
+        let car = DriverCar { plain: [tire, MagicFormula::default()], ..DriverCar::default() };
         assert!(handling(&car, &car.axles().expect("tires")).is_err());
     }
 
@@ -249,15 +259,15 @@ mod tests {
             tir: include_str!("../../../scenarios/cars/sport/front.tir").to_owned(),
             ..TireChoice::default()
         };
-        let narrow = Car {
+        let narrow = DriverCar {
             files: [file.clone(), file],
             tracks: [1.5; 2],
-            body: Body { h: 0.5, ..Car::default().body },
-            ..Car::default()
+            body: Body { h: 0.5, ..DriverCar::default().body },
+            ..DriverCar::default()
         };
-        let single = Car { tracks: [0.0; 2], ..narrow.clone() };
-        let lateral = |car: &Car| {
-            ggv(car, &car.axles().expect("tires"), &Limit::default())
+        let single = DriverCar { tracks: [0.0; 2], ..narrow.clone() };
+        let lateral = |car: &DriverCar| {
+            ggv(car, &car.axles().expect("tires"), &CommandLimits::default())
                 .expect("limits")
                 .at(0.0)
                 .lateral

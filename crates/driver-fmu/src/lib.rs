@@ -4,39 +4,39 @@
 
 mod axle;
 mod car;
-mod driving;
+mod control;
 mod plan;
 
 use std::sync::Arc;
 
-use driving::{Input, Laws, Memory, Mode, Output};
+use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, Mode};
 use fmu_export::{
     Info, Member, Model, ModelError, Terminal, Variable, calculated_parameter, input, output,
     parameter,
 };
-use plan::{Plan, Settings};
+use plan::{DrivePlan, DriveSettings};
 use serde::{Deserialize, Serialize};
 
 /// The driver between its inputs and its outputs.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct Driver {
     mode: i32,
-    settings: Settings,
-    laws: Laws,
-    input: Input,
-    output: Output,
-    memory: Memory,
-    facts: Facts,
+    settings: DriveSettings,
+    laws: ControlLaws,
+    input: CarMotion,
+    output: DriverOutput,
+    memory: DriverMemory,
+    figures: PlanFigures,
     /// The track as it was read: a state goes on without its file.
-    read: Option<Settings>,
+    read: Option<DriveSettings>,
     /// Made of the above, and made again of it where a state was restored from bytes.
     #[serde(skip)]
-    plan: Option<Arc<Plan>>,
+    plan: Option<Arc<DrivePlan>>,
 }
 
-/// What the preparation finds.
+/// Figures of the line and of its speed profile.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-struct Facts {
+struct PlanFigures {
     length: f64,
     duration: f64,
     slowest: f64,
@@ -57,12 +57,12 @@ const ACTUATORS: &[Member] = &[Member::signal("F_x", "F_x"), Member::signal("del
 
 impl Driver {
     /// The prepared drive.
-    fn plan(&mut self) -> Result<Arc<Plan>, ModelError> {
+    fn plan(&mut self) -> Result<Arc<DrivePlan>, ModelError> {
         if let Some(plan) = &self.plan {
             return Ok(Arc::clone(plan));
         }
         let settings = self.read.as_ref().unwrap_or(&self.settings);
-        let plan = Arc::new(Plan::of(settings).map_err(ModelError::Error)?);
+        let plan = Arc::new(DrivePlan::of(settings).map_err(ModelError::Error)?);
         self.plan = Some(Arc::clone(&plan));
         Ok(plan)
     }
@@ -236,50 +236,51 @@ impl Model for Driver {
         parameter("speed.integral_gain", "1/s2", "Integral of the speed error to acceleration")
             .tunable()
             .at(|d| &mut d.laws.speed.integral_gain),
-        calculated_parameter("track.length", "m", "Length of the line").at(|d| &mut d.facts.length),
+        calculated_parameter("track.length", "m", "Length of the line")
+            .at(|d| &mut d.figures.length),
         calculated_parameter(
             "profile.lap_time",
             "s",
             "Time of the speed profile for the whole line",
         )
-        .at(|d| &mut d.facts.duration),
+        .at(|d| &mut d.figures.duration),
         calculated_parameter("profile.v_min", "m/s", "Lowest speed of the profile")
-            .at(|d| &mut d.facts.slowest),
+            .at(|d| &mut d.figures.slowest),
         calculated_parameter("profile.v_max", "m/s", "Highest speed of the profile")
-            .at(|d| &mut d.facts.fastest),
+            .at(|d| &mut d.figures.fastest),
         calculated_parameter(
             "profile.v_start",
             "m/s",
             "Speed of the profile where the line begins",
         )
-        .at(|d| &mut d.facts.start),
+        .at(|d| &mut d.figures.start),
     ];
 
     fn initialise(&mut self) -> Result<(), ModelError> {
-        let made = |plan: &&Arc<Plan>| plan.made_of == self.settings;
-        if self.plan.as_ref().filter(made).is_none() {
+        let is_current = |plan: &&Arc<DrivePlan>| plan.source_settings == self.settings;
+        if self.plan.as_ref().filter(is_current).is_none() {
             (self.plan, self.read) = (None, None);
         }
         let plan = self.plan()?;
         self.read = Some(plan.settings.clone());
         let [slowest, fastest] = plan.profile.extremes();
-        self.facts = Facts {
+        self.figures = PlanFigures {
             length: plan.line.length(),
             duration: plan.profile.duration(),
             slowest,
             fastest,
             start: plan.profile.speed(0.0),
         };
-        (self.output, self.memory) = (Output::default(), Memory::default());
-        self.laws.sense(&plan, &self.input, &mut self.memory, &mut self.output);
+        (self.output, self.memory) = (DriverOutput::default(), DriverMemory::default());
+        self.laws.locate_car(&plan, &self.input, &mut self.memory, &mut self.output);
         Ok(())
     }
 
     fn step(&mut self, time: f64, step: f64) -> Result<(), ModelError> {
         let plan = self.plan()?;
         let mode = if self.mode == 1 { Mode::Steering } else { Mode::Profile };
-        let times = [time + step, step];
-        self.laws.drive(&plan, mode, &self.input, times, &mut self.memory, &mut self.output)
+        let end = time + step;
+        self.laws.drive(&plan, mode, &self.input, end, step, &mut self.memory, &mut self.output)
     }
 }
 

@@ -1,4 +1,4 @@
-//! Prepares a drive: line, limits of the car and speed profile, from the parameters.
+//! Computes the line, the g-g-v diagram and the speed profile of a drive from the parameters.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::f64::consts::TAU;
@@ -7,33 +7,33 @@ use fmu_export::Text;
 use serde::{Deserialize, Serialize};
 use track::{Bounds, Error, Ggv, Handling, Line, Profile, Survey};
 
-use crate::car::{Car, Limit, ggv, handling, most_front_slip};
+use crate::car::{CommandLimits, DriverCar, ggv, handling, peak_front_slip};
 
 /// Radius of the circle that is driven without a track [m].
 const CIRCLE: f64 = 100.0;
 
-/// What a drive depends on.
+/// Parameters that a drive plan depends on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Settings {
+pub struct DriveSettings {
     /// The table of the track, or the path of its file.
     pub track: Text,
     /// Half the width of a track whose table has no widths [m].
     pub half_width: f64,
     /// The car.
-    pub car: Car,
+    pub car: DriverCar,
     /// Limits of the commands.
-    pub limit: Limit,
+    pub limit: CommandLimits,
     /// Share of the grip that the speed profile uses [-].
     pub grip: f64,
 }
 
-impl Default for Settings {
+impl Default for DriveSettings {
     fn default() -> Self {
-        Settings {
+        DriveSettings {
             track: Text::default(),
             half_width: 5.0,
-            car: Car::default(),
-            limit: Limit::default(),
+            car: DriverCar::default(),
+            limit: CommandLimits::default(),
             grip: 0.85,
         }
     }
@@ -41,11 +41,11 @@ impl Default for Settings {
 
 /// A prepared drive.
 #[derive(Debug)]
-pub struct Plan {
-    /// What it was made of.
-    pub made_of: Settings,
+pub struct DrivePlan {
+    /// The settings that it was computed from.
+    pub source_settings: DriveSettings,
     /// The same with the track as its text.
-    pub settings: Settings,
+    pub settings: DriveSettings,
     /// The line.
     pub line: Line,
     /// What the car can do with all of its grip.
@@ -58,17 +58,18 @@ pub struct Plan {
     pub front_slip: f64,
 }
 
-impl Plan {
+impl DrivePlan {
     /// Prepares a drive.
     ///
     /// # Errors
     /// When the track cannot be read or cannot be driven by the car, with the parameter and the place.
-    pub fn of(settings: &Settings) -> Result<Self, String> {
+    pub fn of(settings: &DriveSettings) -> Result<Self, String> {
         let track = settings.track.loaded("track.csv")?;
-        let (made_of, settings) = (settings.clone(), Settings { track, ..settings.clone() });
-        let Settings { car, limit, grip, .. } = &settings;
+        let (source_settings, settings) =
+            (settings.clone(), DriveSettings { track, ..settings.clone() });
+        let DriveSettings { car, limit, grip, .. } = &settings;
         let line = line(&settings.track).map_err(|error| format!("track.csv: {error}"))?;
-        follows(&line, car.body.wheelbase(), limit.delta)
+        check_curvature(&line, car.body.wheelbase(), limit.delta)
             .map_err(|error| format!("track.csv: {error}"))?;
         let of_car = |error: Error| format!("the parameters of the car give no limits: {error}");
         let axles = car.axles()?;
@@ -77,8 +78,8 @@ impl Plan {
         let bounds = Bounds { top: limit.v, start: None, end: Some(0.0) };
         let profile = Profile::of(&line, &ggv.with_grip(*grip), &bounds)
             .map_err(|error| format!("track.csv: {error}"))?;
-        let front_slip = most_front_slip(car, &axles);
-        Ok(Plan { made_of, line, ggv, profile, handling, front_slip, settings })
+        let front_slip = peak_front_slip(car, &axles);
+        Ok(DrivePlan { source_settings, line, ggv, profile, handling, front_slip, settings })
     }
 }
 
@@ -95,7 +96,7 @@ fn line(text: &Text) -> Result<Line, Error> {
 }
 
 /// Whether a car that rolls without slip can follow the line with its largest steering angle: |κ| L ≤ δ.
-fn follows(line: &Line, wheelbase: f64, delta: f64) -> Result<(), Error> {
+fn check_curvature(line: &Line, wheelbase: f64, delta: f64) -> Result<(), Error> {
     let tightest = delta / wheelbase;
     match line.stations().find(|s| line.curvature(*s).abs() > tightest) {
         None => Ok(()),

@@ -13,22 +13,23 @@ const TRIANGLE: &str = "# closed\nx, y, half_width\n\
     -10, 90, 3\n-25, 50, 3\n-20, 15, 3\n";
 
 fn driver(track: &str) -> Driver {
-    let settings = Settings { track: Text::from(track.to_owned()), ..Settings::default() };
+    let settings =
+        DriveSettings { track: Text::from(track.to_owned()), ..DriveSettings::default() };
     Driver { settings, ..Driver::default() }
 }
 
 /// The drive of a car from a start, and the driver after each step.
-fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, Output)> {
+fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, DriverOutput)> {
     let (car, mut state) = (Vehicle::default(), start);
     let feed = |driver: &mut Driver, state: &State| {
         let State { X, Y, psi, v_x, v_y, r } = *state;
-        driver.input = Input { X, Y, psi, v_x, v_y, r };
+        driver.input = CarMotion { X, Y, psi, v_x, v_y, r };
     };
     feed(&mut driver, &state);
     driver.initialise().expect("a track");
     let steps = (seconds / H).round() as i32;
     let step = |i: i32| {
-        let Output { F_x, delta, .. } = driver.output;
+        let DriverOutput { F_x, delta, .. } = driver.output;
         state = car.advance(&state, &vehicle::Input { F_x, delta }, H, 2e-3);
         feed(&mut driver, &state);
         driver.step(H * f64::from(i), H).expect("a step");
@@ -41,7 +42,7 @@ fn drive(mut driver: Driver, start: State, seconds: f64) -> Vec<(State, Output)>
 fn a_flying_lap_takes_the_time_of_the_profile_and_stays_on_the_track() {
     let mut prepared = driver(TRIANGLE);
     prepared.initialise().expect("a track");
-    let Facts { duration, start, .. } = prepared.facts;
+    let PlanFigures { duration, start, .. } = prepared.figures;
     let psi = prepared.plan().expect("a plan").line.place(0.0).psi;
     let from = State { psi, v_x: start, ..State::default() };
     let rows = drive(prepared, from, 1.5 * duration);
@@ -100,9 +101,9 @@ fn a_restored_state_goes_on_without_the_file_of_its_track() {
     driver.initialise().expect("a track");
     std::fs::remove_dir_all(&folder).expect("a folder");
     driver.step(0.0, H).expect("a step");
-    let Driver { settings, laws, input, output, memory, facts, read, .. } = driver.clone();
+    let Driver { settings, laws, input, output, memory, figures, read, .. } = driver.clone();
     let mut restored =
-        Driver { mode: 0, settings, laws, input, output, memory, facts, read, plan: None };
+        Driver { mode: 0, settings, laws, input, output, memory, figures, read, plan: None };
     for step in 1..50 {
         for it in [&mut driver, &mut restored] {
             it.input.X += 0.2;

@@ -222,9 +222,7 @@ impl<'a> Rules<'a> {
         };
         match constant {
             _ if known.is_one() => Ok(base.dimension.clone()),
-            Some(number) => {
-                self.made(known.unit.to_the(number), base.span.start..exponent.span.end)
-            }
+            Some(number) => self.made(known.unit.powf(number), base.span.start..exponent.span.end),
             None => {
                 let (quoted, unit) = (self.quoted(base), known.text());
                 let message = format!(
@@ -311,7 +309,7 @@ impl<'a> Rules<'a> {
         match rule {
             UnitRule::Root => {
                 self.unshifted(&part)?;
-                let dimension = self.made(known.unit.to_the(0.5), part.span.clone())?;
+                let dimension = self.made(known.unit.powf(0.5), part.span.clone())?;
                 Ok((part.node, dimension))
             }
             UnitRule::OfAngle | UnitRule::ToAngle if known.is_angle() => {

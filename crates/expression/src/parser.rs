@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use diagnostics::suggest::{self, Unknown};
+use diagnostics::suggest::{self, UnknownName};
 use units::Unit;
 
 use super::token::{Token, tokens};
@@ -310,7 +310,7 @@ fn unknown_function(name: &str, span: Range<usize>) -> ParseError {
     known.sort_unstable();
     known.dedup();
     let closest = suggest::closest_question(name, known.iter().copied());
-    let Unknown { message, .. } = suggest::unknown("function", name, []);
+    let UnknownName { message, .. } = suggest::unknown("function", name, []);
     // All of them, also when they are many: there is no other list at hand.
     ParseError::new(span, message)
         .help(closest.unwrap_or_else(|| format!("known: {}", known.join(", "))))

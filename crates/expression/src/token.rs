@@ -141,7 +141,7 @@ fn is_rounded(text: &str, value: f64) -> bool {
 /// The bytes of the unit after a number, 0 without one: `deg`, `km/h`, `N/(m/s)`, `1/s`.
 fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
     let name = &rest[..name_length(rest)];
-    let length = units::leading(rest);
+    let length = units::leading_unit_length(rest);
     let joint = usize::from(length > 0 && rest[length..].starts_with(['.', '*', '/']));
     let next = &rest[length + joint..];
     let is_letter = |c: char| c.is_alphabetic() || "°%_".contains(c);
@@ -149,7 +149,7 @@ fn unit(rest: &str, at: usize) -> Result<usize, ParseError> {
     // `km/hr` is no quotient of 1 km and a signal, but `km/plant.x` is.
     let misspelt = match length {
         0 => !word.is_empty() && !is_other_word(name, &rest[name.len()..]),
-        _ => joint == 1 && units::meant(word).is_some(),
+        _ => joint == 1 && units::unit_of_spelling(word).is_some(),
     };
     let written = &rest[..length + joint + word.len()];
     match Unit::parse(written) {

@@ -169,7 +169,7 @@ pub(super) fn base_unit(
         *to = i8::try_from(from)
             .map_err(|_| format!("<BaseUnit>: expected exponents of -128 to 127, found {from}"))?;
     }
-    units::Unit::defined(small, factor, offset)
+    units::Unit::try_from_base(small, factor, offset)
         .map_err(|error| format!("<BaseUnit>: {error}; correct it"))
 }
 

@@ -266,7 +266,7 @@ impl Variable {
     /// A unit as it measures this variable: without an offset if that is a difference.
     #[must_use]
     pub fn scale(&self, unit: Unit) -> Unit {
-        if self.relative.is_some() { unit.of_differences() } else { unit }
+        if self.relative.is_some() { unit.difference_unit() } else { unit }
     }
 
     /// The name of its unit for those who do not know that it is a difference: K in place of degC.

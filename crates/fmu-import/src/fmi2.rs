@@ -158,7 +158,7 @@ fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
         min,
         max,
         nominal,
-        dimension: measure.map(|it| if relative { it.of_differences() } else { it }),
+        dimension: measure.map(|it| if relative { it.difference_unit() } else { it }),
         relative: relative.then(|| measure.map_or(0.0, |it| it.offset)),
         unit,
         start: scalar.variableType.start().clone(),

@@ -281,7 +281,7 @@ fn elements(
         max: number("max"),
         nominal: number("nominal"),
         unit,
-        dimension: measure.map(|it| if relative { it.of_differences() } else { it }),
+        dimension: measure.map(|it| if relative { it.difference_unit() } else { it }),
         relative: relative.then(|| measure.map_or(0.0, |it| it.offset)),
         start: None,
         description: attribute(node, "description")?,

@@ -1,13 +1,13 @@
-//! What a kind of manoeuvre sees at one moment, what it remembers, and what it does.
+//! Inputs, state and output of a manoeuvre kind at one communication point: motion of the car, stage of the test, action of the driver.
 
 use serde::{Deserialize, Serialize};
 
-use crate::line::Line;
+use crate::line_fit::LineFit;
 
 /// The car at one moment, mirrored for a test to the right, with its position in the frame of the test: the car was at its origin when
 /// the test began, and pointed along x.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Now {
+pub struct CarState {
     /// Time [s].
     pub time: f64,
     /// Forward speed [m/s].
@@ -28,18 +28,18 @@ pub struct Now {
     pub steer: f64,
 }
 
-/// How the driver steers.
+/// The command to the steering.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Steer {
+pub enum SteerCommand {
     /// By this road-wheel angle [rad].
     Angle(f64),
     /// Along the path of the kind.
     Path,
 }
 
-/// What the driver does with the pedals.
+/// The command to the pedals.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Drive {
+pub enum DriveCommand {
     /// Keeps this speed [m/s].
     Speed(f64),
     /// Keeps the force of the last moment.
@@ -48,33 +48,34 @@ pub enum Drive {
     Force(f64),
 }
 
-/// What the driver does.
+/// The commands of the driver.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Action {
     /// With the steering wheel.
-    pub steer: Steer,
+    pub steer: SteerCommand,
     /// With the pedals.
-    pub drive: Drive,
+    pub drive: DriveCommand,
 }
 
 impl Action {
     /// Straight ahead and off the pedals.
-    pub const REST: Action = Action { steer: Steer::Angle(0.0), drive: Drive::Force(0.0) };
+    pub const REST: Action =
+        Action { steer: SteerCommand::Angle(0.0), drive: DriveCommand::Force(0.0) };
 
     /// Steers by an angle [rad].
     #[must_use]
-    pub fn angle(steer: f64, drive: Drive) -> Self {
-        Action { steer: Steer::Angle(steer), drive }
+    pub fn angle(steer: f64, drive: DriveCommand) -> Self {
+        Action { steer: SteerCommand::Angle(steer), drive }
     }
 
     /// Follows the path.
     #[must_use]
-    pub fn path(drive: Drive) -> Self {
-        Action { steer: Steer::Path, drive }
+    pub fn path(drive: DriveCommand) -> Self {
+        Action { steer: SteerCommand::Path, drive }
     }
 }
 
-/// What a kind remembers of its test.
+/// The stage of a test, and values that the kind keeps between communication points.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stage {
     /// The stage that the test is in, from 1 on; 0 before the test, [`OVER`](Self::OVER) after it.
@@ -86,7 +87,7 @@ pub struct Stage {
     /// A road-wheel angle that the kind goes on with [rad].
     pub angle: f64,
     /// A line through what was measured.
-    pub line: Line,
+    pub line: LineFit,
 }
 
 impl Stage {
@@ -115,6 +116,6 @@ impl Stage {
 pub(crate) const EDGE: f64 = 1e-9;
 
 /// Whether so much time [s] of a stage is over.
-pub(crate) fn lasted(stage: &Stage, now: &Now, duration: f64) -> bool {
+pub(crate) fn stage_lasted(stage: &Stage, now: &CarState, duration: f64) -> bool {
     now.time - stage.since >= duration - EDGE
 }

@@ -32,7 +32,7 @@ impl Channel {
     ];
 
     /// Where the car is and which way it points.
-    pub const PLACE: [Channel; 3] = [Channel::East, Channel::North, Channel::Heading];
+    pub const POSE: [Channel; 3] = [Channel::East, Channel::North, Channel::Heading];
 
     /// The usual name of the variable.
     #[must_use]
@@ -76,7 +76,7 @@ impl Channel {
 
     /// Its place among [`ALL`](Self::ALL).
     #[must_use]
-    pub const fn place(self) -> usize {
+    pub const fn index(self) -> usize {
         self as usize
     }
 

@@ -1,9 +1,9 @@
-//! What all kinds of manoeuvres share.
+//! Parameters that all kinds of manoeuvres share: entry speed, direction, controllers, communication step.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::law::{PathFollower, SpeedController};
+use crate::controllers::{PathFollower, SpeedController};
 
 /// The direction of the first steering.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -27,9 +27,9 @@ impl Direction {
     }
 }
 
-/// What all kinds of manoeuvres share.
+/// Parameters that all kinds of manoeuvres share.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Common {
+pub struct CommonParameters {
     /// The speed at which the test begins [m/s].
     pub entry_speed: f64,
     /// How far the speed may be off when the test begins [m/s].

@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, Drive, Now, Stage, Steer};
+use crate::action::{Action, CarState, DriveCommand, Stage, SteerCommand};
 use crate::channel::Channel;
-use crate::frame::turned;
-use crate::law::Seen;
+use crate::controllers::PlanarMotion;
+use crate::frame::to_rotated_frame;
 use crate::manoeuvre::Manoeuvre;
 use crate::path::Path;
 
 /// An output of a manoeuvre.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Output {
+pub struct OutputDescription {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
@@ -22,12 +22,12 @@ pub struct Output {
     pub about: &'static str,
 }
 
-const fn output(name: &'static str, unit: &'static str, about: &'static str) -> Output {
-    Output { name, unit, about }
+const fn output(name: &'static str, unit: &'static str, about: &'static str) -> OutputDescription {
+    OutputDescription { name, unit, about }
 }
 
 /// The outputs of a manoeuvre, in the order of [`Driver::step`].
-pub const OUTPUTS: [Output; 5] = [
+pub const OUTPUTS: [OutputDescription; 5] = [
     output("steer", "rad", "Road-wheel angle, positive to the left"),
     output("drive", "N", "Driving force; braking when negative"),
     output("phase", "1", "0 before the test, its stage from 1 on, -1 after it"),
@@ -35,7 +35,7 @@ pub const OUTPUTS: [Output; 5] = [
     output("offset", "m", "How far the path is to the left of the car; 0 without a path"),
 ];
 
-/// What the driver remembers.
+/// Stage of the test, frame, and integrals of the controllers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Memory {
     stage: Stage,
@@ -59,28 +59,28 @@ pub struct Driver {
     memory: Memory,
 }
 
-/// What a driver remembers, to go back to or to go on from.
+/// The state of a driver, to save and restore.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Remembered(Memory);
+pub struct DriverState(Memory);
 
 impl Driver {
     /// A driver before the run.
     #[must_use]
     pub fn new(manoeuvre: Arc<Manoeuvre>) -> Self {
-        let channels = manoeuvre.kind.needs();
+        let channels = manoeuvre.kind.required_channels();
         let path = manoeuvre.kind.path();
         Driver { manoeuvre, channels, path, memory: Memory::default() }
     }
 
-    /// What it remembers.
+    /// A copy of its state.
     #[must_use]
-    pub fn memory(&self) -> Remembered {
-        Remembered(self.memory)
+    pub fn state(&self) -> DriverState {
+        DriverState(self.memory)
     }
 
-    /// Goes back to what it remembered.
-    pub fn recall(&mut self, remembered: Remembered) {
-        self.memory = remembered.0;
+    /// Goes back to a state.
+    pub fn restore(&mut self, state: DriverState) {
+        self.memory = state.0;
     }
 
     /// The commands and what is told beside them, in the order of [`OUTPUTS`], at a time [s]; `inputs` are what the kind needs, in that
@@ -90,7 +90,7 @@ impl Driver {
         let (common, kind) = (&manoeuvre.common, &manoeuvre.kind);
         let mut now = self.now(time, inputs);
         if self.memory.stage.number == 0 {
-            let wanted = kind.run_up(common);
+            let wanted = kind.run_up_speed(common);
             let right = (now.v_x - wanted).abs() <= common.speed_tolerance;
             if self.memory.stage.holds(right, time, common.settle) {
                 self.memory.stage.enter(1, time);
@@ -100,29 +100,29 @@ impl Driver {
         }
         let action = match self.memory.stage.number {
             0 => {
-                let drive = Drive::Speed(kind.run_up(common));
+                let drive = DriveCommand::Speed(kind.run_up_speed(common));
                 if self.path.is_some() { Action::path(drive) } else { Action::angle(0.0, drive) }
             }
             Stage::OVER => Action::REST,
-            _ => kind.act(common, &mut self.memory.stage, &now),
+            _ => kind.next_action(common, &mut self.memory.stage, &now),
         };
         self.command(action, now)
     }
 
     /// The car, mirrored and in the frame of the test.
-    fn now(&mut self, time: f64, inputs: &[f64]) -> Now {
+    fn now(&mut self, time: f64, inputs: &[f64]) -> CarState {
         let mut all = [0.0; Channel::ALL.len()];
         let right = self.manoeuvre.common.direction.sign() < 0.0;
         for (channel, value) in self.channels.iter().zip(inputs) {
-            all[channel.place()] = if right { channel.mirror() * value } else { *value };
+            all[channel.index()] = if right { channel.mirror() * value } else { *value };
         }
         let [v_x, v_y, r, a_y, east, north, heading] = all;
         let [x0, y0, psi0] = *self.memory.origin.get_or_insert([east, north, heading]);
-        let [x, y] = turned([east - x0, north - y0], psi0);
-        Now { time, v_x, v_y, r, a_y, x, y, psi: heading - psi0, steer: self.memory.steer }
+        let [x, y] = to_rotated_frame([east - x0, north - y0], psi0);
+        CarState { time, v_x, v_y, r, a_y, x, y, psi: heading - psi0, steer: self.memory.steer }
     }
 
-    fn command(&mut self, action: Action, now: Now) -> [f64; 5] {
+    fn command(&mut self, action: Action, now: CarState) -> [f64; 5] {
         let common = &self.manoeuvre.common;
         let memory = &mut self.memory;
         // Before the test the way is straight.
@@ -130,24 +130,24 @@ impl Driver {
         let path = self.path.as_ref();
         let path = path.map(|path| if memory.stage.number == 0 { &straight } else { path });
         memory.steer = match (action.steer, path) {
-            (Steer::Angle(angle), _) => angle,
-            (Steer::Path, None) => 0.0,
-            (Steer::Path, Some(path)) => {
-                let Now { x, y, psi, v_x, r, .. } = now;
-                let sums = (&mut memory.offset, common.step);
-                let seen = Seen { x, y, psi, v_x, r };
-                common.path_follower.steer(path, seen, common.wheelbase, sums)
+            (SteerCommand::Angle(angle), _) => angle,
+            (SteerCommand::Path, None) => 0.0,
+            (SteerCommand::Path, Some(path)) => {
+                let CarState { x, y, psi, v_x, r, .. } = now;
+                let motion = PlanarMotion { x, y, psi, v_x, r };
+                let integral = &mut memory.offset;
+                common.path_follower.steer(path, motion, common.wheelbase, integral, common.step)
             }
         };
-        let speed = if let Drive::Speed(speed) = action.drive { speed } else { now.v_x };
+        let speed = if let DriveCommand::Speed(speed) = action.drive { speed } else { now.v_x };
         memory.force = match action.drive {
-            Drive::Hold => memory.force,
+            DriveCommand::Hold => memory.force,
             // The integral belongs to a speed that nobody wants any more.
-            Drive::Force(force) => {
+            DriveCommand::Force(force) => {
                 memory.missing = 0.0;
                 force
             }
-            Drive::Speed(speed) => {
+            DriveCommand::Speed(speed) => {
                 let missing = speed - now.v_x;
                 common.speed_controller.force(missing, &mut memory.missing, common.step)
             }

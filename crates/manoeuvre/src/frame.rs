@@ -1,7 +1,7 @@
-//! Turns vectors between frames of the road.
+//! Rotates vectors between frames of the road plane.
 
-/// A vector in a frame that is turned by an angle [rad].
-pub(crate) fn turned([x, y]: [f64; 2], psi: f64) -> [f64; 2] {
+/// The components of a vector in a frame that is rotated by an angle [rad].
+pub(crate) fn to_rotated_frame([x, y]: [f64; 2], psi: f64) -> [f64; 2] {
     let (sin, cos) = psi.sin_cos();
     [cos * x + sin * y, cos * y - sin * x]
 }

@@ -1,4 +1,4 @@
-//! The kinds of manoeuvres: each says what it needs, what the driver does, and which values come of it.
+//! The trait of all kinds of manoeuvres, and the list of kinds: measured channels, driver actions, characteristic values.
 
 mod acceleration;
 mod bend;
@@ -27,12 +27,12 @@ pub use step_steer::StepSteer;
 pub use stop_and_go::StopAndGo;
 pub use tip_in::TipIn;
 
-use crate::action::{Action, Now, Stage};
+use crate::action::{Action, CarState, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::Log;
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// Hands the keys and the words of all kinds to a macro: a new kind is a file and a line here.
 #[macro_export]
@@ -54,19 +54,28 @@ macro_rules! for_each_kind {
     };
 }
 
+/// A phase of a test.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Phase {
+    /// The key that sets its duration.
+    pub key: &'static str,
+    /// [s]
+    pub duration: f64,
+}
+
 /// A kind of manoeuvre. All of it is written for a test to the left.
-pub trait Kind: Debug + Send + Sync {
+pub trait ManoeuvreKind: Debug + Send + Sync {
     /// What it is called, with its standard.
     fn title(&self) -> &'static str;
 
-    /// What it measures.
-    fn needs(&self) -> Vec<Channel>;
+    /// The variables of the car that it measures.
+    fn required_channels(&self) -> Vec<Channel>;
 
     /// The stages of the test in words, from stage 1 on.
     fn stages(&self) -> &'static [&'static str];
 
-    /// The values that come of it.
-    fn known(&self) -> &'static [Known];
+    /// Its characteristic values.
+    fn value_descriptions(&self) -> &'static [ValueDescription];
 
     /// The path that it follows, if it follows one.
     fn path(&self) -> Option<Path> {
@@ -74,12 +83,12 @@ pub trait Kind: Debug + Send + Sync {
     }
 
     /// The speed at which the test begins [m/s].
-    fn run_up(&self, common: &Common) -> f64 {
+    fn run_up_speed(&self, common: &CommonParameters) -> f64 {
         common.entry_speed
     }
 
-    /// The key and the duration [s] of its shortest part, which the communication step must resolve.
-    fn shortest(&self) -> Option<(&'static str, f64)> {
+    /// Its shortest phase, which the communication step must resolve.
+    fn shortest_phase(&self) -> Option<Phase> {
         None
     }
 
@@ -87,19 +96,23 @@ pub trait Kind: Debug + Send + Sync {
     ///
     /// # Errors
     /// With the first one that no test can be driven with.
-    fn check(&self, common: &Common) -> Result<(), Wrong>;
+    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError>;
 
-    /// What the driver does at a moment of the test.
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action;
+    /// The action of the driver at a moment of the test.
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action;
 
-    /// The values of a test that came to its end.
+    /// The characteristic values of a completed test.
     ///
     /// # Errors
     /// In words, when what they are values of did not take place.
-    fn values(&self, common: &Common, log: &Log) -> Result<Values, String>;
+    fn evaluate(
+        &self,
+        common: &CommonParameters,
+        log: &Log,
+    ) -> Result<CharacteristicValues, String>;
 }
 
-/// A value in the table of a kind.
-const fn known(name: &'static str, unit: &'static str, about: &'static str) -> Known {
-    Known { name, unit, about }
+/// An entry in the value table of a kind.
+const fn describe(name: &'static str, unit: &'static str, about: &'static str) -> ValueDescription {
+    ValueDescription { name, unit, about }
 }

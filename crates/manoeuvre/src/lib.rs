@@ -1,8 +1,8 @@
 //! Manoeuvres of standards: what the driver does at each moment, and the characteristic values afterwards. They know the usual inputs
 //! and outputs of a car, and no car: no masses, no tires, no FMI.
 //!
-//! A [`Manoeuvre`] is a [`Kind`](kind::Kind) with what all kinds share. A [`Driver`] drives it: measured values go in, steering and
-//! driving force come out. Afterwards its [`Log`] of both gives the [`Values`]. Angles are those of the front wheels [rad]; axes are those
+//! A [`Manoeuvre`] is a [`ManoeuvreKind`](kind::ManoeuvreKind) with what all kinds share. A [`Driver`] drives it: measured values go in, steering and
+//! driving force come out. Afterwards its [`Log`] of both gives the [`CharacteristicValues`]. Angles are those of the front wheels [rad]; axes are those
 //! of ISO 8855, x forward, y left, z up. Each kind is written for a test to the left: for one to the right the driver mirrors both
 //! what it measures and what it commands.
 #![forbid(unsafe_code)]
@@ -10,27 +10,29 @@
 
 mod action;
 mod channel;
+mod characteristic_value;
 mod common;
+mod controllers;
 mod driver;
 mod frame;
 pub mod kind;
-mod law;
-mod line;
+mod line_fit;
 mod log;
 mod manoeuvre;
 mod path;
-mod value;
 
-pub use action::{Action, Drive, Now, Stage, Steer};
+pub use action::{Action, CarState, DriveCommand, Stage, SteerCommand};
 pub use channel::Channel;
-pub use common::{Common, Direction};
-pub use driver::{Driver, OUTPUTS, Output, Remembered};
-pub use law::{PathFollower, SpeedController};
-pub use line::Line;
+pub use characteristic_value::{
+    CharacteristicValue, CharacteristicValues, ParameterError, ValueDescription,
+};
+pub use common::{CommonParameters, Direction};
+pub use controllers::{PathFollower, SpeedController};
+pub use driver::{Driver, DriverState, OUTPUTS, OutputDescription};
+pub use line_fit::LineFit;
 pub use log::Log;
 pub use manoeuvre::Manoeuvre;
 pub use path::Path;
-pub use value::{Found, Known, Values, Wrong};
 
 /// Standard gravity [m/s2].
 pub const GRAVITY: f64 = 9.80665;

@@ -1,10 +1,10 @@
-//! Holds what was commanded and measured during a test, and finds moments and means in it.
+//! The log of a test: commands and measurements over time, with interpolation, level crossings and means.
 
 use std::ops::Range;
 
-use crate::frame::turned;
+use crate::frame::to_rotated_frame;
 
-/// What was commanded and measured from the beginning of a test on, mirrored for a test to the right. All lists have one length.
+/// Commands and measurements from the beginning of a test on, mirrored for a test to the right. All lists have one length.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Log {
     /// Time since the beginning of the test [s].
@@ -33,11 +33,11 @@ pub struct Log {
 
 impl Log {
     /// Takes positions and headings, in the frame of the first of them.
-    pub(crate) fn locate(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
+    pub(crate) fn set_positions(&mut self, east: &[f64], north: &[f64], heading: &[f64]) {
         let (x0, y0, psi0) = (east[0], north[0], heading[0]);
         let mut turns = 0.0;
         for (place, psi) in heading.iter().enumerate() {
-            let [x, y] = turned([east[place] - x0, north[place] - y0], psi0);
+            let [x, y] = to_rotated_frame([east[place] - x0, north[place] - y0], psi0);
             let jump = psi - heading[place.saturating_sub(1)];
             turns -= (jump / std::f64::consts::TAU).round();
             self.x.push(x);
@@ -119,6 +119,6 @@ pub(crate) fn largest(values: &[f64]) -> f64 {
 
 /// The place of the largest value.
 #[must_use]
-pub(crate) fn peak(values: &[f64]) -> Option<usize> {
+pub(crate) fn peak_index(values: &[f64]) -> Option<usize> {
     (0..values.len()).max_by(|a, b| values[*a].total_cmp(&values[*b]).then(b.cmp(a)))
 }

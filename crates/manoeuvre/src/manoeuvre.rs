@@ -1,21 +1,21 @@
-//! Puts a kind of manoeuvre together with what all kinds share: checks it, and finds its test in a run.
+//! A manoeuvre: its kind and the common parameters. Checks the parameters, and cuts the log of the test out of a run.
 
 use std::sync::Arc;
 
 use crate::action::Stage;
 use crate::channel::Channel;
-use crate::common::Common;
-use crate::kind::Kind;
+use crate::characteristic_value::ParameterError;
+use crate::common::CommonParameters;
+use crate::kind::{ManoeuvreKind, Phase};
 use crate::log::Log;
-use crate::value::Wrong;
 
-/// A kind of manoeuvre with what all kinds share.
+/// A kind of manoeuvre with the parameters that all kinds share.
 #[derive(Debug, Clone)]
 pub struct Manoeuvre {
-    /// What all kinds share.
-    pub common: Common,
+    /// The parameters that all kinds share.
+    pub common: CommonParameters,
     /// The kind.
-    pub kind: Arc<dyn Kind>,
+    pub kind: Arc<dyn ManoeuvreKind>,
 }
 
 /// So many communication steps the shortest part of a manoeuvre must have.
@@ -26,30 +26,31 @@ impl Manoeuvre {
     ///
     /// # Errors
     /// With the first one that no test can be driven with.
-    pub fn check(&self) -> Result<(), Wrong> {
-        let Common { entry_speed, speed_tolerance, settle, wheelbase, step, .. } = self.common;
-        let common = |it: Wrong| Wrong { of_kind: false, ..it };
-        let run_up = self.kind.run_up(&self.common);
+    pub fn check(&self) -> Result<(), ParameterError> {
+        let CommonParameters { entry_speed, speed_tolerance, settle, wheelbase, step, .. } =
+            self.common;
+        let common = |it: ParameterError| ParameterError { of_kind: false, ..it };
+        let run_up = self.kind.run_up_speed(&self.common);
         if !(entry_speed.is_finite() && entry_speed >= 0.0) || (run_up > 0.0 && entry_speed == 0.0)
         {
             let message = format!("expected an entry speed above 0 m/s, found {entry_speed} m/s");
-            return Err(Wrong::common("entry_speed", message));
+            return Err(ParameterError::common("entry_speed", message));
         }
         let keys = [("speed_tolerance", speed_tolerance, "m/s"), ("settle", settle, "s")];
-        Wrong::positive(keys).map_err(common)?;
+        ParameterError::positive(keys).map_err(common)?;
         let wheelbase = wheelbase.unwrap_or(1.0);
-        Wrong::positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
+        ParameterError::positive([("wheelbase", wheelbase, "m")]).map_err(common)?;
         self.common.speed_controller.check()?;
         self.common.path_follower.check()?;
         self.kind.check(&self.common)?;
-        match self.kind.shortest() {
-            Some((key, part)) if step * STEPS > part * (1.0 + 1e-9) => Err(Wrong::at(
-                key,
-                format!(
-                    "its shortest part lasts {part:.4} s, which needs a communication step of at most {:.4} s, found {step} s",
-                    part / STEPS
-                ),
-            )),
+        match self.kind.shortest_phase() {
+            Some(Phase { key, duration }) if step * STEPS > duration * (1.0 + 1e-9) => {
+                let message = format!(
+                    "its shortest part lasts {duration:.4} s, which needs a communication step of at most {:.4} s, found {step} s",
+                    duration / STEPS
+                );
+                Err(ParameterError::at(key, message))
+            }
             _ => Ok(()),
         }
     }
@@ -65,11 +66,11 @@ impl Manoeuvre {
         inputs: &[Vec<f64>],
     ) -> Result<Log, String> {
         let common = &self.common;
-        let channels = self.kind.needs();
+        let channels = self.kind.required_channels();
         let [first, last] = [time.first(), time.last()].map(|it| it.copied().unwrap_or(0.0));
         let begin = phase.iter().position(|phase| *phase != 0.0);
         let Some(begin) = begin else {
-            let wanted = self.kind.run_up(common);
+            let wanted = self.kind.run_up_speed(common);
             let speed = channels.iter().position(|it| *it == Channel::ForwardSpeed);
             let speeds = speed.map_or(&[][..], |place| &inputs[place]);
             let near = |a: &f64, b: &f64| (a - wanted).abs().total_cmp(&(b - wanted).abs());
@@ -100,7 +101,7 @@ impl Manoeuvre {
         for channel in Channel::ALL {
             let place = channels.iter().position(|it| *it == channel);
             let mirror = if sign < 0.0 { channel.mirror() } else { 1.0 };
-            all[channel.place()] =
+            all[channel.index()] =
                 place.map_or(vec![0.0; over + 1 - begin], |place| cut(&inputs[place], mirror));
         }
         let [v_x, v_y, r, a_y, east, north, heading] = all;
@@ -115,7 +116,7 @@ impl Manoeuvre {
             a_y,
             ..Log::default()
         };
-        log.locate(&east, &north, &heading);
+        log.set_positions(&east, &north, &heading);
         Ok(log)
     }
 }

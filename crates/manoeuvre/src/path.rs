@@ -19,25 +19,32 @@ impl Path {
             Path::Straight => -y,
             Path::Circle(radius) => x.hypot(y - radius) - radius,
             Path::Gates(points) => {
-                let (height, slope) = height(points, x);
-                (height - y) / slope.hypot(1.0)
+                let line = center_line(points, x);
+                (line.y - y) / line.slope.hypot(1.0)
             }
         }
     }
 }
 
-/// y and its slope at x.
-fn height(points: &[[f64; 2]], x: f64) -> (f64, f64) {
+/// The center line through gates at one x.
+struct CenterLine {
+    /// [m]
+    y: f64,
+    /// dy/dx [-]
+    slope: f64,
+}
+
+fn center_line(points: &[[f64; 2]], x: f64) -> CenterLine {
     let after = points.iter().position(|point| point[0] > x);
     match after {
-        Some(0) => (points[0][1], 0.0),
-        None => (points.last().map_or(0.0, |point| point[1]), 0.0),
+        Some(0) => CenterLine { y: points[0][1], slope: 0.0 },
+        None => CenterLine { y: points.last().map_or(0.0, |point| point[1]), slope: 0.0 },
         Some(next) => {
             let ([x0, y0], [x1, y1]) = (points[next - 1], points[next]);
             let turn = std::f64::consts::PI * (x - x0) / (x1 - x0);
             let half = 0.5 * (y1 - y0);
             let slope = half * turn.sin() * std::f64::consts::PI / (x1 - x0);
-            (y0 + half * (1.0 - turn.cos()), slope)
+            CenterLine { y: y0 + half * (1.0 - turn.cos()), slope }
         }
     }
 }

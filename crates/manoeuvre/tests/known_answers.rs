@@ -6,9 +6,9 @@ mod support;
 use std::f64::consts::{PI, TAU};
 
 use manoeuvre::kind::{
-    Acceleration, BrakingInATurn, Constant, Excitation, FrequencyResponse, Kind, LaneChange,
-    MuSplitBraking, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle, StepSteer, StopAndGo,
-    TipIn,
+    Acceleration, BrakingInATurn, Constant, Excitation, FrequencyResponse, LaneChange,
+    ManoeuvreKind, MuSplitBraking, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle, StepSteer,
+    StopAndGo, TipIn,
 };
 use manoeuvre::{Direction, Driver, GRAVITY, Log};
 use support::{Car, common, log, manoeuvre, values};
@@ -137,7 +137,7 @@ fn the_times_of_a_second_order_system_are_found() {
     let (omega, zeta) = (8.0, 0.5);
     let kind = StepSteer { amplitude: 0.02, rate: 1.0, hold: 6.0, ..StepSteer::default() };
     let log = second_order(&kind, omega, zeta, 0.001);
-    let values = kind.values(&common(20.0), &log).expect("values");
+    let values = kind.evaluate(&common(20.0), &log).expect("values");
     let damped = omega * (1.0 - zeta * zeta).sqrt();
     let overshoot = (-PI * zeta / (1.0 - zeta * zeta).sqrt()).exp();
     near(values.get("yaw_rate_peak_time"), PI / damped, 0.002);
@@ -158,8 +158,9 @@ fn the_times_of_a_second_order_system_are_found() {
     }
     near(values.get("lateral_acceleration_response_time"), low, 1e-4);
     // Without overshoot there is no peak.
-    let damped =
-        kind.values(&common(20.0), &second_order(&kind, omega, 1.0 - 1e-9, 0.001)).expect("values");
+    let damped = kind
+        .evaluate(&common(20.0), &second_order(&kind, omega, 1.0 - 1e-9, 0.001))
+        .expect("values");
     assert_eq!(
         (damped.get("yaw_rate_peak_time"), damped.get("yaw_rate_overshoot")),
         (None, Some(0.0))
@@ -304,7 +305,7 @@ fn a_car_without_creep_stays_where_it_stands() {
 #[test]
 fn a_test_to_the_right_is_the_mirror_of_one_to_the_left() {
     let kind = SineWithDwell { times_A: Some(3.0), ..SineWithDwell::default() };
-    let right = manoeuvre::Common { direction: Direction::Right, ..common(22.2) };
+    let right = manoeuvre::CommonParameters { direction: Direction::Right, ..common(22.2) };
     let [left, right] =
         [common(22.2), right].map(|common| values(&manoeuvre(common, kind), Car::new(22.2), 60.0));
     let (left, right) = (left.expect("a test"), right.expect("a test"));
@@ -323,11 +324,11 @@ fn a_driver_goes_on_from_what_it_remembered_to_the_last_bit() {
     for k in 0..300 {
         driver.step(f64::from(k) * 0.01, &input(k));
     }
-    let bytes = postcard::to_stdvec(&driver.memory()).expect("bytes");
+    let bytes = postcard::to_stdvec(&driver.state()).expect("bytes");
     let rest = |driver: &mut Driver| -> Vec<_> {
         (300..600).map(|k| driver.step(f64::from(k) * 0.01, &input(k)).map(f64::to_bits)).collect()
     };
     let mut other = Driver::new(manoeuvre);
-    other.recall(postcard::from_bytes(&bytes).expect("a memory"));
+    other.restore(postcard::from_bytes(&bytes).expect("a memory"));
     assert_eq!(rest(&mut driver), rest(&mut other));
 }

@@ -6,13 +6,13 @@ mod support;
 use std::sync::Arc;
 
 use manoeuvre::kind::{
-    Acceleration, FrequencyResponse, Kind, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle,
-    StepSteer,
+    Acceleration, FrequencyResponse, ManoeuvreKind, SineWithDwell, SlowlyIncreasingSteer,
+    SteadyCircle, StepSteer,
 };
-use manoeuvre::{Common, Driver, Manoeuvre};
+use manoeuvre::{CommonParameters, Driver, Manoeuvre};
 use support::{Car, common, manoeuvre, values};
 
-fn refused(common: Common, kind: impl Kind + 'static) -> (&'static str, String) {
+fn refused(common: CommonParameters, kind: impl ManoeuvreKind + 'static) -> (&'static str, String) {
     let wrong = Manoeuvre { common, kind: Arc::new(kind) }.check().expect_err("a mistake");
     (wrong.key, wrong.message)
 }
@@ -21,7 +21,7 @@ fn refused(common: Common, kind: impl Kind + 'static) -> (&'static str, String) 
 fn numbers_that_nothing_can_be_driven_with_are_refused_by_their_keys() {
     let step = StepSteer { amplitude: 0.02, ..StepSteer::default() };
     let sine = SineWithDwell { amplitude: Some(0.05), ..SineWithDwell::default() };
-    let absurd = Common { step: 0.6, ..common(20.0) };
+    let absurd = CommonParameters { step: 0.6, ..common(20.0) };
     for ((key, message), expected) in [
         (refused(common(-20.0), step), ("entry_speed", "found -20 m/s")),
         (refused(common(f64::NAN), step), ("entry_speed", "found NaN")),
@@ -29,7 +29,10 @@ fn numbers_that_nothing_can_be_driven_with_are_refused_by_their_keys() {
         (refused(common(20.0), StepSteer { steady: 9.0, ..step }), ("steady", "found 9 s")),
         (refused(absurd, sine), ("frequency", "found 0.6 s")),
         (
-            refused(Common { step: 0.06, ..common(20.0) }, SineWithDwell { dwell: 0.3, ..sine }),
+            refused(
+                CommonParameters { step: 0.06, ..common(20.0) },
+                SineWithDwell { dwell: 0.3, ..sine },
+            ),
             ("dwell", "0.0300 s"),
         ),
         (refused(common(20.0), SineWithDwell { times_A: Some(5.0), ..sine }), ("times_A", "both")),
@@ -38,7 +41,7 @@ fn numbers_that_nothing_can_be_driven_with_are_refused_by_their_keys() {
             ("amplitude", "neither"),
         ),
         (
-            refused(Common { wheelbase: None, ..common(8.0) }, SteadyCircle::default()),
+            refused(CommonParameters { wheelbase: None, ..common(8.0) }, SteadyCircle::default()),
             ("wheelbase", "understeer gradient"),
         ),
         (
@@ -106,16 +109,16 @@ fn whatever_is_measured_the_commands_are_numbers() {
         let share = (state >> 11) as f64 / (1_u64 << 53) as f64;
         (share - 0.5) * 10_f64.powi((state % 13) as i32 - 4)
     };
-    let kinds: [Arc<dyn Kind>; 4] = [
+    let kinds: [Arc<dyn ManoeuvreKind>; 4] = [
         Arc::new(manoeuvre::kind::LaneChange::default()),
         Arc::new(SteadyCircle::default()),
         Arc::new(SineWithDwell { times_A: Some(5.0), ..SineWithDwell::default() }),
         Arc::new(Acceleration { power: Some(1e5), ..Acceleration::default() }),
     ];
     for kind in kinds {
-        let common = Common { speed_tolerance: 1e9, settle: 0.02, ..common(5.0) };
+        let common = CommonParameters { speed_tolerance: 1e9, settle: 0.02, ..common(5.0) };
         let manoeuvre = Arc::new(Manoeuvre { common, kind });
-        let count = manoeuvre.kind.needs().len();
+        let count = manoeuvre.kind.required_channels().len();
         let mut driver = Driver::new(manoeuvre);
         for k in 0..25_000 {
             let inputs: Vec<f64> = (0..count).map(|_| random()).collect();

@@ -1,4 +1,4 @@
-//! Exports the dual-track car on its tires as an FMU: one step, and what the parameters make.
+//! Exports the dual-track car on its tires as an FMU: builds the car from the parameters, steps it, computes the outputs.
 #![forbid(unsafe_code)]
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
@@ -32,38 +32,38 @@ struct Plant {
     /// The tables as they were read: a state goes on without their files.
     read: Option<Maps>,
     tires: [TireChoice; 2],
-    /// What the parameters make; made anew after a state was read.
+    /// The car that the parameters describe; built again after a state was read.
     #[serde(skip)]
     car: Option<Arc<DualTrack<MfSet>>>,
     substep: f64,
     start: Start,
     state: State,
     input: Input,
-    seen: Seen,
+    outputs: Outputs,
     /// Wheels whose tire was told to be outside of its limits.
-    told: [bool; 4],
+    tire_warned: [bool; 4],
     /// Quantities that were told to leave their table.
-    left: [bool; QUANTITIES],
+    table_warned: [bool; QUANTITIES],
 }
 
 /// Outputs that are no states.
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
-struct Seen {
+struct Outputs {
     a_x: f64,
     a_y: f64,
-    wheels: [Wheel; 4],
+    wheels: [WheelOutputs; 4],
     drag: f64,
     downforce: [f64; 2],
     ride_height: [f64; 2],
     /// Wheels whose tire is outside of the limits that its coefficients are valid for.
-    outside: i32,
+    outside_tires: i32,
     /// Quantities that are outside of their table.
-    left: i32,
+    outside_tables: i32,
 }
 
 /// One wheel, in its own axes.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Wheel {
+struct WheelOutputs {
     F_x: f64,
     F_y: f64,
     F_z: f64,
@@ -76,7 +76,7 @@ struct Wheel {
     delta: f64,
 }
 
-impl From<&WheelMotion> for Wheel {
+impl From<&WheelMotion> for WheelOutputs {
     fn from(it: &WheelMotion) -> Self {
         let WheelMotion { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, .. } = *it;
         Self { F_x, F_y, F_z, M_z, kappa, alpha, gamma, torque, ..Self::default() }
@@ -95,9 +95,9 @@ impl Default for Plant {
             start: Start { v_x: 15.0, ..Start::default() },
             state: State::default(),
             input: Input::default(),
-            seen: Seen::default(),
-            told: [false; 4],
-            left: [false; QUANTITIES],
+            outputs: Outputs::default(),
+            tire_warned: [false; 4],
+            table_warned: [false; QUANTITIES],
         }
     }
 }
@@ -111,7 +111,7 @@ impl Plant {
         let [front, rear] = &self.tires;
         let tire = |choice: &TireChoice, name: &str| {
             let (tire, messages) = choice.tire(name).map_err(ModelError::Error)?;
-            messages.into_iter().for_each(|message| message.tell(log, warn));
+            messages.into_iter().for_each(|message| message.send_to_log(log, warn));
             Ok::<_, ModelError>(tire)
         };
         let tires = [tire(front, "tire_f.tir")?, tire(rear, "tire_r.tir")?];
@@ -125,17 +125,17 @@ impl Plant {
     }
 
     /// Says once for each wheel that its tire is asked beyond what it was measured for.
-    fn tell_outside(&mut self, car: &DualTrack<MfSet>, time: f64) {
+    fn warn_tire_limits(&mut self, car: &DualTrack<MfSet>, time: f64) {
         let mut outside = 0;
-        for (i, wheel) in self.seen.wheels.iter().enumerate() {
-            let Wheel { kappa, alpha, gamma, F_z, .. } = *wheel;
+        for (i, wheel) in self.outputs.wheels.iter().enumerate() {
+            let WheelOutputs { kappa, alpha, gamma, F_z, .. } = *wheel;
             let slip = Slip { kappa, alpha, gamma, F_z, ..Slip::default() };
             let validity = car.tires().axles()[i / 2].validity(&slip);
             if F_z <= 0.0 || validity.is_valid() {
                 continue;
             }
             outside += 1;
-            if !std::mem::replace(&mut self.told[i], true) {
+            if !std::mem::replace(&mut self.tire_warned[i], true) {
                 let what = validity.excesses().into_iter().find(|(_, excess)| *excess != 0.0);
                 let (name, excess) = what.unwrap_or_default();
                 warn(format!(
@@ -144,13 +144,13 @@ impl Plant {
                 ));
             }
         }
-        self.seen.outside = outside;
+        self.outputs.outside_tires = outside;
     }
 
     /// Says once for each quantity that it is outside of its table.
-    fn tell_left(&mut self, car: &DualTrack<MfSet>, time: f64) {
+    fn warn_table_limits(&mut self, car: &DualTrack<MfSet>, time: f64) {
         let excesses = car.excesses(&self.state, &self.input);
-        for (told, excess) in self.left.iter_mut().zip(&excesses) {
+        for (told, excess) in self.table_warned.iter_mut().zip(&excesses) {
             let Some(excess) = excess else { continue };
             if !std::mem::replace(told, true) {
                 let Excess { table, quantity, unit, value, ends: [first, last] } = excess;
@@ -159,7 +159,8 @@ impl Plant {
                 ));
             }
         }
-        self.seen.left = excesses.iter().map(|excess| i32::from(excess.is_some())).sum();
+        self.outputs.outside_tables =
+            excesses.iter().map(|excess| i32::from(excess.is_some())).sum();
     }
 }
 
@@ -204,7 +205,7 @@ impl Model for Plant {
         self.car = None;
         self.read = Some(self.maps.loaded().map_err(ModelError::Error)?);
         let car = self.car()?;
-        (self.told, self.left) = ([false; 4], [false; QUANTITIES]);
+        (self.tire_warned, self.table_warned) = ([false; 4], [false; QUANTITIES]);
         self.state = State { planar: self.start, ..car.rolling(self.start.v_x) };
         Ok(())
     }
@@ -220,31 +221,31 @@ impl Model for Plant {
                 "the state is not finite at {end} s, with F_x = {F_x} N and delta = {delta} rad"
             )));
         }
-        self.see(&car);
-        self.tell_outside(&car, time + step);
-        self.tell_left(&car, time + step);
+        self.update_outputs(&car);
+        self.warn_tire_limits(&car, time + step);
+        self.warn_table_limits(&car, time + step);
         Ok(())
     }
 
     fn outputs(&mut self) {
         // Parameters that make no car are an error of the initialisation.
         if let Ok(car) = self.car() {
-            self.see(&car);
+            self.update_outputs(&car);
         }
     }
 }
 
 impl Plant {
-    fn see(&mut self, car: &DualTrack<MfSet>) {
+    fn update_outputs(&mut self, car: &DualTrack<MfSet>) {
         let motion = car.evaluate(&self.state, &self.input);
-        (self.seen.a_x, self.seen.a_y) = (motion.a_x, motion.a_y);
-        (self.seen.drag, self.seen.downforce) = (motion.drag, motion.downforce);
-        self.seen.ride_height = car.ride_heights(&self.state);
+        (self.outputs.a_x, self.outputs.a_y) = (motion.a_x, motion.a_y);
+        (self.outputs.drag, self.outputs.downforce) = (motion.drag, motion.downforce);
+        self.outputs.ride_height = car.ride_heights(&self.state);
         let travel = car.travel(&self.state);
         let delta = car.wheel_angles(&self.state, &self.input);
-        self.seen.wheels = std::array::from_fn(|i| {
-            let wheel = Wheel::from(&motion.wheels[i]);
-            Wheel { travel: travel[i], delta: delta[i], ..wheel }
+        self.outputs.wheels = std::array::from_fn(|i| {
+            let wheel = WheelOutputs::from(&motion.wheels[i]);
+            WheelOutputs { travel: travel[i], delta: delta[i], ..wheel }
         });
     }
 }

@@ -46,7 +46,7 @@ impl Maps {
     /// With parameter, line and column.
     pub fn put_into(&self, car: &mut Parameters) -> Result<(), String> {
         for axle in [0, 1] {
-            let (toe, camber) = match given(&self.kinematics[axle]) {
+            let (toe, camber) = match non_empty(&self.kinematics[axle]) {
                 None => (None, None),
                 Some(text) => {
                     let table = car_file::kinematics(text).map_err(at(KINEMATICS[axle]))?;
@@ -62,17 +62,17 @@ impl Maps {
         }
         let constants = car.aero.constant;
         let constants = [constants.C_d, constants.C_lf, constants.C_lr];
-        let aero = given(&self.aero).map(|text| car_file::aero(text, constants));
+        let aero = non_empty(&self.aero).map(|text| car_file::aero(text, constants));
         car.aero.map = aero.transpose().map_err(at("aero.map"))?;
-        let brakes = given(&self.brake).map(car_file::brakes);
+        let brakes = non_empty(&self.brake).map(car_file::brakes);
         car.brakes.map = brakes.transpose().map_err(at("brake.map"))?;
-        let engine = given(&self.drive).map(car_file::engine);
+        let engine = non_empty(&self.drive).map(car_file::engine);
         car.drive.engine = engine.transpose().map_err(at("drive.map"))?;
         Ok(())
     }
 }
 
-fn given(text: &Text) -> Option<&str> {
+fn non_empty(text: &Text) -> Option<&str> {
     Some(text.get()).filter(|text| !text.trim().is_empty())
 }
 

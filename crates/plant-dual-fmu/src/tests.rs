@@ -34,8 +34,8 @@ fn a_state_that_was_read_drives_on_as_the_first_one() {
     let mut other = Plant { car: None, ..plant.clone() };
     plant.step(0.1, 0.1).expect("a step");
     other.step(0.1, 0.1).expect("a step");
-    assert_eq!((plant.state, plant.seen.a_y), (other.state, other.seen.a_y));
-    assert!(plant.seen.a_y > 1.0 && plant.seen.wheels[1].F_z > plant.seen.wheels[0].F_z);
+    assert_eq!((plant.state, plant.outputs.a_y), (other.state, other.outputs.a_y));
+    assert!(plant.outputs.a_y > 1.0 && plant.outputs.wheels[1].F_z > plant.outputs.wheels[0].F_z);
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn a_tire_beyond_its_limits_is_told_once() {
     for k in 0..30 {
         plant.step(f64::from(k) * 0.01, 0.01).expect("a step");
     }
-    assert!(plant.told.iter().all(|told| *told), "{:?}", plant.seen.wheels);
+    assert!(plant.tire_warned.iter().all(|told| *told), "{:?}", plant.outputs.wheels);
 }
 
 const KINEMATICS: &str =
@@ -82,16 +82,16 @@ fn tables_reach_the_car() {
     plant.start.v_x = 30.0;
     plant.initialise().expect("a car");
     plant.outputs();
-    let wheels = plant.seen.wheels;
+    let wheels = plant.outputs.wheels;
     assert!((wheels[0].delta + 0.001).abs() < 1e-12 && (wheels[3].delta - 0.002).abs() < 1e-12);
     assert!((wheels[0].gamma - 0.02).abs() < 1e-12 && (wheels[3].gamma + 0.03).abs() < 1e-12);
-    assert_eq!(plant.seen.ride_height, [0.12, 0.14]);
-    assert!(plant.seen.downforce[0] > 0.0 && wheels[2].torque < -50.0, "{wheels:?}");
+    assert_eq!(plant.outputs.ride_height, [0.12, 0.14]);
+    assert!(plant.outputs.downforce[0] > 0.0 && wheels[2].torque < -50.0, "{wheels:?}");
     plant.input.F_x = -5e3;
     plant.step(0.0, 0.3).expect("a step");
     // A quarter of the pedal, half of 1100 N.m.
-    assert!((plant.seen.wheels[0].torque + 550.0).abs() < 1.0, "{:?}", plant.seen.wheels[0]);
-    assert_eq!((plant.seen.left, plant.left), (0, [false; QUANTITIES]));
+    assert!((plant.outputs.wheels[0].torque + 550.0).abs() < 1.0, "{:?}", plant.outputs.wheels[0]);
+    assert_eq!((plant.outputs.outside_tables, plant.table_warned), (0, [false; QUANTITIES]));
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn a_state_with_tables_drives_on_without_their_files() {
     let mut other = Plant { car: None, ..plant.clone() };
     plant.step(0.1, 0.1).expect("a step");
     other.step(0.1, 0.1).expect("a step");
-    assert_eq!((plant.state, plant.seen.drag), (other.state, other.seen.drag));
+    assert_eq!((plant.state, plant.outputs.drag), (other.state, other.outputs.drag));
     let mut again = Plant { read: None, ..plant };
     let Err(ModelError::Error(error)) = again.initialise() else { panic!("no error") };
     assert!(error.starts_with("aero.map has one line, so it is the path of a file"), "{error}");
@@ -152,7 +152,7 @@ fn a_table_that_is_left_is_told_once_and_counted() {
     plant.initialise().expect("a car");
     for k in 0..3 {
         plant.step(f64::from(k) * 0.01, 0.01).expect("a step");
-        assert_eq!(plant.seen.left, 1);
+        assert_eq!(plant.outputs.outside_tables, 1);
     }
-    assert_eq!(plant.left.map(usize::from).iter().sum::<usize>(), 1);
+    assert_eq!(plant.table_warned.map(usize::from).iter().sum::<usize>(), 1);
 }

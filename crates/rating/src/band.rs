@@ -1,4 +1,4 @@
-//! Draws a band around a curve by tolerances in both directions, as ISO 19364:2016 does around a cross plot, and says which points
+//! A tolerance band around a curve in both directions, as ISO 19364:2016 has around a cross plot: its edges, and which points
 //! are inside.
 //!
 //! Each point (x, y) of the curve has a rectangle, x ± dx and y ± dy. Between two points of the curve all four change linearly. The
@@ -7,7 +7,7 @@
 
 mod tree;
 
-use crate::{Unrated, as_long, finite};
+use crate::{RatingError, check_finite, check_length};
 use tree::Tree;
 
 /// A tolerance that grows with the quantity: offset + gain |x|.
@@ -29,7 +29,7 @@ impl Tolerance {
 
 /// A point of the curve with its tolerances.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Corner {
+struct BandPoint {
     x: f64,
     y: f64,
     dx: f64,
@@ -39,13 +39,13 @@ struct Corner {
 /// A band around a curve.
 #[derive(Debug, Clone)]
 pub struct Band {
-    curve: Vec<Corner>,
+    curve: Vec<BandPoint>,
     tree: Tree,
 }
 
 /// Which points of another curve are inside a band.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Inside {
+pub struct BandCoverage {
     /// The share of the points that are inside, from 0 to 1.
     pub share: f64,
     /// The index of the first point outside.
@@ -61,21 +61,21 @@ impl Band {
     ///
     /// # Errors
     /// When there is no point, lengths differ, numbers are not finite, or tolerances are negative.
-    pub fn new(x: &[f64], y: &[f64], dx: &[f64], dy: &[f64]) -> Result<Self, Unrated> {
+    pub fn new(x: &[f64], y: &[f64], dx: &[f64], dy: &[f64]) -> Result<Self, RatingError> {
         if x.is_empty() {
-            return Err(Unrated::Short { least: 1, found: 0 });
+            return Err(RatingError::Short { least: 1, found: 0 });
         }
         let series = [("x", x), ("y", y), ("the tolerance of x", dx), ("the tolerance of y", dy)];
         for (what, values) in series {
-            as_long(what, values, x.len())?;
-            finite(what, values)?;
+            check_length(what, values, x.len())?;
+            check_finite(what, values)?;
         }
         for (what, values) in &series[2..] {
             if let Some(index) = values.iter().position(|value| *value < 0.0) {
-                return Err(Unrated::Negative { what, index });
+                return Err(RatingError::Negative { what, index });
             }
         }
-        let corner = |k: usize| Corner { x: x[k], y: y[k], dx: dx[k], dy: dy[k] };
+        let corner = |k: usize| BandPoint { x: x[k], y: y[k], dx: dx[k], dy: dy[k] };
         let curve: Vec<_> = (0..x.len()).map(corner).collect();
         Ok(Self { tree: Tree::of(&curve), curve })
     }
@@ -84,12 +84,12 @@ impl Band {
     ///
     /// # Errors
     /// As those of [`new`](Self::new).
-    pub fn around(
+    pub fn around_curve(
         x: &[f64],
         y: &[f64],
         tolerance_x: Tolerance,
         tolerance_y: Tolerance,
-    ) -> Result<Self, Unrated> {
+    ) -> Result<Self, RatingError> {
         let of = |tolerance: Tolerance, values: &[f64]| -> Vec<f64> {
             values.iter().map(|value| tolerance.of(*value)).collect()
         };
@@ -102,7 +102,7 @@ impl Band {
     pub fn deviation(&self, x: f64, y: f64) -> f64 {
         match x.is_nan() || y.is_nan() {
             true => f64::NAN,
-            false => self.tree.least(&self.curve, [x, y], f64::INFINITY, 0.0),
+            false => self.tree.least_deviation(&self.curve, [x, y], f64::INFINITY, 0.0),
         }
     }
 
@@ -110,10 +110,10 @@ impl Band {
     ///
     /// # Errors
     /// When there is no point, or lengths differ.
-    pub fn judge(&self, x: &[f64], y: &[f64]) -> Result<Inside, Unrated> {
-        as_long("y", y, x.len())?;
+    pub fn judge(&self, x: &[f64], y: &[f64]) -> Result<BandCoverage, RatingError> {
+        check_length("y", y, x.len())?;
         if x.is_empty() {
-            return Err(Unrated::Short { least: 1, found: 0 });
+            return Err(RatingError::Short { least: 1, found: 0 });
         }
         let mut inside = 0_usize;
         let mut first_outside = None;
@@ -125,8 +125,8 @@ impl Band {
                     // Both curves are often at the same place at the same time. One inside is not looked at any longer than it
                     // could be the worst, as at a stand, where noise puts all points into all boxes.
                     let line = index.min(self.curve.len().saturating_sub(2));
-                    let same_time = least_on(&self.curve, line, [*x, *y]);
-                    self.tree.least(&self.curve, [*x, *y], same_time, worst.1.min(1.0))
+                    let same_time = segment_deviation(&self.curve, line, [*x, *y]);
+                    self.tree.least_deviation(&self.curve, [*x, *y], same_time, worst.1.min(1.0))
                 }
             };
             if deviation <= 1.0 {
@@ -139,7 +139,7 @@ impl Band {
             }
         }
         let (share, (worst, deviation)) = (inside as f64 / x.len() as f64, worst);
-        Ok(Inside { share, first_outside, worst, deviation })
+        Ok(BandCoverage { share, first_outside, worst, deviation })
     }
 
     /// The edges of the band on the left and on the right of the curve, seen along it, as points (x, y) to be joined by lines: of a
@@ -170,25 +170,25 @@ impl Band {
 }
 
 /// A distance in tolerances; nothing is within any tolerance.
-fn over(distance: f64, tolerance: f64) -> f64 {
+fn in_tolerances(distance: f64, tolerance: f64) -> f64 {
     if distance == 0.0 { 0.0 } else { distance / tolerance }
 }
 
 /// The least deviation of a point on the line behind a point of the curve, or of the only point.
-fn least_on(curve: &[Corner], line: usize, at: [f64; 2]) -> f64 {
+fn segment_deviation(curve: &[BandPoint], line: usize, at: [f64; 2]) -> f64 {
     let to = curve.get(line + 1).unwrap_or(&curve[line]);
-    least_between(curve[line], *to, at)
+    deviation_between(curve[line], *to, at)
 }
 
 /// The least of max(|X - x| / dx, |Y - y| / dy) on the part between two points of the curve.
 ///
 /// Both ratios fall to a zero and rise behind it. So the least of the larger one is at an end, at a zero of one of them, or where
 /// they are equal.
-fn least_between(from: Corner, to: Corner, [x, y]: [f64; 2]) -> f64 {
+fn deviation_between(from: BandPoint, to: BandPoint, [x, y]: [f64; 2]) -> f64 {
     let at = |u: f64| {
         let along = |from: f64, to: f64| (1.0 - u) * from + u * to;
-        let across = over((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));
-        across.max(over((y - along(from.y, to.y)).abs(), along(from.dy, to.dy)))
+        let across = in_tolerances((x - along(from.x, to.x)).abs(), along(from.dx, to.dx));
+        across.max(in_tolerances((y - along(from.y, to.y)).abs(), along(from.dy, to.dy)))
     };
     // Constant and slope over u of the distances and the tolerances.
     let [a, b] = [(x - from.x, from.x - to.x), (y - from.y, from.y - to.y)];

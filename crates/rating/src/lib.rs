@@ -1,4 +1,4 @@
-//! Says how well two signals agree, as standards do: two slices of numbers go in; a rating of ISO/TS 18571, or the places inside a
+//! Rates the agreement of two signals by standards: two slices of numbers go in; a rating of ISO/TS 18571, or the places inside a
 //! band as ISO 19364 draws it, come out.
 #![forbid(unsafe_code)]
 #![allow(
@@ -12,12 +12,12 @@ pub mod objective;
 mod tests;
 mod warping;
 
-pub use band::{Band, Inside, Tolerance};
+pub use band::{Band, BandCoverage, Tolerance};
 pub use objective::{Grade, Rating, rating};
 
 /// Numbers that cannot be judged.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Unrated {
+pub enum RatingError {
     /// Series that belong together have different lengths.
     #[error(
         "expected as many samples of {what} as of the reference, which has {reference}, found {found}"
@@ -57,17 +57,17 @@ pub enum Unrated {
 }
 
 /// Refuses numbers that are infinite or none.
-fn finite(what: &'static str, values: &[f64]) -> Result<(), Unrated> {
+fn check_finite(what: &'static str, values: &[f64]) -> Result<(), RatingError> {
     match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(Unrated::NotFinite { what, index }),
+        Some(index) => Err(RatingError::NotFinite { what, index }),
         None => Ok(()),
     }
 }
 
 /// Refuses another number of samples than that of the reference.
-fn as_long(what: &'static str, values: &[f64], reference: usize) -> Result<(), Unrated> {
+fn check_length(what: &'static str, values: &[f64], reference: usize) -> Result<(), RatingError> {
     match values.len() {
         found if found == reference => Ok(()),
-        found => Err(Unrated::Lengths { what, reference, found }),
+        found => Err(RatingError::Lengths { what, reference, found }),
     }
 }

@@ -5,8 +5,8 @@
 
 use std::fmt;
 
-use crate::warping::aligned;
-use crate::{Unrated, as_long, finite};
+use crate::warping::warping_path;
+use crate::{RatingError, check_finite, check_length};
 
 /// Half width of the inner corridor, as a share of the largest absolute value of the reference.
 const INNER: f64 = 0.05;
@@ -92,18 +92,18 @@ impl fmt::Display for Grade {
 ///
 /// # Errors
 /// When lengths differ, there are fewer than [`FEWEST`] samples, or some are not finite.
-pub fn rating(reference: &[f64], candidate: &[f64], dt: f64) -> Result<Rating, Unrated> {
-    as_long("the candidate", candidate, reference.len())?;
+pub fn rating(reference: &[f64], candidate: &[f64], dt: f64) -> Result<Rating, RatingError> {
+    check_length("the candidate", candidate, reference.len())?;
     if reference.len() < FEWEST {
-        return Err(Unrated::Short { least: FEWEST, found: reference.len() });
+        return Err(RatingError::Short { least: FEWEST, found: reference.len() });
     }
-    finite("the reference", reference)?;
-    finite("the candidate", candidate)?;
+    check_finite("the reference", reference)?;
+    check_finite("the candidate", candidate)?;
     let each = reference.len().div_ceil(MOST);
-    let (reference, candidate) = (means(reference, each), means(candidate, each));
+    let (reference, candidate) = (block_means(reference, each), block_means(candidate, each));
 
     let corridor = corridor_score(&reference, &candidate);
-    let late = lateness(&reference, &candidate);
+    let late = best_shift(&reference, &candidate);
     let phase = phase_score(late, reference.len());
     let (reference, candidate) = overlap(&reference, &candidate, late);
     let magnitude = magnitude_score(reference, candidate);
@@ -114,7 +114,7 @@ pub fn rating(reference: &[f64], candidate: &[f64], dt: f64) -> Result<Rating, U
 }
 
 /// Means of so many neighbours each; the last one may have fewer.
-fn means(values: &[f64], each: usize) -> Vec<f64> {
+fn block_means(values: &[f64], each: usize) -> Vec<f64> {
     values.chunks(each).map(|part| part.iter().sum::<f64>() / part.len() as f64).collect()
 }
 
@@ -132,7 +132,7 @@ fn corridor_score(reference: &[f64], candidate: &[f64]) -> f64 {
 
 /// The samples that the candidate is late, negative when it is early: the smallest shift with the largest correlation, of two
 /// equal ones the late one.
-fn lateness(reference: &[f64], candidate: &[f64]) -> isize {
+fn best_shift(reference: &[f64], candidate: &[f64]) -> isize {
     let most = (reference.len() as f64 * LARGEST_SHIFT).floor() as isize;
     let both_ways = (1..=most).flat_map(|shift| [shift, -shift]);
     let correlated = |late| {
@@ -175,16 +175,16 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 /// EP: 1 without a shift, 0 at the largest one, linear between.
 fn phase_score(late: isize, samples: usize) -> f64 {
     let largest = LARGEST_SHIFT * samples as f64;
-    linear(late.unsigned_abs() as f64, largest)
+    linear_score(late.unsigned_abs() as f64, largest)
 }
 
 /// EM: from the distances that are left when time is warped, against the size of the reference.
 fn magnitude_score(reference: &[f64], candidate: &[f64]) -> f64 {
     let width = (WARPED * reference.len() as f64).ceil() as usize;
-    let path = aligned(candidate, reference, width.saturating_sub(1));
+    let path = warping_path(candidate, reference, width.saturating_sub(1));
     let distances = path.iter().map(|[candidate, reference]| (candidate - reference).abs()).sum();
     let sizes = path.iter().map(|[_, reference]| reference.abs()).sum();
-    linear(share(distances, sizes), LARGEST_MAGNITUDE_ERROR)
+    linear_score(share(distances, sizes), LARGEST_MAGNITUDE_ERROR)
 }
 
 /// ES: from the distances of smoothed slopes, against the slopes of the reference.
@@ -192,7 +192,7 @@ fn slope_score(reference: &[f64], candidate: &[f64]) -> f64 {
     let (reference, candidate) = (slopes(reference), slopes(candidate));
     let distances = reference.iter().zip(&candidate).map(|(a, b)| (a - b).abs()).sum();
     let sizes = reference.iter().map(|slope| slope.abs()).sum();
-    linear(share(distances, sizes), LARGEST_SLOPE_ERROR)
+    linear_score(share(distances, sizes), LARGEST_SLOPE_ERROR)
 }
 
 /// Central differences per sample, and at the ends one-sided ones; then means over nine, and over 1, 3, 5 and 7 at the ends.
@@ -216,6 +216,6 @@ fn share(error: f64, size: f64) -> f64 {
 }
 
 /// 1 without an error, 0 at the largest one, linear between.
-fn linear(error: f64, largest: f64) -> f64 {
+fn linear_score(error: f64, largest: f64) -> f64 {
     ((largest - error) / largest).clamp(0.0, 1.0)
 }

@@ -3,7 +3,7 @@
 
 /// Where the best path into a cell comes from. Of equal costs the first in this order is taken; the standard leaves it open.
 #[derive(Clone, Copy)]
-enum From {
+enum Predecessor {
     First,
     Second,
     Both,
@@ -13,11 +13,11 @@ enum From {
 /// start. Both signals have one length, and partners are at most `width` samples apart.
 ///
 /// Takes time and memory in proportion to the length times the width.
-pub(crate) fn aligned(first: &[f64], second: &[f64], width: usize) -> Vec<[f64; 2]> {
+pub(crate) fn warping_path(first: &[f64], second: &[f64], width: usize) -> Vec<[f64; 2]> {
     let count = first.len();
     // A row has the cells i - width ..= i + width of the second signal.
     let cells = 2 * width + 1;
-    let mut origins = vec![From::Both; count * cells];
+    let mut origins = vec![Predecessor::Both; count * cells];
     let mut above = vec![f64::INFINITY; cells];
     let mut row = above.clone();
     for i in 0..count {
@@ -27,8 +27,8 @@ pub(crate) fn aligned(first: &[f64], second: &[f64], width: usize) -> Vec<[f64; 
             // The row above begins one sample earlier.
             let up = above.get(cell + 1).copied().unwrap_or(f64::INFINITY);
             let left = if cell == 0 { f64::INFINITY } else { row[cell - 1] };
-            let mut best = (up, From::First);
-            for other in [(left, From::Second), (above[cell], From::Both)] {
+            let mut best = (up, Predecessor::First);
+            for other in [(left, Predecessor::Second), (above[cell], Predecessor::Both)] {
                 if other.0 < best.0 {
                     best = other;
                 }
@@ -43,9 +43,9 @@ pub(crate) fn aligned(first: &[f64], second: &[f64], width: usize) -> Vec<[f64; 
     let mut path = vec![[first[i], second[j]]];
     while (i, j) != (0, 0) {
         match origins[i * cells + j + width - i] {
-            From::First => i -= 1,
-            From::Second => j -= 1,
-            From::Both => (i, j) = (i - 1, j - 1),
+            Predecessor::First => i -= 1,
+            Predecessor::Second => j -= 1,
+            Predecessor::Both => (i, j) = (i - 1, j - 1),
         }
         path.push([first[i], second[j]]);
     }

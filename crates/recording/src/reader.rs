@@ -228,7 +228,7 @@ impl Metadata {
         Ok(RunHeader {
             scenario: scenario.to_owned(),
             title: entry("title").unwrap_or(scenario).to_owned(),
-            source: Source::recorded(
+            source: Source::from_recording(
                 files.next().unwrap_or_default(),
                 files.collect(),
                 self.kept.clone(),

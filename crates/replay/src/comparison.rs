@@ -1,4 +1,4 @@
-//! Brings two recorded runs together: common rows, one layout, and their differences in words.
+//! Merges two recorded runs for a comparison: common columns with unit conversion, one layout, notes on what differs.
 
 mod card;
 
@@ -30,17 +30,17 @@ pub struct RecordedRun {
     pub header: RunHeader,
     /// Its recording.
     pub recording: Recording,
-    fit: Fit,
+    mapping: ColumnMapping,
 }
 
 /// For each value of a common row its origin in a row of the run; nothing for what the run lacks.
-struct Fit {
-    numbers: Vec<Option<Origin<Number>>>,
-    texts: Vec<Option<Origin<Text>>>,
+struct ColumnMapping {
+    numbers: Vec<Option<SourceColumn<Number>>>,
+    texts: Vec<Option<SourceColumn<Text>>>,
 }
 
 /// A column of a run, and its conversion to the unit of the common column.
-struct Origin<K> {
+struct SourceColumn<K> {
     index: TypedIndex<K, Recorded>,
     factor: f64,
     offset: f64,
@@ -65,11 +65,11 @@ impl Comparison {
             [numbers, header.columns.texts().map(|(_, column)| column.clone()).collect()]
         };
         let ([numbers_a, texts_a], [numbers_b, texts_b]) = (all(of_a), all(of_b));
-        let (united, numbers) = unite::<Number>(&numbers_a, &numbers_b, &mut notes);
-        let (texts, words) = unite::<Text>(&texts_a, &texts_b, &mut notes);
-        let columns: Columns<_> = united.into_iter().chain(texts).collect();
+        let (merged, numbers) = merge_columns::<Number>(&numbers_a, &numbers_b, &mut notes);
+        let (texts, words) = merge_columns::<Text>(&texts_a, &texts_b, &mut notes);
+        let columns: Columns<_> = merged.into_iter().chain(texts).collect();
         if numbers.common + words.common == 0 {
-            return Err(strangers(&recordings));
+            return Err(no_common_signal(&recordings));
         }
         for (only, name) in [(&numbers.only[0], &names[0]), (&numbers.only[1], &names[1])] {
             let only: Vec<_> = only.iter().map(|&index| columns[index].name()).collect();
@@ -79,14 +79,14 @@ impl Comparison {
         }
         let header = RunHeader { columns, ..of_a.clone() };
         let view = view(&recordings, &header, &numbers.only[1], &names[1], &mut notes);
-        let fits = numbers.fits.into_iter().zip(words.fits);
-        let fits = fits.map(|(numbers, texts)| Fit { numbers, texts });
+        let mappings = numbers.mappings.into_iter().zip(words.mappings);
+        let mappings = mappings.map(|(numbers, texts)| ColumnMapping { numbers, texts });
         let lacks = [numbers.only[1].clone(), numbers.only[0].clone()];
-        let runs = recordings.into_iter().zip(names).zip(fits.zip(lacks));
-        let runs = runs.map(|((recording, name), (fit, lacks))| {
+        let runs = recordings.into_iter().zip(names).zip(mappings.zip(lacks));
+        let runs = runs.map(|((recording, name), (mapping, lacks))| {
             let (columns, view) = (header.columns.clone(), view.without(&lacks));
             let header = RunHeader { columns, view, ..recording.header.clone() };
-            RecordedRun { name, header, recording, fit }
+            RecordedRun { name, header, recording, mapping }
         });
         let mut runs = runs.collect::<Vec<_>>().into_iter();
         match (runs.next(), runs.next()) {
@@ -103,34 +103,34 @@ impl RecordedRun {
     /// When the recording is damaged, or the sink fails.
     pub fn play(&self, sink: &mut dyn Sink) -> Result<(), Error> {
         let row = self.header.columns.row();
-        self.recording.play(&mut Fitted { fit: &self.fit, row, sink })
+        self.recording.play(&mut ConvertingSink { mapping: &self.mapping, row, sink })
     }
 
     /// The numbers that the run lacks.
     #[must_use]
     pub fn lacks(&self) -> Vec<NumberIndex<Recorded>> {
-        let numbers = self.header.columns.numbers().zip(&self.fit.numbers);
+        let numbers = self.header.columns.numbers().zip(&self.mapping.numbers);
         numbers.filter(|(_, from)| from.is_none()).map(|((index, _), _)| index).collect()
     }
 }
 
 /// Turns rows of a run into common rows.
-struct Fitted<'a> {
-    fit: &'a Fit,
+struct ConvertingSink<'a> {
+    mapping: &'a ColumnMapping,
     row: Row<Recorded>,
     sink: &'a mut dyn Sink,
 }
 
-impl Sink for Fitted<'_> {
+impl Sink for ConvertingSink<'_> {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Recorded>) -> Result<(), Error> {
-        for (position, from) in self.fit.numbers.iter().enumerate() {
+        for (position, from) in self.mapping.numbers.iter().enumerate() {
             self.row[NumberIndex::new(position)] = match from {
-                Some(Origin { index, factor, offset }) => row[*index] * factor + offset,
+                Some(SourceColumn { index, factor, offset }) => row[*index] * factor + offset,
                 None => f64::NAN,
             };
         }
-        for (position, from) in self.fit.texts.iter().enumerate() {
-            if let Some(Origin { index, .. }) = from {
+        for (position, from) in self.mapping.texts.iter().enumerate() {
+            if let Some(SourceColumn { index, .. }) = from {
                 self.row[TextIndex::new(position)].clone_from(&row[*index]);
             }
         }
@@ -155,9 +155,9 @@ impl Sink for Fitted<'_> {
 }
 
 /// The common columns of two runs.
-struct United<K> {
+struct MergedColumns<K> {
     /// For each run the origins of all common columns.
-    fits: [Vec<Option<Origin<K>>>; 2],
+    mappings: [Vec<Option<SourceColumn<K>>>; 2],
     /// The number of columns that both have.
     common: usize,
     /// The columns that only one has.
@@ -165,13 +165,17 @@ struct United<K> {
 }
 
 /// The columns of A, in its units, then those that only B has.
-fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>, United<K>) {
+fn merge_columns<K>(
+    a: &[Column],
+    b: &[Column],
+    notes: &mut Vec<String>,
+) -> (Vec<Column>, MergedColumns<K>) {
     let mut columns = a.to_vec();
     let origin = |position, (factor, offset)| {
-        Some(Origin { index: TypedIndex::new(position), factor, offset })
+        Some(SourceColumn { index: TypedIndex::new(position), factor, offset })
     };
     let same = |position| origin(position, (1.0, 0.0));
-    let mut fits: [Vec<_>; 2] =
+    let mut mappings: [Vec<_>; 2] =
         [(0..a.len()).map(same).collect(), (0..a.len()).map(|_| None).collect()];
     for (position, column) in b.iter().enumerate() {
         let same_name = |it: &Column| {
@@ -180,7 +184,7 @@ fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>
         };
         let known = a.iter().position(same_name);
         match known.and_then(|known| Some((known, conversion(column, &a[known])?))) {
-            Some((known, conversion)) => fits[1][known] = origin(position, conversion),
+            Some((known, conversion)) => mappings[1][known] = origin(position, conversion),
             None => {
                 if let Some(known) = known {
                     let [in_a, in_b] =
@@ -191,12 +195,12 @@ fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>
                     ));
                 }
                 columns.push(column.clone());
-                fits[0].push(None);
-                fits[1].push(same(position));
+                mappings[0].push(None);
+                mappings[1].push(same(position));
             }
         }
     }
-    let pairs = || fits[0].iter().zip(&fits[1]).enumerate();
+    let pairs = || mappings[0].iter().zip(&mappings[1]).enumerate();
     let only = |run: usize| {
         let other = |(position, (a, b)): (usize, (&Option<_>, &Option<_>))| {
             [b, a][run].is_none().then_some(TypedIndex::new(position))
@@ -205,7 +209,7 @@ fn unite<K>(a: &[Column], b: &[Column], notes: &mut Vec<String>) -> (Vec<Column>
     };
     let only = [only(0), only(1)];
     let common = pairs().filter(|(_, (a, b))| a.is_some() && b.is_some()).count();
-    (columns, United { fits, common, only })
+    (columns, MergedColumns { mappings, common, only })
 }
 
 /// Factor and offset from one column to another one, if they can be compared. A missing unit is taken to be that of the other
@@ -251,7 +255,7 @@ fn view(
     view
 }
 
-fn strangers(recordings: &[Recording; 2]) -> Error {
+fn no_common_signal(recordings: &[Recording; 2]) -> Error {
     let nodes = |recording: &Recording| {
         let mut nodes: Vec<_> =
             recording.header.columns.numbers().map(|(_, it)| it.node.clone()).collect();

@@ -8,21 +8,22 @@ use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingSt
 use re_sdk_types::archetypes::TextDocument;
 use recording::{Derived, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
 
-use card::Card;
+use card::RunCard;
 use diagrams::Diagrams;
-use drawing::Drawing;
+use drawing::RunDrawing;
 use layout::Layout;
 use run_slot::RunSlot;
 pub use target::Target;
 use timeline::TimePoints;
 use transport::Transport;
 
+mod arrival_times;
 mod arrows;
 mod axis;
 mod cameras;
 mod card;
 mod comparison_drawing;
-mod course;
+mod decimation;
 mod diagrams;
 mod drawing;
 mod events;
@@ -32,7 +33,6 @@ mod graph;
 mod ground;
 mod layout;
 mod legend;
-mod outline;
 mod palette;
 mod properties;
 mod road;
@@ -42,7 +42,7 @@ mod signals;
 mod status_tracks;
 mod target;
 mod texts;
-mod thinned;
+mod thinned_samples;
 mod time_gap;
 mod timeline;
 mod trace;
@@ -80,9 +80,9 @@ pub struct RerunSink {
     room: usize,
     /// Rows for the replay, and how many of them a slow viewer missed.
     rows: [usize; 2],
-    card: Card,
+    card: RunCard,
     layout: Layout,
-    drawing: Drawing,
+    drawing: RunDrawing,
     /// Rows of a batch to a file.
     batch: usize,
     /// When it was opened, and when the last batch was sent.
@@ -105,17 +105,17 @@ impl RerunSink {
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
         let transport = Transport::open(builder, &target)?;
         let live = transport.is_live();
-        let (drawing, charts) = Drawing::new(header, &RunSlot::default(), &[]);
+        let (drawing, charts) = RunDrawing::new(header, &RunSlot::default(), &[]);
         let mut sink = Self {
             transport,
             room: (LIVE_NUMBERS / header.columns.numbers().len().max(1)).clamp(1, FILE_BATCH),
             rows: [0; 2],
-            card: Card::new(header),
+            card: RunCard::new(header),
             layout: Layout {
                 application,
                 charts,
                 derived: Vec::new(),
-                xy_plots: drawing.xy_plots.shown(),
+                xy_plots: drawing.xy_plots.views(),
                 diagrams: Diagrams::default(),
                 states: !drawing.states.is_empty() || header.columns.texts().len() > 0,
                 texts: drawing.texts.paths(),
@@ -145,7 +145,7 @@ impl RerunSink {
         }
         stream.send_recording_name(header.title.as_str())?;
         stream.log_static("run", &self.card.running())?;
-        stream.log_static("scenario", &TextDocument::new(header.source.whole()))?;
+        stream.log_static("scenario", &TextDocument::new(header.source.concatenated()))?;
         graph::draw(&header.view.graph, &stream)?;
         self.drawing.describe(&stream)
     }
@@ -277,8 +277,8 @@ impl Sink for RerunSink {
         })
     }
 
-    fn diagram(&mut self, belongs: (&str, &str), diagram: &Diagram) -> Result<(), Error> {
-        self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram))
+    fn diagram(&mut self, (analysis, group): (&str, &str), diagram: &Diagram) -> Result<(), Error> {
+        self.add(|sink, stream| sink.layout.diagrams.draw(stream, analysis, group, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -130,7 +130,7 @@ impl Gatherer<'_> {
         scenario: &Scenario,
         location: TextLocation,
     ) -> Result<(String, BTreeMap<String, String>), Error> {
-        let texts = scenario.source.shifted();
+        let texts = scenario.source.padded_texts();
         let mut table = document::merge_files(&scenario.source, &texts)?;
         ["extends", "variant", "without", "system"].iter().for_each(|key| drop(table.remove(*key)));
         let mut mistakes = Mistakes::default();

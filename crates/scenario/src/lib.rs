@@ -6,6 +6,7 @@ mod build_request;
 pub mod bundle;
 pub mod document;
 pub mod export;
+mod override_value;
 pub mod pattern;
 pub mod plan;
 pub mod reference;

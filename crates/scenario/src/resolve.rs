@@ -59,10 +59,11 @@ use self::signal_units::{RunSignals, SignalUnits};
 use self::starts::StartSources;
 pub use self::sweep::sweep;
 pub use self::view::layout;
+pub use crate::override_value::OverrideValue;
+pub use overrides::{Override, SEED};
 use crate::build_request::{BuildArtifacts, BuildRequest};
 use crate::document::{Algorithm, Scenario, Time};
 use crate::plan::RunPlan;
-pub use overrides::Override;
 
 /// What is wrong with a scenario, and what its user should know besides.
 #[derive(Default)]
@@ -84,11 +85,11 @@ fn source(scenario: &Scenario) -> TextSource {
     let mut source = scenario.source.clone();
     let track = scenario.document.view.track.as_ref();
     if let Some(path) = track.and_then(|track| track.get_ref().path.as_ref()) {
-        source.keep(&scenario.source.resolve(path));
+        source.attach(&scenario.source.resolve(path));
     }
     let parameters: BTreeSet<_> =
         scenario.parameter_files().map(|word| scenario.source.resolve(word)).collect();
-    parameters.iter().for_each(|path| source.keep(path));
+    parameters.iter().for_each(|path| source.attach(path));
     source
 }
 

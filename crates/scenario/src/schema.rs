@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use diagnostics::suggest::{self, Unknown};
+use diagnostics::suggest::{self, UnknownName};
 use serde_json::{Map, Value, json};
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
@@ -231,7 +231,7 @@ impl Validator<'_> {
     }
 
     fn unknown(&mut self, kind: &str, name: &str, known: Vec<String>, span: Range<usize>) {
-        let Unknown { message, help, .. } =
+        let UnknownName { message, help, .. } =
             suggest::unknown(kind, name, known.iter().map(String::as_str));
         let unknown = Some((name.to_owned(), known));
         self.violations.push(SchemaViolation { span, unknown, message, help });

@@ -1,4 +1,4 @@
-//! Chooses the values that the variants of a sweep get.
+//! Design of experiments: grid, corners, Latin hypercube, Sobol, Monte Carlo and Saltelli designs.
 
 mod copula;
 mod points;
@@ -17,7 +17,7 @@ const MOST_POINTS: u64 = numerics::sobol::POINTS;
 /// The most values of a Latin hypercube, of which the shares of all are in memory: 1 GB.
 const MOST_SHARES: u64 = 1 << 28;
 
-/// What varies, and how.
+/// A design of experiments: axes, method, size and seed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// How the points are chosen.

@@ -1,8 +1,8 @@
-//! Gives the quantiles of what a varied value is drawn from.
+//! Probability distributions of varied parameters, by their quantile functions.
 
 pub mod standard_normal;
 
-/// What a value is drawn from.
+/// The distribution of a varied parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Distribution {
     /// Anything between two ends.

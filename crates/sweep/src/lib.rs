@@ -1,5 +1,5 @@
-//! Numbers of many variants of one run: a design says which values they get, a table holds what came of them, statistics say what
-//! drives what. Nothing here runs anything.
+//! Design of experiments for the variants of a run, tables of their results, statistics, sensitivities and searches. Nothing here runs
+//! anything.
 #![forbid(unsafe_code)]
 
 pub mod design;

@@ -1,4 +1,4 @@
-//! Asks for variants, is told what came of them, and asks for better ones: a minimum, or the limit of a check.
+//! Sequential search with an ask-and-tell interface: minimises a value, or brackets the limit at which a check fails.
 //!
 //! A search has no state but the answers in their order. One with the same goal and seed asks for the same points again, so one that
 //! was interrupted goes on when it is told what it was told before.
@@ -6,13 +6,13 @@
 mod limit;
 mod minimise;
 
-pub use limit::{Limit, LimitFound, Side};
+pub use limit::{Limit, LimitBracket, Side};
 pub use minimise::Minimise;
 
 use diagnostics::Error;
 use serde::Serialize;
 
-/// What a search looks for.
+/// The objective of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
     /// The smallest value in a box.
@@ -21,9 +21,9 @@ pub enum Goal {
     Limit(Limit),
 }
 
-/// What came of a variant.
+/// The result of a variant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
+pub struct Evaluation {
     /// What is minimised, or the margin of the check; NaN when there is none, such as after a crash.
     pub value: f64,
     /// Whether the check passed. Only limits ask for it; a variant without a verdict counts as one that failed.
@@ -61,7 +61,7 @@ pub struct Search {
     goal: Goal,
     seed: u64,
     /// All points that were told, with their outcomes, in the order in which they were asked for.
-    log: Vec<(Vec<f64>, Outcome)>,
+    log: Vec<(Vec<f64>, Evaluation)>,
     /// Points that wait for their outcomes.
     asked: Vec<Vec<f64>>,
     status: Status,
@@ -111,8 +111,8 @@ impl Search {
             return self.asked.clone();
         }
         let (most, asked) = match &self.goal {
-            Goal::Minimise(goal) => (goal.most, goal.next(&self.log, self.seed)),
-            Goal::Limit(goal) => (goal.most, goal.next(&self.log)),
+            Goal::Minimise(goal) => (goal.most, goal.next_batch(&self.log, self.seed)),
+            Goal::Limit(goal) => (goal.most, goal.next_batch(&self.log)),
         };
         match asked {
             Err(status) => self.status = status,
@@ -127,7 +127,7 @@ impl Search {
     ///
     /// # Errors
     /// When there are more or fewer of them.
-    pub fn tell(&mut self, outcomes: &[Outcome]) -> Result<(), Error> {
+    pub fn tell(&mut self, outcomes: &[Evaluation]) -> Result<(), Error> {
         if outcomes.len() != self.asked.len() {
             let (expected, found) = (self.asked.len(), outcomes.len());
             let message =
@@ -146,7 +146,7 @@ impl Search {
 
     /// All points that were told, with what came of them.
     #[must_use]
-    pub fn log(&self) -> &[(Vec<f64>, Outcome)] {
+    pub fn log(&self) -> &[(Vec<f64>, Evaluation)] {
         &self.log
     }
 
@@ -155,7 +155,7 @@ impl Search {
     pub fn best(&self) -> Option<Best> {
         let found = match &self.goal {
             Goal::Limit(goal) => {
-                let passes = goal.found(&self.log)?.passes;
+                let passes = goal.bracket(&self.log)?.passes;
                 self.log.iter().position(|(point, _)| point[0] == passes)?
             }
             Goal::Minimise(_) => {
@@ -169,9 +169,9 @@ impl Search {
 
     /// The limit as far as it is known; nothing of a search for a minimum, or when none is between the bounds.
     #[must_use]
-    pub fn limit(&self) -> Option<LimitFound> {
+    pub fn limit(&self) -> Option<LimitBracket> {
         match &self.goal {
-            Goal::Limit(goal) => goal.found(&self.log),
+            Goal::Limit(goal) => goal.bracket(&self.log),
             Goal::Minimise(_) => None,
         }
     }

@@ -1,4 +1,4 @@
-//! Says how sure shares are, and what drives what.
+//! Statistics of a sweep: confidence intervals of shares, rank correlations, Sobol indices.
 
 mod indices;
 mod ranks;

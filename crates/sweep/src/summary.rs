@@ -1,8 +1,9 @@
-//! Sums a table up: shares that pass, worst variants, what drives what, and what ended early.
+//! Summary of a sweep table: pass rates, worst variants, effects of parameters, failures.
 
 mod effects;
 mod failures;
 
+use effects::Effects;
 pub use effects::{Effect, Method, Output};
 pub use failures::Failures;
 
@@ -20,7 +21,7 @@ const ERROR: &str = "error";
 /// Worst variants that are told of a check.
 const WORST: usize = 10;
 
-/// What came of a sweep.
+/// The summary of a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Of all variants, how many pass all checks. One that did not end does not pass.
@@ -37,7 +38,7 @@ pub struct Summary {
     pub failures: Vec<Failures>,
 }
 
-/// What came of a check.
+/// The summary of a check.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
     /// Its name in the scenario.
@@ -69,14 +70,14 @@ impl Summary {
     #[must_use]
     pub fn of(table: &Table, axes: Option<&[String]>, seed: u64) -> Self {
         let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
-        let (outputs, not_ordered) = effects::outputs(table, axes, seed);
+        let Effects { outputs, not_ordered } = effects::outputs(table, axes, seed);
         Self {
             share: Share::of(verdicts.iter().map(|it| it.as_deref() == Some(PASSED))),
             errors: verdicts.iter().filter(|it| it.as_deref() == Some(ERROR)).count() as u64,
             checks: table.of(Role::Check).map(|column| Check::of(table, column)).collect(),
             outputs,
             not_ordered,
-            failures: failures::grouped(table),
+            failures: failures::group_failures(table),
         }
     }
 }
@@ -90,9 +91,9 @@ impl Check {
         let at = |row: usize| margins.and_then(|it| it.get(row)).copied().unwrap_or(f64::NAN);
         // A check that never came to a margin failed worse than any that did.
         let failed = |row: &usize| verdicts[*row] == Some(false) && at(*row).is_nan();
-        let judged = |row: &usize| verdicts[*row].is_some() && !at(*row).is_nan();
+        let has_margin = |row: &usize| verdicts[*row].is_some() && !at(*row).is_nan();
         let mut rows: Vec<usize> = (0..verdicts.len()).filter(failed).take(WORST).collect();
-        let mut with_margin: Vec<usize> = (0..verdicts.len()).filter(judged).collect();
+        let mut with_margin: Vec<usize> = (0..verdicts.len()).filter(has_margin).collect();
         // Of equal ones the first, whatever the sort does with them.
         let order = |&a: &usize, &b: &usize| at(a).total_cmp(&at(b)).then(a.cmp(&b));
         if with_margin.len() > WORST {

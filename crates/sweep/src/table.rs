@@ -5,7 +5,7 @@ mod reader;
 mod writer;
 
 pub use reader::{Reader, read};
-pub use writer::{Groups, Writer, write};
+pub use writer::{RowGroups, Writer, write};
 
 /// Columns of equal length: row k is variant k of those that the table has.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -248,7 +248,7 @@ impl Column {
     }
 
     /// Whether all but the values is the same.
-    fn fits(&self, other: &Column) -> bool {
+    fn same_signature(&self, other: &Column) -> bool {
         (&self.name, &self.unit, self.role, self.values.kind())
             == (&other.name, &other.unit, other.role, other.values.kind())
     }
@@ -284,14 +284,19 @@ impl Table {
     /// # Errors
     /// A sentence about the first column that differs by more than its values, or is shorter than others.
     pub fn append(&mut self, other: &Table) -> Result<(), String> {
-        other.is_whole()?;
+        other.check_columns()?;
         if self.columns.len() != other.columns.len() {
             let [own, found] = [self, other].map(|table| table.columns.len());
             return Err(format!("expected {own} columns, found {found}"));
         }
-        let differs = self.columns.iter().zip(&other.columns).find(|(own, other)| !own.fits(other));
+        let differs =
+            self.columns.iter().zip(&other.columns).find(|(own, other)| !own.same_signature(other));
         if let Some((own, found)) = differs {
-            return Err(format!("expected {}, found {}", told(own), told(found)));
+            return Err(format!(
+                "expected {}, found {}",
+                column_signature(own),
+                column_signature(found)
+            ));
         }
         for (own, other) in self.columns.iter_mut().zip(&other.columns) {
             own.values.append(&other.values);
@@ -310,7 +315,7 @@ impl Table {
     }
 
     /// Whether all columns have the same length, and names of their own.
-    fn is_whole(&self) -> Result<(), String> {
+    fn check_columns(&self) -> Result<(), String> {
         let mut names = std::collections::HashSet::new();
         for column in &self.columns {
             let (rows, found) = (self.columns[0].values.len(), column.values.len());
@@ -326,7 +331,7 @@ impl Table {
     }
 }
 
-fn told(column: &Column) -> String {
+fn column_signature(column: &Column) -> String {
     let Column { name, unit, role, values } = column;
     let unit = unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();
     format!("column `{name}`{unit} of {} ({})", values.kind(), role.name())

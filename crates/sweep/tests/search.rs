@@ -1,30 +1,30 @@
 //! Tests searches on problems whose answers are known.
 
-use sweep::search::{Goal, Limit, Minimise, Outcome, Search, Side, Status};
+use sweep::search::{Evaluation, Goal, Limit, Minimise, Search, Side, Status};
 
 fn minimise(bounds: &[[f64; 2]], most: usize) -> Goal {
     Goal::Minimise(Minimise { bounds: bounds.to_vec(), population: None, tolerance: 1e-6, most })
 }
 
 /// Runs a search to its end.
-fn run(goal: Goal, seed: u64, mut f: impl FnMut(&[f64]) -> Outcome) -> Search {
+fn run(goal: Goal, seed: u64, mut f: impl FnMut(&[f64]) -> Evaluation) -> Search {
     let mut search = Search::new(goal, seed).expect("a search");
     loop {
         let asked = search.ask();
         if asked.is_empty() {
             return search;
         }
-        let outcomes: Vec<Outcome> = asked.iter().map(|point| f(point)).collect();
+        let outcomes: Vec<Evaluation> = asked.iter().map(|point| f(point)).collect();
         search.tell(&outcomes).expect("as many as were asked for");
     }
 }
 
-fn value(value: f64) -> Outcome {
-    Outcome { value, passed: None }
+fn value(value: f64) -> Evaluation {
+    Evaluation { value, passed: None }
 }
 
-fn margin(value: f64) -> Outcome {
-    Outcome { value, passed: Some(value >= 0.0) }
+fn margin(value: f64) -> Evaluation {
+    Evaluation { value, passed: Some(value >= 0.0) }
 }
 
 fn rosenbrock(x: &[f64]) -> f64 {
@@ -80,7 +80,7 @@ fn a_search_that_is_told_the_same_again_goes_on_where_it_was() {
         let asked = again.ask();
         assert_eq!(asked, again.ask());
         let place = again.log().len();
-        let known: Vec<Outcome> =
+        let known: Vec<Evaluation> =
             whole.log()[place..place + asked.len()].iter().map(|it| it.1).collect();
         again.tell(&known).expect("as many as were asked for");
         assert!(again.log() == &whole.log()[..again.log().len()]);
@@ -123,9 +123,9 @@ fn a_limit_at_a_third_is_found_in_few_batches() {
 fn pass_and_fail_alone_are_enough_and_margins_that_lie_do_no_harm() {
     for batch in [1, 2, 3, 7] {
         for outcome in [
-            |x: f64| Outcome { value: f64::NAN, passed: Some(x <= 1.0 / 3.0) },
+            |x: f64| Evaluation { value: f64::NAN, passed: Some(x <= 1.0 / 3.0) },
             // A crash is no pass.
-            |x: f64| Outcome { value: f64::NAN, passed: (x <= 1.0 / 3.0).then_some(true) },
+            |x: f64| Evaluation { value: f64::NAN, passed: (x <= 1.0 / 3.0).then_some(true) },
             // A step, and a margin that is next to nothing on one side.
             |x: f64| margin(if x <= 1.0 / 3.0 { 1.0 } else { -1e-9 }),
             |x: f64| margin(if x <= 1.0 / 3.0 { 1e-9 } else { -1e9 }),

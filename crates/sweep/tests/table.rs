@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sweep::table::{Column, Groups, Reader, Role, Table, Values, Writer, read, write};
+use sweep::table::{Column, Reader, Role, RowGroups, Table, Values, Writer, read, write};
 
 /// Rows from `first` on, with everything missing in every third.
 fn table(first: i64, rows: i64) -> Table {
@@ -63,7 +63,7 @@ fn files_are_as_readable_as_others() {
 fn row_groups_are_read_one_by_one() {
     let folder = folder();
     let path = folder.path().join("plan.parquet");
-    let mut writer = Writer::create(&path, &table(0, 0), Groups::Tables).expect("a file");
+    let mut writer = Writer::create(&path, &table(0, 0), RowGroups::Tables).expect("a file");
     for chunk in 0..5 {
         assert!(!path.exists());
         writer.append(&table(100 * chunk, 100)).expect("it is appended");
@@ -83,7 +83,7 @@ fn even_files_do_not_show_how_their_rows_came() {
     let folder = folder();
     let written = |size: i64| {
         let path = folder.path().join(format!("{size}.parquet"));
-        let mut writer = Writer::create(&path, &table(0, 0), Groups::Even).expect("a file");
+        let mut writer = Writer::create(&path, &table(0, 0), RowGroups::Even).expect("a file");
         let chunks = (0..150_000).step_by(size as usize);
         for first in chunks {
             writer.append(&table(first, size.min(150_000 - first))).expect("it is appended");
@@ -100,7 +100,7 @@ fn even_files_do_not_show_how_their_rows_came() {
 fn a_writer_that_is_dropped_leaves_nothing() {
     let folder = folder();
     let path = folder.path().join("t.parquet");
-    let mut writer = Writer::create(&path, &table(0, 0), Groups::Tables).expect("a file");
+    let mut writer = Writer::create(&path, &table(0, 0), RowGroups::Tables).expect("a file");
     writer.append(&table(0, 10)).expect("it is appended");
     drop(writer);
     assert!(names(folder.path()).is_empty());
@@ -110,7 +110,7 @@ fn a_writer_that_is_dropped_leaves_nothing() {
 fn columns_that_do_not_fit_are_named() {
     let folder = folder();
     let path = folder.path().join("t.parquet");
-    let mut writer = Writer::create(&path, &table(0, 0), Groups::Even).expect("a file");
+    let mut writer = Writer::create(&path, &table(0, 0), RowGroups::Even).expect("a file");
     let mut append = |table: &Table| writer.append(table).expect_err("it does not fit").to_string();
     let mut other = table(0, 1);
     other.columns[1].unit = Some("t".to_owned());

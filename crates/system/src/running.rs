@@ -10,9 +10,9 @@ use diagnostics::Error;
 use fmu_export::{Cell, Course, FmiResult, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::plan::RunPlan;
-use scenario::resolve::{Override, Overrides};
 use scenario::{BuildArtifacts, Scenario};
+use scenario::plan::RunPlan;
+use scenario::resolve::{Override, OverrideValue, Overrides};
 
 use crate::SCENARIO;
 use crate::guided::{Guided, Held};
@@ -68,9 +68,13 @@ impl Running {
         let changed = parameters
             .filter(|(exposed, value)| exposed.role == Role::Parameter && **value != exposed.start);
         let starts = changed.filter_map(|(exposed, value)| {
-            let (node, variable) = exposed.name.split_once('.')?;
-            let (node, variable) = (node.to_owned(), variable.to_owned());
-            Some(Override { node, variable, value: value.text(), place: None })
+            let value = match value {
+                Cell::Real(value) => OverrideValue::Number { value: *value, unit: None },
+                Cell::Integer(value) => OverrideValue::Integer((*value).into()),
+                Cell::Boolean(value) => OverrideValue::Boolean(*value),
+                Cell::String(text) => OverrideValue::parse(text),
+            };
+            exposed.name.contains('.').then(|| Override::new(&exposed.name, value))
         });
         let tolerance = course.tolerance.filter(|tolerance| (0.0..1.0).contains(tolerance));
         let overrides = Overrides {

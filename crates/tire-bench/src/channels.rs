@@ -241,7 +241,7 @@ fn conversion(unit: &str, si: &str) -> Option<(f64, f64)> {
     let lower = unit.trim().to_lowercase();
     let own = SPELLINGS.iter().find(|it| it.0 == lower).map(|it| it.1);
     let other_case = units::known().find(|it| it.eq_ignore_ascii_case(unit));
-    let meant = [Some(unit), units::meant(unit), own, other_case];
+    let meant = [Some(unit), units::unit_of_spelling(unit), own, other_case];
     let units = meant.into_iter().flatten().filter_map(|it| Unit::parse(it).ok());
     units.filter_map(|from| Unit::conversion(&from, &to)).next()
 }

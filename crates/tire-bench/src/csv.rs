@@ -105,7 +105,7 @@ fn is_units(fields: &[&str]) -> bool {
 
 fn is_unit(field: &str) -> bool {
     let field = unbracketed(field);
-    units::Unit::parse(field).is_ok() || units::meant(field).is_some()
+    units::Unit::parse(field).is_ok() || units::unit_of_spelling(field).is_some()
 }
 
 fn unbracketed(text: &str) -> &str {

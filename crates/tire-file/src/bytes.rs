@@ -1,4 +1,4 @@
-//! Makes text of the bytes of a file.
+//! Decodes the bytes of a file: UTF-8, UTF-16 or Latin-1.
 
 use tire::Coefficients;
 

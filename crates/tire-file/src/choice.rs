@@ -1,4 +1,4 @@
-//! Lets the parameters of an FMU choose a tire: by the text of a file or its path, and by scale factors.
+//! A tire by FMU parameters: the text of a file or its path, and scale factors.
 #![allow(non_snake_case, reason = "the keys of .tir files")]
 
 use std::path::Path;
@@ -84,8 +84,8 @@ impl TireChoice {
         }
         let bytes =
             std::fs::read(path).map_err(|error| wrong(format!("cannot be read: {error}")))?;
-        let told = |errors: Errors| format!("{name}: {errors}");
-        read_bytes(&bytes, written).map_err(told)
+        let with_name = |errors: Errors| format!("{name}: {errors}");
+        read_bytes(&bytes, written).map_err(with_name)
     }
 }
 

@@ -1,8 +1,8 @@
-//! Names the keys of a file: those of the formula by the words of other programs, and those that nothing here is made of.
+//! Maps the keys of a file to coefficients, with the synonyms of other programs, and groups unused keys.
 
 use tire::{KEYS, Key, Version};
 
-use crate::syntax::{Entry, beginning};
+use crate::syntax::{Entry, abbreviated};
 
 /// Keys by the names that other programs have for them.
 const SYNONYMS: [(&str, &str); 13] = [
@@ -68,7 +68,7 @@ pub(crate) fn key_of(entry: &Entry) -> Option<(usize, &'static Key)> {
 }
 
 /// The name of a key in files of a version.
-pub(crate) fn written(version: Version, key: &Key) -> &'static str {
+pub(crate) fn key_in_file(version: Version, key: &Key) -> &'static str {
     let adams = ["IP", "IP_NOM", "QPZ1", "QPZ2", "QPX1", "QPFZ1"];
     let is_it = |(other, own): &&(&str, &str)| *own == key.name && adams.contains(other);
     let synonym = SYNONYMS.iter().find(is_it).filter(|_| version == Version::Pac2002);
@@ -76,7 +76,7 @@ pub(crate) fn written(version: Version, key: &Key) -> &'static str {
 }
 
 /// A sentence for each kind of keys that the formula does not use, with its first line.
-pub(crate) fn unused(unknown: &[&Entry]) -> Vec<(usize, String)> {
+pub(crate) fn unused_keys(unknown: &[&Entry]) -> Vec<(usize, String)> {
     let beside = |entry: &Entry| {
         BESIDE.iter().position(|(_, begins)| begins.iter().any(|it| entry.key.starts_with(it)))
     };
@@ -86,7 +86,7 @@ pub(crate) fn unused(unknown: &[&Entry]) -> Vec<(usize, String)> {
     }
     let sentence = |(kind, entries): (usize, Vec<&Entry>)| {
         let first = entries.first()?;
-        let names = listed(entries.iter().map(|entry| entry.key.as_str()));
+        let names = enumerate_names(entries.iter().map(|entry| entry.key.as_str()));
         let what = match BESIDE.get(kind) {
             Some((model, _)) => format!("of {model}, which is not computed"),
             None => "no part of the formula, and kept".to_owned(),
@@ -97,13 +97,13 @@ pub(crate) fn unused(unknown: &[&Entry]) -> Vec<(usize, String)> {
 }
 
 /// Names with commas: the first ones, and how many more there are.
-pub(crate) fn listed<N: AsRef<str>>(names: impl IntoIterator<Item = N>) -> String {
+pub(crate) fn enumerate_names<N: AsRef<str>>(names: impl IntoIterator<Item = N>) -> String {
     let mut text = String::new();
     let mut count = 0;
     for name in names {
         if count < LISTED {
             text += if count > 0 { ", " } else { "" };
-            text += &beginning(name.as_ref());
+            text += &abbreviated(name.as_ref());
         }
         count += 1;
     }

@@ -12,11 +12,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod absent;
 mod bytes;
 mod choice;
+mod coefficients;
+mod defaults;
 mod keys;
-mod meaning;
 mod plausibility;
 mod pressure;
 mod syntax;
@@ -56,7 +56,7 @@ pub struct Message {
 
 impl Message {
     /// Sends it to the log of an FMU: a note in the category of what a model is, or a warning.
-    pub fn tell(self, log: impl Fn(&'static str, String), warn: impl Fn(String)) {
+    pub fn send_to_log(self, log: impl Fn(&'static str, String), warn: impl Fn(String)) {
         let text = self.to_string();
         match self.level {
             Level::Note => log("summary", text),

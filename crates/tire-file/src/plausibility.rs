@@ -1,4 +1,4 @@
-//! Says in one line what a tire is like, and what of it no tire is like.
+//! Sums up a tire in one line (friction, stiffness, pressure), and checks these figures for plausibility.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::ops::RangeInclusive;
@@ -25,8 +25,8 @@ const NONE: f64 = 1e-3;
 pub fn plausibility(tire: &MfTire) -> Message {
     let c = tire.coefficients();
     let at = tire.characteristics(c.FNOMIN * c.LFZO);
-    let text = described(c, &at);
-    match odd(c, &at).as_slice() {
+    let text = description(c, &at);
+    match implausibilities(c, &at).as_slice() {
         [] => Message::note(None, text),
         odd => Message::warning(None, format!("{text}. Not plausible: {}", odd.join("; "))),
     }
@@ -43,7 +43,7 @@ fn has_driving(at: &Characteristics) -> bool {
     (at.C_kappa / at.F_z).abs() >= NONE && (friction >= NONE || at.C_kappa < 0.0)
 }
 
-fn described(c: &Coefficients, at: &Characteristics) -> String {
+fn description(c: &Coefficients, at: &Characteristics) -> String {
     let Characteristics { lateral, driving, braking, C_alpha, C_kappa, C_gamma, F_z } = *at;
     let across = match has_cornering(at) {
         true => format!("lateral friction {:.3} and {:.2} kN/rad", lateral.friction, C_alpha / 1e3),
@@ -66,7 +66,7 @@ fn described(c: &Coefficients, at: &Characteristics) -> String {
 }
 
 /// What no tire is like.
-fn odd(c: &Coefficients, at: &Characteristics) -> Vec<String> {
+fn implausibilities(c: &Coefficients, at: &Characteristics) -> Vec<String> {
     let mut all = Vec::new();
     let mut judge = |name: &str, value: f64, usual: &RangeInclusive<f64>| {
         if !usual.contains(&value) {

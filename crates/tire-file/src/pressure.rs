@@ -1,4 +1,4 @@
-//! Judges the inflation pressures of a file: a number without a unit that cannot be pascal.
+//! Checks the inflation pressures of a file: a number without a unit that cannot be pascal.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ const KEYS: [&str; 3] = ["INFLPRES", "NOMPRES", "PRESMAX"];
 /// Takes a tire whose file has pressures that no tire has at its nominal one, and tells it.
 ///
 /// `given` says which keys the file has; `unit` is what one of the file's is in pascal, where the file says it.
-pub(crate) fn judge(
+pub(crate) fn check_pressures(
     tire: &mut Coefficients,
     given: impl Fn(&str) -> bool,
     unit: Option<f64>,

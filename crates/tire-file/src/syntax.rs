@@ -1,4 +1,4 @@
-//! Takes the text of a file apart: sections, keys and values, tables; every line stays as it was written.
+//! Parses the text of a file without loss: sections, assignments, tables; every line stays as it was written.
 
 use std::fmt::{self, Write as _};
 use std::ops::Range;
@@ -48,7 +48,7 @@ impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(f, "{number}"),
-            Self::Text(text) => write!(f, "`{}`", beginning(text)),
+            Self::Text(text) => write!(f, "`{}`", abbreviated(text)),
             Self::Empty => f.write_str("nothing"),
         }
     }
@@ -214,6 +214,6 @@ fn number(written: &str) -> Option<f64> {
 }
 
 /// As much of a text as a message shows.
-pub(crate) fn beginning(text: &str) -> String {
+pub(crate) fn abbreviated(text: &str) -> String {
     text.chars().take(60).collect()
 }

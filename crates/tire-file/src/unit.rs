@@ -1,4 +1,4 @@
-//! Knows the units of a file: the words for them, where each was seen, and their size in SI.
+//! The `[UNITS]` section: names of units with their sources, and their sizes in SI.
 
 use tire::Quantity;
 
@@ -19,12 +19,12 @@ impl Default for Units {
     }
 }
 
-/// A word for a unit.
+/// A name of a unit.
 ///
 /// A comment behind each says who writes it: Adams Tire ("Units Supported in Tire Property Files", which also has the shortest forms), Ansys
 /// Motion ("Tire Property File"), Project Chrono (`ChPac02Tire.cpp`), or nobody that was met, and it is usual. MF-Tyre and the files of TUM and
 /// of Formula Student teams write plurals, such as `radians`.
-struct Word {
+struct UnitName {
     /// In small letters, with `_` for blanks.
     name: &'static str,
     /// Letters of its shortest form.
@@ -33,8 +33,8 @@ struct Word {
     size: f64,
 }
 
-const fn word(name: &'static str, shortest: usize, size: f64) -> Word {
-    Word { name, shortest, size }
+const fn unit(name: &'static str, shortest: usize, size: f64) -> UnitName {
+    UnitName { name, shortest, size }
 }
 
 /// Standard gravity [m/s²], which the units of weight contain.
@@ -46,88 +46,88 @@ const POUND: f64 = 0.453_592_37;
 /// A pound of force on a square inch [Pa].
 const PSI: f64 = POUND * G / (0.0254 * 0.0254);
 
-const LENGTH: &[Word] = &[
-    word("meter", 3, 1.0),       // Adams Tire
-    word("metre", 3, 1.0),       // usual
-    word("m", 1, 1.0),           // Ansys Motion
-    word("millimeter", 4, 1e-3), // Adams Tire
-    word("millimetre", 4, 1e-3), // usual
-    word("mm", 2, 1e-3),         // Adams Tire
-    word("centimeter", 3, 1e-2), // Adams Tire
-    word("centimetre", 3, 1e-2), // usual
-    word("cm", 2, 1e-2),         // Adams Tire
-    word("kilometer", 4, 1e3),   // Adams Tire
-    word("kilometre", 4, 1e3),   // usual
-    word("km", 2, 1e3),          // Adams Tire
-    word("micrometer", 5, 1e-6), // Ansys Motion
-    word("um", 2, 1e-6),         // Ansys Motion
-    word("inch", 2, 0.0254),     // Adams Tire
-    word("foot", 2, 0.3048),     // Adams Tire
-    word("feet", 2, 0.3048),     // Adams Tire
-    word("ft", 2, 0.3048),       // usual
-    word("mile", 4, 1609.344),   // Adams Tire
+const LENGTH: &[UnitName] = &[
+    unit("meter", 3, 1.0),       // Adams Tire
+    unit("metre", 3, 1.0),       // usual
+    unit("m", 1, 1.0),           // Ansys Motion
+    unit("millimeter", 4, 1e-3), // Adams Tire
+    unit("millimetre", 4, 1e-3), // usual
+    unit("mm", 2, 1e-3),         // Adams Tire
+    unit("centimeter", 3, 1e-2), // Adams Tire
+    unit("centimetre", 3, 1e-2), // usual
+    unit("cm", 2, 1e-2),         // Adams Tire
+    unit("kilometer", 4, 1e3),   // Adams Tire
+    unit("kilometre", 4, 1e3),   // usual
+    unit("km", 2, 1e3),          // Adams Tire
+    unit("micrometer", 5, 1e-6), // Ansys Motion
+    unit("um", 2, 1e-6),         // Ansys Motion
+    unit("inch", 2, 0.0254),     // Adams Tire
+    unit("foot", 2, 0.3048),     // Adams Tire
+    unit("feet", 2, 0.3048),     // Adams Tire
+    unit("ft", 2, 0.3048),       // usual
+    unit("mile", 4, 1609.344),   // Adams Tire
 ];
 
-const FORCE: &[Word] = &[
-    word("newton", 1, 1.0),                   // Adams Tire
-    word("knewton", 2, 1e3),                  // Adams Tire
-    word("kilonewton", 5, 1e3),               // usual
-    word("mn", 2, 1e-3),                      // Ansys Motion
-    word("millinewton", 6, 1e-3),             // Ansys Motion
-    word("pound_force", 5, POUND * G),        // Adams Tire
-    word("lbf", 3, POUND * G),                // usual
-    word("lb", 2, POUND * G),                 // usual
-    word("kpound_force", 6, 1e3 * POUND * G), // Adams Tire
-    word("kg_force", 2, G),                   // Adams Tire
-    word("kgf", 3, G),                        // usual
-    word("dyne", 2, 1e-5),                    // Adams Tire
-    word("ounce_force", 2, POUND * G / 16.0), // Adams Tire
+const FORCE: &[UnitName] = &[
+    unit("newton", 1, 1.0),                   // Adams Tire
+    unit("knewton", 2, 1e3),                  // Adams Tire
+    unit("kilonewton", 5, 1e3),               // usual
+    unit("mn", 2, 1e-3),                      // Ansys Motion
+    unit("millinewton", 6, 1e-3),             // Ansys Motion
+    unit("pound_force", 5, POUND * G),        // Adams Tire
+    unit("lbf", 3, POUND * G),                // usual
+    unit("lb", 2, POUND * G),                 // usual
+    unit("kpound_force", 6, 1e3 * POUND * G), // Adams Tire
+    unit("kg_force", 2, G),                   // Adams Tire
+    unit("kgf", 3, G),                        // usual
+    unit("dyne", 2, 1e-5),                    // Adams Tire
+    unit("ounce_force", 2, POUND * G / 16.0), // Adams Tire
 ];
 
-const ANGLE: &[Word] = &[
-    word("radian", 3, 1.0),                          // Adams Tire
-    word("degree", 3, std::f64::consts::PI / 180.0), // Adams Tire
+const ANGLE: &[UnitName] = &[
+    unit("radian", 3, 1.0),                          // Adams Tire
+    unit("degree", 3, std::f64::consts::PI / 180.0), // Adams Tire
 ];
 
 /// A slug is accelerated by 1 ft/s² by a pound force.
-const MASS: &[Word] = &[
-    word("kg", 1, 1.0),                  // Adams Tire
-    word("kilogram", 4, 1.0),            // Adams Tire
-    word("gram", 1, 1e-3),               // Adams Tire
-    word("mg", 2, 1e-6),                 // Ansys Motion
-    word("pound_mass", 5, POUND),        // Adams Tire
-    word("lbm", 3, POUND),               // usual
-    word("lb", 2, POUND),                // usual
-    word("kpound_mass", 6, 1e3 * POUND), // Adams Tire
-    word("slug", 2, POUND * G / 0.3048), // Adams Tire
-    word("ounce_mass", 2, POUND / 16.0), // Adams Tire
-    word("tonne", 2, 1e3),               // Ansys Motion
+const MASS: &[UnitName] = &[
+    unit("kg", 1, 1.0),                  // Adams Tire
+    unit("kilogram", 4, 1.0),            // Adams Tire
+    unit("gram", 1, 1e-3),               // Adams Tire
+    unit("mg", 2, 1e-6),                 // Ansys Motion
+    unit("pound_mass", 5, POUND),        // Adams Tire
+    unit("lbm", 3, POUND),               // usual
+    unit("lb", 2, POUND),                // usual
+    unit("kpound_mass", 6, 1e3 * POUND), // Adams Tire
+    unit("slug", 2, POUND * G / 0.3048), // Adams Tire
+    unit("ounce_mass", 2, POUND / 16.0), // Adams Tire
+    unit("tonne", 2, 1e3),               // Ansys Motion
 ];
 
-const TIME: &[Word] = &[
-    word("second", 1, 1.0),       // Adams Tire
-    word("millisecond", 3, 1e-3), // Adams Tire
-    word("ms", 2, 1e-3),          // Ansys Motion
-    word("msec", 4, 1e-3),        // usual
-    word("minute", 3, 60.0),      // Adams Tire
-    word("hour", 1, 3600.0),      // Adams Tire
+const TIME: &[UnitName] = &[
+    unit("second", 1, 1.0),       // Adams Tire
+    unit("millisecond", 3, 1e-3), // Adams Tire
+    unit("ms", 2, 1e-3),          // Ansys Motion
+    unit("msec", 4, 1e-3),        // usual
+    unit("minute", 3, 60.0),      // Adams Tire
+    unit("hour", 1, 3600.0),      // Adams Tire
 ];
 
 /// The words for pressure; the first ones of bar, psi and kPa are those that a pressure without a unit is told with.
-const PRESSURE: &[Word] = &[
-    word("pascal", 2, 1.0),     // Project Chrono
-    word("bar", 3, 1e5),        // Project Chrono
-    word("psi", 3, PSI),        // Project Chrono
-    word("kpa", 3, 1e3),        // Project Chrono
-    word("kpascal", 3, 1e3),    // Project Chrono
-    word("kilopascal", 5, 1e3), // usual
-    word("mpa", 3, 1e6),        // usual
-    word("megapascal", 5, 1e6), // usual
-    word("mbar", 4, 100.0),     // usual
-    word("ksi", 3, 1e3 * PSI),  // Project Chrono
-    word("atm", 3, 101_325.0),  // usual
-    word("n/m2", 4, 1.0),       // usual
-    word("n/mm2", 5, 1e6),      // usual
+const PRESSURE: &[UnitName] = &[
+    unit("pascal", 2, 1.0),     // Project Chrono
+    unit("bar", 3, 1e5),        // Project Chrono
+    unit("psi", 3, PSI),        // Project Chrono
+    unit("kpa", 3, 1e3),        // Project Chrono
+    unit("kpascal", 3, 1e3),    // Project Chrono
+    unit("kilopascal", 5, 1e3), // usual
+    unit("mpa", 3, 1e6),        // usual
+    unit("megapascal", 5, 1e6), // usual
+    unit("mbar", 4, 100.0),     // usual
+    unit("ksi", 3, 1e3 * PSI),  // Project Chrono
+    unit("atm", 3, 101_325.0),  // usual
+    unit("n/m2", 4, 1.0),       // usual
+    unit("n/mm2", 5, 1e6),      // usual
 ];
 
 impl Units {
@@ -135,7 +135,7 @@ impl Units {
     ///
     /// # Errors
     /// In words, when nobody knows the unit.
-    pub fn take(&mut self, key: &str, written: &str) -> Result<bool, String> {
+    pub fn set(&mut self, key: &str, written: &str) -> Result<bool, String> {
         let words = match key {
             "LENGTH" => LENGTH,
             "FORCE" => FORCE,
@@ -178,7 +178,7 @@ impl Units {
 }
 
 /// Case, plural, quotes and brackets do not matter, and words may be shortened down to a length.
-fn size(words: &[Word], written: &str) -> Option<f64> {
+fn size(words: &[UnitName], written: &str) -> Option<f64> {
     let whole = written
         .trim_matches(|letter: char| !letter.is_alphanumeric())
         .to_ascii_lowercase()
@@ -201,7 +201,7 @@ fn size(words: &[Word], written: &str) -> Option<f64> {
 /// The words and sizes of the units that a number which is no pressure in pascal may have been meant in, the likeliest first: tires of cars
 /// have 1.5 to 4 bar, those of trucks up to 9 bar, those of Formula Student cars 0.6 bar.
 pub(crate) fn probable_pressures(value: f64) -> Vec<(&'static str, f64)> {
-    let usual = |word: &&Word| (50e3..1.2e6).contains(&(value * word.size));
+    let usual = |word: &&UnitName| (50e3..1.2e6).contains(&(value * word.size));
     let find = |name| PRESSURE.iter().find(|word| word.name == name);
     ["bar", "psi", "kpa", "mpa"]
         .into_iter()
@@ -217,7 +217,7 @@ mod tests {
 
     fn of(key: &str, word: &str) -> Result<Units, String> {
         let mut units = Units::default();
-        units.take(key, word).map(|_| units)
+        units.set(key, word).map(|_| units)
     }
 
     #[test]
@@ -272,7 +272,7 @@ mod tests {
             Err("ANGLE: expected one of radian, degree, found `gon`".to_owned())
         );
         assert!(of("PRESSURE", "torr").is_err() && of("LENGTH", "").is_err());
-        assert_eq!(Units::default().take("TORQUE", "newton_meter"), Ok(false));
+        assert_eq!(Units::default().set("TORQUE", "newton_meter"), Ok(false));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Tells of which version of the Magic Formula a file is, and names the models that are none.
+//! Detects the version of the Magic Formula of a file, and refuses files of other tire models.
 
 use tire::Version;
 
@@ -63,7 +63,7 @@ pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Mess
     let is_pac2002 = format.starts_with("PAC2002");
     if let Some(entry) = entry(file, "FITTYP").filter(|it| it.value != Value::Empty) {
         let line = Some(entry.line);
-        let Some((number, version)) = fitted(&entry.value) else {
+        let Some((number, version)) = fittyp_version(&entry.value) else {
             let text = format!(
                 "FITTYP: expected 5, 6, 21, 50, 51, 52, 60, 61 or 62, found {}",
                 entry.value
@@ -86,7 +86,7 @@ pub(crate) fn version(file: &TirFile) -> Result<(Version, Option<Message>), Mess
         return Ok((version, told));
     }
     // Such as MF_05 of MF-Tyre 5.0.
-    if let Some((_, version)) = named.and_then(|entry| fitted(&entry.value)) {
+    if let Some((_, version)) = named.and_then(|entry| fittyp_version(&entry.value)) {
         return Ok((version, None));
     }
     let version = by_keys(file);
@@ -114,7 +114,7 @@ fn refuse_other_models(
     let section = OTHER_SECTIONS.iter().find(|(name, _)| has_section(name));
     let kind = entry(file, "TYPE");
     let is_new = entry(file, "FITTYP")
-        .and_then(|entry| fitted(&entry.value))
+        .and_then(|entry| fittyp_version(&entry.value))
         .is_some_and(|(_, version)| !version.is_before_61());
     let rides = kind.is_some_and(|it| letters(&it.value).starts_with("MOTOR"))
         || file.entry("LATERAL_COEFFICIENTS", "PCY2").is_some();
@@ -142,7 +142,7 @@ fn letters(value: &Value) -> String {
 }
 
 /// The number of a `FITTYP` with its version: `61`, `'MF61'` and `'MF-Tyre 6.1'` are the same.
-fn fitted(value: &Value) -> Option<(f64, Version)> {
+fn fittyp_version(value: &Value) -> Option<(f64, Version)> {
     let letters = letters(value);
     if letters.ends_with("PAC2002") {
         return Some((5.0, Version::Pac2002));

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use tire::{Coefficients, KEYS, Key, Version};
 
-use crate::keys::{offset, written};
+use crate::keys::{key_in_file, offset};
 use crate::syntax::{TirFile, Value};
 
 /// Column of the sign of an assignment.
@@ -37,7 +37,7 @@ pub fn write(coefficients: &Coefficients, about: &[String]) -> String {
             }
         }
         let value = key.get(coefficients) - offset(coefficients.version, key.name);
-        let name = written(coefficients.version, key);
+        let name = key_in_file(coefficients.version, key);
         let _ = writeln!(text, "{name:<WIDTH$}= {value:<22} ${}", key.doc);
     }
     text

@@ -1,4 +1,4 @@
-//! Says why a unit text cannot be read, and where.
+//! Errors of unit texts, with their positions.
 
 use std::ops::Range;
 

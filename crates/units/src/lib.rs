@@ -18,16 +18,16 @@
 #![forbid(unsafe_code)]
 
 mod error;
-mod leading;
 mod parser;
 mod spelling;
 mod table;
+mod unit_prefix;
 
 pub use error::UnitError;
-pub use leading::leading;
 use parser::Parser;
-pub use spelling::{meant, respelled};
+pub use spelling::{normalized, unit_of_spelling};
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
+pub use unit_prefix::leading_unit_length;
 
 /// The base units, in the order of [`Unit::exponents`].
 pub const BASE: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
@@ -65,7 +65,7 @@ impl Unit {
     ///
     /// # Errors
     /// When the factor is 0, or a number is none or beyond all units: conversions would give such numbers, too.
-    pub fn defined(exponents: [i8; 8], factor: f64, offset: f64) -> Result<Self, UnitError> {
+    pub fn try_from_base(exponents: [i8; 8], factor: f64, offset: f64) -> Result<Self, UnitError> {
         if !is_size(factor) {
             return Err(UnitError::Factor { found: factor });
         }
@@ -85,7 +85,7 @@ impl Unit {
         if let Some((_, factor, offset)) = SCALES.iter().find(|(name, ..)| *name == word) {
             return Ok(Self::from_base(TEMPERATURE, *factor, *offset));
         }
-        Parser::read(text).map_err(|error| match meant(word) {
+        Parser::read(text).map_err(|error| match unit_of_spelling(word) {
             Some(meant) => {
                 let (word, text) = (word.to_owned(), text.to_owned());
                 let at = text.find(word.as_str()).unwrap_or_default();
@@ -97,7 +97,7 @@ impl Unit {
 
     /// The unit of differences of values: the same without an offset.
     #[must_use]
-    pub fn of_differences(self) -> Self {
+    pub fn difference_unit(self) -> Self {
         Self { offset: 0.0, ..self }
     }
 
@@ -163,7 +163,7 @@ impl Unit {
     /// `self^power`, or nothing when an exponent is not whole or leaves the range of `i8`, or the factor is beyond all units. An
     /// angle counts as a plain number where its own exponent is not whole.
     #[must_use]
-    pub fn to_the(self, power: f64) -> Option<Self> {
+    pub fn powf(self, power: f64) -> Option<Self> {
         let raised = |exponents: [i8; 8]| {
             let mut raised = NONE;
             for (to, from) in raised.iter_mut().zip(exponents) {
@@ -175,7 +175,7 @@ impl Unit {
         };
         let exponents =
             raised(self.exponents).or_else(|| raised(self.without_angle().exponents))?;
-        Self::defined(exponents, self.factor.powf(power), 0.0).ok()
+        Self::try_from_base(exponents, self.factor.powf(power), 0.0).ok()
     }
 
     /// `self * other^exponent`, or nothing when a power leaves the range of `i8`, or the factor is beyond all units.
@@ -186,7 +186,7 @@ impl Unit {
             *sum = sum.checked_add(power.checked_mul(exponent)?)?;
         }
         let factor = self.factor * other.factor.powi(i32::from(exponent));
-        Self::defined(exponents, factor, 0.0).ok()
+        Self::try_from_base(exponents, factor, 0.0).ok()
     }
 }
 

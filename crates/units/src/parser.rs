@@ -1,4 +1,4 @@
-//! Reads products of powers of named units.
+//! Recursive-descent parser of products of powers of named units.
 
 use crate::table::{NAMES, SCALES};
 use crate::{Unit, UnitError, spelling};
@@ -89,7 +89,7 @@ impl<'a> Parser<'a> {
         } else if SCALES.iter().any(|(name, ..)| *name == word) {
             Err(UnitError::Shifted { word, at, text })
         } else {
-            let meant = spelling::meant(&word);
+            let meant = spelling::unit_of_spelling(&word);
             Err(UnitError::Unknown { word, at, text, meant })
         }
     }

@@ -141,7 +141,7 @@ const SPELLINGS: &[(&str, &str)] = &[
 
 /// The unit that a common spelling such as `kmh`, `degrees` or `PSI` stands for.
 #[must_use]
-pub fn meant(text: &str) -> Option<&'static str> {
+pub fn unit_of_spelling(text: &str) -> Option<&'static str> {
     let find = |text: &str| SPELLINGS.iter().find(|(spelling, _)| *spelling == text);
     find(text).or_else(|| find(&text.to_lowercase())).map(|(_, unit)| *unit)
 }
@@ -164,19 +164,19 @@ const SIGNS: [(&str, &str); 9] = [
 ///
 /// ```
 /// for (written, unit) in [("deg/sec", "deg/s"), ("Meters/second", "m/s"), ("°C", "degC"), ("m/s²", "m/s2"), ("KTS", "kn")] {
-///     assert_eq!(units::respelled(written).as_deref(), Some(unit));
+///     assert_eq!(units::normalized(written).as_deref(), Some(unit));
 /// }
-/// assert_eq!(units::respelled("furlong/sec"), None);
+/// assert_eq!(units::normalized("furlong/sec"), None);
 /// ```
 #[must_use]
-pub fn respelled(text: &str) -> Option<String> {
+pub fn normalized(text: &str) -> Option<String> {
     let signed = |text: String, (sign, name): (&str, &str)| text.replace(sign, name);
     let plain = SIGNS.into_iter().fold(text.trim().replace(" per ", "/"), signed);
     let is_unit = |text: &str| Unit::parse(text).is_ok();
     if is_unit(&plain) {
         return Some(plain);
     }
-    if let Some(unit) = meant(text.trim()).or_else(|| meant(&plain)) {
+    if let Some(unit) = unit_of_spelling(text.trim()).or_else(|| unit_of_spelling(&plain)) {
         return Some(unit.to_owned());
     }
     let (mut product, mut rest) = (String::new(), plain.as_str());
@@ -184,7 +184,7 @@ pub fn respelled(text: &str) -> Option<String> {
         let letters = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
         let (word, after) =
             rest.split_at(letters.max(rest.chars().next().map_or(1, char::len_utf8)));
-        product += if letters == 0 || is_unit(word) { word } else { meant(word)? };
+        product += if letters == 0 || is_unit(word) { word } else { unit_of_spelling(word)? };
         rest = after;
     }
     is_unit(&product).then_some(product)

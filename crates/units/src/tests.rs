@@ -188,7 +188,7 @@ fn common_spellings_lead_to_a_unit_and_none_is_a_unit_itself() {
 
 #[test]
 fn powers_and_roots_of_units_have_whole_exponents() {
-    let raised = |text: &str, power| unit(text).to_the(power).map(|unit| unit.dimension());
+    let raised = |text: &str, power| unit(text).powf(power).map(|unit| unit.dimension());
     for (text, power, expected) in [
         ("m/s", 2.0, Some("m2/s2")),
         ("m2/s2", 0.5, Some("m/s")),
@@ -200,7 +200,7 @@ fn powers_and_roots_of_units_have_whole_exponents() {
     ] {
         assert_eq!(raised(text, power).as_deref(), expected, "{text}^{power}");
     }
-    assert!((unit("km/h").to_the(2.0).expect("a unit").factor - 1.0 / 12.96).abs() < 1e-15);
+    assert!((unit("km/h").powf(2.0).expect("a unit").factor - 1.0 / 12.96).abs() < 1e-15);
 }
 
 #[test]
@@ -231,7 +231,7 @@ fn the_unit_after_a_number_ends_where_signals_begin() {
         ("((((((((((m", ""),
         ("kmh", ""),
     ] {
-        assert_eq!(&text[..leading(text)], unit, "{text}");
+        assert_eq!(&text[..leading_unit_length(text)], unit, "{text}");
     }
 }
 
@@ -240,7 +240,7 @@ fn differences_have_a_unit_of_their_own() {
     for (name, plain) in
         [("degC", Some("K")), ("degF", Some("degR")), ("bar", Some("bar")), ("kg.m2", None)]
     {
-        let unit = Unit::parse(name).expect("a unit").of_differences();
+        let unit = Unit::parse(name).expect("a unit").difference_unit();
         assert_eq!((unit.plain_name(), unit.offset), (plain, 0.0), "{name}");
     }
     assert_eq!(Unit::parse("degC").expect("a unit").plain_name(), None);

@@ -1,7 +1,7 @@
-//! Gives the characteristic values of a manoeuvre that was driven: as numbers for checks, and as a table for people.
+//! The analysis of a manoeuvre: its characteristic values as numbers for checks, and as a table for the report.
 
 use diagnostics::Error;
-use manoeuvre::{Found, Known, Manoeuvre, Values};
+use manoeuvre::{CharacteristicValue, CharacteristicValues, Manoeuvre, ValueDescription};
 use serde_json::{Map, Value, json};
 
 /// The values of a manoeuvre, from the columns that the driver commanded and measured, in the order of [`Manoeuvre::log`].
@@ -20,24 +20,24 @@ pub(super) fn run(
     };
     let commands = commands.each_ref().map(Vec::as_slice);
     let log = manoeuvre.log(time, commands, inputs).map_err(failed)?;
-    let values = manoeuvre.kind.values(&manoeuvre.common, &log).map_err(failed)?;
+    let values = manoeuvre.kind.evaluate(&manoeuvre.common, &log).map_err(failed)?;
     Ok(result(manoeuvre, &values))
 }
 
 /// The values under their names, with a title and tables.
-fn result(manoeuvre: &Manoeuvre, values: &Values) -> Value {
-    let known = manoeuvre.kind.known();
+fn result(manoeuvre: &Manoeuvre, values: &CharacteristicValues) -> Value {
+    let known = manoeuvre.kind.value_descriptions();
     let about = |name: &str| known.iter().find(|it| it.name == name);
     let (mut all, mut rows, mut lists) = (Map::new(), Vec::new(), Vec::new());
     for (name, found) in &values.0 {
         let Some(known) = about(name) else { continue };
         match found {
-            Found::Number(number) => {
+            CharacteristicValue::Number(number) => {
                 all.insert((*name).to_owned(), json!(number));
                 let number = number.map_or("-".to_owned(), digits);
                 rows.push(json!([name, number, known.unit, known.about]));
             }
-            Found::List(list) => {
+            CharacteristicValue::List(list) => {
                 all.insert((*name).to_owned(), json!(list));
                 lists.push((known, list));
             }
@@ -54,9 +54,9 @@ fn result(manoeuvre: &Manoeuvre, values: &Values) -> Value {
 }
 
 /// Lists side by side, one row for each place.
-fn table(lists: &[(&Known, &Vec<f64>)]) -> Option<Value> {
+fn table(lists: &[(&ValueDescription, &Vec<f64>)]) -> Option<Value> {
     let longest = lists.iter().map(|(_, list)| list.len()).max()?;
-    let title = |known: &Known| format!("{} [{}]", known.name, known.unit);
+    let title = |known: &ValueDescription| format!("{} [{}]", known.name, known.unit);
     let head: Vec<_> = lists.iter().map(|(known, _)| title(known)).collect();
     let cell =
         |list: &Vec<f64>, place: usize| list.get(place).copied().map_or(String::new(), digits);

@@ -1,4 +1,4 @@
-//! Lets a Python script analyse: in a process of its own, which ends when the run has to.
+//! Analyses by Python scripts: each runs in a process of its own, which ends when the run has to.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -46,7 +46,7 @@ pub(super) fn run(
         }
         host.progress(last.0, &last.1)
     });
-    if let Some(error) = host.failed.take() {
+    if let Some(error) = host.error.take() {
         return Err(error);
     }
     let result = outcome.map_err(|failure| failed(failure.to_string()))?;
@@ -67,8 +67,9 @@ fn take_files(script: &Script, host: &mut AnalysisHost) -> Result<(), Error> {
         std::fs::read_dir(&folder).and_then(Iterator::collect).map_err(wrong)?;
     found.sort_by_key(std::fs::DirEntry::file_name);
     for entry in found {
-        let (name, about) = (entry.file_name(), entry.metadata().map_err(wrong)?);
-        let Some(name) = name.to_str().filter(|_| about.is_file() && about.len() <= LARGEST) else {
+        let (name, metadata) = (entry.file_name(), entry.metadata().map_err(wrong)?);
+        let Some(name) = name.to_str().filter(|_| metadata.is_file() && metadata.len() <= LARGEST)
+        else {
             let what = format!(
                 "expected files of at most {LARGEST} bytes with names in UTF-8 in `run.folder`, and no folders, found {}",
                 name.display()

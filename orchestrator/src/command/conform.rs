@@ -42,15 +42,15 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         #[cfg(target_os = "linux")]
         let _ =
             rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
-        let judged = conform::run_one(&arguments.fmu, rule, log, limit);
-        return judged.map(|()| 0).map_err(not_judged);
+        let report = conform::run_one(&arguments.fmu, rule, log, limit);
+        return report.map(|()| 0).map_err(not_judged);
     }
-    let judged = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
+    let report = conform::run(&this_program()?, &arguments.fmu, limit).map_err(not_judged)?;
     match arguments.json {
-        true => print_json(&serde_json::json!(judged.findings)),
-        false => print(&conform::lines(&judged.findings, judged.version)),
+        true => print_json(&serde_json::json!(report.findings)),
+        false => print(&conform::lines(&report.findings, report.version)),
     }
-    Ok(conform::exit_code(&judged.findings))
+    Ok(conform::exit_code(&report.findings))
 }
 
 fn not_judged(error: JudgeError) -> Error {

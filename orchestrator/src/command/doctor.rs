@@ -1,7 +1,7 @@
 //! `trackside doctor`: looks for errors in the log of a drive, and prints the lines that correct them.
 
 mod columns;
-mod corrected;
+mod corrections;
 mod titles;
 
 use std::fmt::Write as _;
@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diagnostics::Error;
-use orchestrator::{Remains, Replay, RunOptions};
+use orchestrator::{Replay, RunContext, RunOptions};
 use recording::table;
 use serde_json::Value;
 
-use self::columns::Chosen;
-use self::corrected::{Corrected, Keys, quoted};
+use self::columns::ColumnChoice;
+use self::corrections::{ColumnKeys, CorrectedTable, quoted};
 use super::{print, progress, tell};
 
 /// Arguments of `trackside doctor`. A column is its title, with a unit behind a colon where that of the file is not the one of the
@@ -24,9 +24,9 @@ pub struct Arguments {
     /// The log: CSV, MDF, MoTeC, VBOX, Parquet, Arrow, MAT or HDF5, a bag of ROS 2; or MCAP with all columns given.
     log: PathBuf,
     #[command(flatten)]
-    columns: Columns,
+    columns: ColumnArguments,
     #[command(flatten)]
-    car: Car,
+    car: CarArguments,
     /// The folder for the page, the result and the scenario that made them [default: target/runs/doctor].
     #[arg(long)]
     out: Option<PathBuf>,
@@ -35,7 +35,7 @@ pub struct Arguments {
 /// The columns of the log. Those that are not given are looked for by usual titles.
 #[derive(Args)]
 #[allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
-struct Columns {
+struct ColumnArguments {
     /// Time [s].
     #[arg(long, value_name = "COLUMN")]
     time: Option<String>,
@@ -88,7 +88,7 @@ struct Columns {
 
 /// What is known of the car; none of it is needed.
 #[derive(Args)]
-struct Car {
+struct CarArguments {
     /// Distance between the axles [m].
     #[arg(long, value_name = "METRES")]
     wheelbase: Option<f64>,
@@ -103,8 +103,8 @@ struct Car {
     mass: Option<f64>,
 }
 
-impl Columns {
-    fn given(&self) -> [(&'static str, &Option<String>); 16] {
+impl ColumnArguments {
+    fn entries(&self) -> [(&'static str, &Option<String>); 16] {
         let Self { time, v_x, v_y, r, a_x, a_y, delta, F_x, omega_fl, .. } = self;
         let Self { omega_fr, omega_rl, omega_rr, roll, course, x, y, .. } = self;
         [
@@ -134,23 +134,25 @@ impl Columns {
 /// When the log cannot be read, lacks a column, or the plugin does not build.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let titles = table::titles(&arguments.log).map_err(|error| Error::input(error.to_string()))?;
-    let chosen = columns::choose(&arguments.log, &titles, &arguments.columns.given())?;
+    let chosen = columns::choose(&arguments.log, &titles, &arguments.columns.entries())?;
     let out = arguments.out.clone().unwrap_or_else(|| Path::new("target/runs/doctor").into());
     let scenario = out.join("doctor.toml");
-    let columns: Vec<Keys> = chosen.iter().filter(|it| it.name != "time").map(Keys::of).collect();
+    let columns: Vec<ColumnKeys> =
+        chosen.iter().filter(|it| it.name != "time").map(ColumnKeys::of).collect();
     write(&scenario, &text(arguments, &chosen, &columns, &toml::Table::new())?)?;
     let options =
         RunOptions { out: Some(out.clone()), replay: Replay::Off, ..RunOptions::default() };
-    let report = progress::run(&scenario, &options, &mut Remains::default(), |_, _| ())?.report;
+    let report = progress::run(&scenario, &options, &mut RunContext::default(), |_, _| ())?.report;
     report.warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let result = &report.analyses[NAME];
     print(&format!("the log is read as {}\n{}", titles.format, lines(&chosen, result)));
     let findings = result["doctor"]["findings"].as_array().map_or(&[][..], Vec::as_slice);
-    if let Some(Corrected { columns, table }) = corrected::corrected(&chosen, findings) {
+    if let Some(CorrectedTable { columns, table }) = corrections::corrected_table(&chosen, findings)
+    {
         let path = out.join("corrected.toml");
         write(&path, &text(arguments, &chosen, &columns, &table)?)?;
         let keys = table.iter().map(|(key, value)| format!("{key} = {value}"));
-        let lines: Vec<String> = keys.chain(columns.iter().map(Keys::line)).collect();
+        let lines: Vec<String> = keys.chain(columns.iter().map(ColumnKeys::line)).collect();
         let (path, lines) = (path.display(), lines.join("\n  "));
         print(&format!("\nwith these corrections, to run again: {path}\n  {lines}\n"));
     }
@@ -176,8 +178,8 @@ const NAME: &str = "doctor";
 /// When the system does not say where the log is.
 fn text(
     arguments: &Arguments,
-    chosen: &[Chosen],
-    columns: &[Keys],
+    chosen: &[ColumnChoice],
+    columns: &[ColumnKeys],
     table: &toml::Table,
 ) -> Result<String, Error> {
     let path = std::path::absolute(&arguments.log)
@@ -203,7 +205,7 @@ fn text(
         text.push('\n');
     }
     text += "\n[analysis.config]\ntask = \"doctor\"\n";
-    let Car { wheelbase, l_f, l_r, mass } = arguments.car;
+    let CarArguments { wheelbase, l_f, l_r, mass } = arguments.car;
     for (key, value) in [("wheelbase", wheelbase), ("l_f", l_f), ("l_r", l_r), ("m", mass)] {
         if let Some(value) = value {
             let _ = writeln!(text, "{key} = {value:?}");
@@ -214,7 +216,7 @@ fn text(
 }
 
 /// What was looked at and what was found, for people.
-fn lines(chosen: &[Chosen], result: &Value) -> String {
+fn lines(chosen: &[ColumnChoice], result: &Value) -> String {
     let mut lines = String::new();
     for it in chosen {
         let unit = it.unit.as_ref().map(|unit| format!(" [{unit}]")).unwrap_or_default();

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use clap::Args;
 use diagnostics::Error;
-use diagnostics::suggest::Unknown;
+use diagnostics::suggest::UnknownName;
 use orchestrator::package::{self, BuildProgress};
 use plugin::Plugin;
 use scenario::{document, reference};
@@ -33,7 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => (document::schema().clone(), "Scenario reference".to_owned()),
     };
     match &arguments.key {
-        Some(key) => print(&reference::explain(&schema, key).map_err(Unknown::input)?),
+        Some(key) => print(&reference::explain(&schema, key).map_err(UnknownName::input)?),
         None => print(&reference::markdown(&schema, &title)),
     }
     Ok(0)
@@ -56,7 +56,7 @@ pub(super) fn config_schema(name: &str) -> Result<serde_json::Value, Error> {
     let schema = plugin
         .config_schema()
         .ok_or_else(|| wrong("the plugin does not describe its configuration".to_owned()))?;
-    let schema = serde_json::from_str(schema);
-    let schema = schema.map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
+    let schema = serde_json::from_str(schema)
+        .map_err(|error| wrong(format!("its schema is no JSON: {error}")))?;
     Ok(scenario::schema::normalize(&schema))
 }

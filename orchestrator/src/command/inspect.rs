@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         ending.is_some_and(|ending| endings.iter().any(|it| ending == *it))
     };
     if is(&["toml", "ssp", "ssd"]) {
-        return of_scenario(arguments);
+        return inspect_scenario(arguments);
     }
     if arguments.dot || arguments.variant.is_some() {
         let message = format!(
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(0)
 }
 
-fn of_scenario(arguments: &Arguments) -> Result<u8, Error> {
+fn inspect_scenario(arguments: &Arguments) -> Result<u8, Error> {
     let scenario = Scenario::read_variant(&arguments.file, arguments.variant.as_deref())?;
     let mut building = BuildLine::default();
     let mut progress = |progress: BuildProgress| building.show(&progress);

@@ -1,9 +1,9 @@
 //! `trackside pack`: builds FMU packages of the workspace and packs them, or packs a scenario as a system of SSP or as one FMU, or a
 //! Python script as an FMU.
 
+mod fmu_package;
 mod library;
 mod python;
-mod sealed;
 mod ssp;
 mod system;
 
@@ -97,7 +97,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     }
     if let Some(name) = &arguments.fmu {
         let (inputs, outputs) = (arguments.inputs.clone(), arguments.outputs.clone());
-        return system::run(&system::Order {
+        return system::run(&system::PackOptions {
             scenarios: &arguments.packages,
             choice: Choice { name: name.clone(), inputs, outputs },
             version: arguments.fmi.into(),
@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         });
     }
     if let Some(script) = &arguments.python {
-        return python::run(&python::Order {
+        return python::run(&python::PackOptions {
             script,
             name: arguments.name.as_deref(),
             class: arguments.class.as_deref(),
@@ -117,10 +117,10 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     refuse_scenarios(&arguments.packages)?;
     let out = arguments.out.as_deref().unwrap_or(Path::new(FOLDER));
     let mut building = BuildLine::default();
-    let archives = Workspace::around(Path::new(".")).and_then(|workspace| {
+    let archives = Workspace::containing(Path::new(".")).and_then(|workspace| {
         let products = products(&workspace, arguments)?;
         let mut progress = |progress: BuildProgress| building.show(&progress);
-        workspace.pack(&products, (Some(out), arguments.fmi.into()), &mut progress)
+        workspace.pack(&products, Some(out), arguments.fmi.into(), &mut progress)
     });
     let archives = archives.map_err(|error| Error::input(error.to_string()))?;
     for archive in archives.values() {

@@ -7,20 +7,20 @@ use std::time::Duration;
 use diagnostics::{Error, shown};
 use indicatif::{ProgressBar, ProgressStyle};
 use orchestrator::package::BuildProgress;
-use orchestrator::{ProgressEvent, Remains, Run, RunOptions};
+use orchestrator::{ProgressEvent, Run, RunContext, RunOptions};
 
-/// Runs a scenario while a bar shows how far it is; `show` shows what is no build.
+/// Runs a scenario with a progress bar; `show` shows the events that are not about a build.
 ///
 /// # Errors
 /// When the run fails.
 pub fn run(
     scenario: &Path,
     options: &RunOptions,
-    remains: &mut Remains,
+    context: &mut RunContext,
     show: impl Fn(&ProgressEvent, &ProgressBar),
 ) -> Result<Run, Error> {
     let (bar, mut building) = (progress_bar(scenario), BuildLine::default());
-    let outcome = orchestrator::run(scenario, options, remains, &mut |event| match event {
+    let outcome = orchestrator::run(scenario, options, context, &mut |event| match event {
         ProgressEvent::Building(progress) => bar.suspend(|| building.show(&progress)),
         event => show(&event, &bar),
     });

@@ -1,4 +1,4 @@
-//! `trackside recover`: makes a valid recording of one that a killed run left or that is damaged.
+//! `trackside recover`: repairs the recording of a killed run, or a damaged one.
 
 use std::path::{Path, PathBuf};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use diagnostics::Error;
 use orchestrator::sweep::{self, Plan};
-use orchestrator::{Remains, Replay, RunOptions};
+use orchestrator::{Replay, RunContext, RunOptions};
 
 use super::run::{free, program_of_guests, warn};
 use super::{print, progress, sweep as sweeps, tell};
@@ -37,7 +37,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let out = arguments.out.clone().unwrap_or_else(|| folder(&plan, variant));
     let options =
         RunOptions { replay, csv: arguments.csv, out: Some(out), ..RunOptions::default() };
-    again(&plan, variant, options)
+    run_variant(&plan, variant, options)
 }
 
 /// Runs a variant of a sweep that is over, unless it was recorded before.
@@ -49,7 +49,7 @@ pub(super) fn record(plan: &Plan, variant: u64) -> Result<(), Error> {
     if out.join(scenario::plan::REPORT).exists() {
         return Ok(());
     }
-    match again(plan, variant, RunOptions { out: Some(out), ..RunOptions::default() }) {
+    match run_variant(plan, variant, RunOptions { out: Some(out), ..RunOptions::default() }) {
         // A variant that fails was chosen because it does.
         Err(error @ (Error::Input(_) | Error::Interrupted(_) | Error::Output { .. })) => Err(error),
         _ => Ok(()),
@@ -60,19 +60,19 @@ fn folder(plan: &Plan, variant: u64) -> PathBuf {
     plan.folder.join("variants").join(variant.to_string())
 }
 
-fn again(plan: &Plan, variant: u64, options: RunOptions) -> Result<u8, Error> {
-    let settings = plan.settings_of(variant)?;
-    let overrides = plan.with(&plan.overrides()?, &settings)?;
+fn run_variant(plan: &Plan, variant: u64, options: RunOptions) -> Result<u8, Error> {
+    let variant_overrides = plan.overrides_of(variant)?;
+    let overrides = plan.with_variant(&plan.overrides()?, &variant_overrides)?;
     let program = Some(program_of_guests()?);
     let options = RunOptions { overrides, program, ..options };
-    let said: Vec<_> = settings.iter().map(|it| format!("{}={}", it.name, it.value)).collect();
-    tell(&format!("variant {variant}: {}", said.join(" ")));
-    let mut remains = Remains::default();
+    let texts = variant_overrides.iter().map(|it| format!("{}={}", it.name, it.value));
+    tell(&format!("variant {variant}: {}", texts.collect::<Vec<_>>().join(" ")));
+    let mut context = RunContext::default();
     let scenario: &Path = &plan.scenario_file();
-    let run = progress::run(scenario, &options, &mut remains, |_, _| {})?;
+    let run = progress::run(scenario, &options, &mut context, |_, _| {})?;
     warn(&run.report);
     print(&run.report.lines());
-    free(remains);
+    free(context);
     match sweep::differences(plan, variant, &run.report)? {
         None => tell("the sweep has no result of this variant yet"),
         Some(found) if found.is_empty() => {

@@ -9,7 +9,7 @@ use cosim::system::Algorithm;
 use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
-use orchestrator::{ProgressEvent, Remains, Replay, Role, RunOptions, suite};
+use orchestrator::{BranchRole, ProgressEvent, Replay, RunContext, RunOptions, suite};
 use scenario::document::Algorithm;
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
@@ -109,7 +109,7 @@ pub(super) enum IsolateArg {
 }
 
 impl IsolateArg {
-    fn word(self) -> IsolationPolicy {
+    fn isolation(self) -> IsolationPolicy {
         match self {
             IsolateArg::All => IsolationPolicy::Everything,
             IsolateArg::Foreign => IsolationPolicy::Foreign,
@@ -140,7 +140,7 @@ enum CouplingArg {
 }
 
 impl CouplingArg {
-    fn word(self) -> Algorithm {
+    fn algorithm(self) -> Algorithm {
         match self {
             CouplingArg::GaussSeidel => Algorithm::GaussSeidel,
             CouplingArg::Jacobi => Algorithm::Jacobi,
@@ -167,7 +167,7 @@ enum ReplayArg {
 /// When an argument is wrong.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let mut options = arguments.options()?;
-    let scenarios = arguments.all()?;
+    let scenarios = arguments.scenario_files()?;
     suite::check_names(&scenarios)?;
     if let Some(file) = &arguments.save_scenario {
         standalone::save(file, &scenarios, &options.overrides)?;
@@ -181,22 +181,23 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     fmu_import::watch(patience, |what| tell(&format!("\n{what}")));
     (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
     if arguments.supervised {
-        options.identity = Some(supervised::begin()?);
+        options.identity = Some(supervised::tie_to_parent()?);
     }
-    let (mut worst, mut kept) = (0, None);
+    // Branches share the nodes of the first run; each other run has a context of its own.
+    let (mut worst, mut shared) = (0, None);
     for (place, path) in scenarios.iter().enumerate() {
         let rest = &scenarios[place + 1..];
         let options = arguments.options_of(path, place, &options);
-        let mut remains = kept.take().unwrap_or_default();
-        worst = worst.max(run_one(path, &options, &mut remains));
-        // Ends have nothing to go on from without the run that leads to them.
-        let alone = options.role == Role::WarmUp && !remains.leads_on();
-        let end = fmu_import::requested_end().is_some() || rest.is_empty() || alone;
+        let mut context = shared.take().unwrap_or_default();
+        worst = worst.max(run_one(path, &options, &mut context));
+        // Without the checkpoint of the warm-up no branch can start.
+        let no_warm_start = options.role == BranchRole::WarmUp && !context.has_warm_start();
+        let end = fmu_import::requested_end().is_some() || rest.is_empty() || no_warm_start;
         // All is told: what an FMU does when it is freed cannot change it any more.
         fmu_import::complete(end.then_some(worst));
         match arguments.branch.is_empty() || end {
-            true => free(remains),
-            false => kept = Some(remains),
+            true => free(context),
+            false => shared = Some(context),
         }
         if end {
             rest.iter().for_each(|path| tell(&format!("not run: {}", path.display())));
@@ -206,9 +207,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(worst)
 }
 
-/// Frees the FMUs of a run, and tells what they say meanwhile.
-pub(super) fn free(remains: Remains) {
-    drop(remains);
+/// Frees the FMUs of a run, and prints their messages of that time.
+pub(super) fn free(context: RunContext) {
+    drop(context);
     fmu_import::late_messages().iter().for_each(|it| tell(&format!("warning: {it}")));
 }
 
@@ -252,8 +253,8 @@ impl Arguments {
                 starts,
                 seed: self.seed,
                 tolerance: self.tolerance,
-                coupling: self.coupling.map(CouplingArg::word),
-                isolate: self.isolate.map(IsolateArg::word).unwrap_or_default(),
+                coupling: self.coupling.map(CouplingArg::algorithm),
+                isolate: self.isolate.map(IsolateArg::isolation).unwrap_or_default(),
                 ..Overrides::default()
             },
             replay: match self.rerun {
@@ -268,14 +269,14 @@ impl Arguments {
             program: None,
             checkpoints: self.checkpoint.clone(),
             resume: self.resume.clone(),
-            role: Role::Alone,
+            role: BranchRole::Standalone,
             latest_stop: None,
             patience: None,
         })
     }
 
     /// The scenario files in the order in which they run.
-    fn all(&self) -> Result<Vec<PathBuf>, Error> {
+    fn scenario_files(&self) -> Result<Vec<PathBuf>, Error> {
         if self.bless && (self.resume.is_some() || !self.branch.is_empty()) {
             let message =
                 "--bless: a run that goes on from a checkpoint has no beginning for a baseline";
@@ -294,26 +295,26 @@ impl Arguments {
     /// The options of the scenario at this place.
     fn options_of(&self, path: &Path, place: usize, options: &RunOptions) -> RunOptions {
         let role = match (self.branch.is_empty(), place) {
-            (true, _) => Role::Alone,
-            (false, 0) => Role::WarmUp,
-            (false, place) => Role::End { last: place == self.branch.len() },
+            (true, _) => BranchRole::Standalone,
+            (false, 0) => BranchRole::WarmUp,
+            (false, place) => BranchRole::Branch { last: place == self.branch.len() },
         };
         let checkpoints = match role {
-            Role::End { .. } => Vec::new(),
+            BranchRole::Branch { .. } => Vec::new(),
             _ => options.checkpoints.clone(),
         };
         RunOptions { out: self.folder(path, role), role, checkpoints, ..options.clone() }
     }
 
     /// The folder of a scenario's files, if the user named one.
-    fn folder(&self, scenario: &Path, role: Role) -> Option<PathBuf> {
+    fn folder(&self, scenario: &Path, role: BranchRole) -> Option<PathBuf> {
         let name = scenario.file_stem().unwrap_or_default();
         let Some(out) = self.out.as_ref() else {
             let resumed = format!("{}_resumed", name.to_string_lossy());
             return self.resume.is_some().then(|| Path::new("target/runs").join(resumed));
         };
         Some(match (self.scenarios.len(), role) {
-            (1, Role::Alone | Role::WarmUp) => out.clone(),
+            (1, BranchRole::Standalone | BranchRole::WarmUp) => out.clone(),
             _ => out.join(name),
         })
     }
@@ -322,8 +323,8 @@ impl Arguments {
 /// Start values of `--set`.
 pub(super) fn starts(set: &[String]) -> Result<Vec<Override>, Error> {
     let starts = set.iter().map(|entry| {
-        let given = Override::parse(entry, |file| file.into());
-        given.map_err(|message| Error::input(format!("--set: {message}")))
+        let parsed = Override::parse(entry, |file| file.into());
+        parsed.map_err(|message| Error::input(format!("--set: {message}")))
     });
     Ok(Mistakes::all(starts)?.into_iter().flatten().collect())
 }
@@ -333,8 +334,8 @@ pub(super) fn warn(report: &RunReport) {
     report.warning_lines().iter().for_each(|warning| tell(&format!("warning: {warning}")));
 }
 
-fn run_one(path: &Path, options: &RunOptions, remains: &mut Remains) -> u8 {
-    let outcome = progress::run(path, options, remains, |event, bar| show(event, bar, options));
+fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
+    let outcome = progress::run(path, options, context, |event, bar| show(event, bar, options));
     let run = match outcome {
         Ok(run) => run,
         Err(error) => return report_error(error),

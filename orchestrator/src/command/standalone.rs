@@ -21,7 +21,7 @@ pub(super) fn save(file: &Path, runs: &[PathBuf], overrides: &Overrides) -> Resu
             "a scenario that `extends` a system of SSP or another scenario changes that one",
         ));
     };
-    let starts = overrides.starts.iter().map(|it| (it.variable.clone(), it.value.clone()));
+    let starts = overrides.starts.iter().map(|it| (it.variable().to_owned(), it.value.to_string()));
     let options =
         document::StandaloneOptions { starts: starts.collect(), tolerance: overrides.tolerance };
     let text = document::standalone(fmu, file, &options)?;

@@ -5,16 +5,16 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use diagnostics::{Error, shown};
 use indicatif::{ProgressBar, ProgressStyle};
-use orchestrator::sweep::{self, EngineKind, Followed, Plan, SubmitOptions, Watched};
+use orchestrator::sweep::{self, ChunkProgress, EngineKind, FollowOutcome, Plan, SubmitOptions};
 
 use super::{print, tell, this_program};
 
-/// How to submit.
+/// How to submit the chunks of a plan.
 #[derive(Args)]
-pub struct How {
+pub struct SubmitArguments {
     /// Who runs the chunks.
     #[arg(long)]
-    engine: Engine,
+    engine: EngineArg,
     /// Chunks at a time [default: as many as the engine likes; with local, as many as this machine has cores].
     #[arg(long, value_name = "N")]
     jobs: Option<usize>,
@@ -28,7 +28,7 @@ pub struct How {
 
 /// An engine by its name.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Engine {
+enum EngineArg {
     /// A job array of Slurm.
     Slurm,
     /// A task array of HyperQueue.
@@ -41,41 +41,41 @@ enum Engine {
 ///
 /// # Errors
 /// When the engine refuses, chunks fail, or somebody ends this program.
-pub fn run(plan: &Plan, how: &How) -> Result<bool, Error> {
+pub fn run(plan: &Plan, how: &SubmitArguments) -> Result<bool, Error> {
     let engine = match how.engine {
-        Engine::Slurm => EngineKind::Slurm,
-        Engine::Hyperqueue => EngineKind::HyperQueue,
-        Engine::Local => EngineKind::Local,
+        EngineArg::Slurm => EngineKind::Slurm,
+        EngineArg::Hyperqueue => EngineKind::HyperQueue,
+        EngineArg::Local => EngineKind::Local,
     };
     let (jobs, detach, options) = (how.jobs, how.detach, how.options.clone());
     let options = SubmitOptions { engine, jobs, detach, options };
-    let mut line = Line::new(plan);
+    let mut line = SubmitProgress::new(plan);
     let followed = sweep::submit(plan, &options, &this_program()?, &mut |it| line.show(it));
     line.bar.finish_and_clear();
     let folder = plan.folder.display();
     match followed? {
-        Followed::Done => return Ok(true),
-        Followed::Detached => {
+        FollowOutcome::Done => return Ok(true),
+        FollowOutcome::Detached => {
             print(&format!(
                 "{}\n{folder}\nthe same command without --detach follows them\n",
-                words(&line.last)
+                progress_line(&line.last)
             ));
             return Ok(false);
         }
-        Followed::Left => tell(&format!(
+        FollowOutcome::Left => tell(&format!(
             "{}; the tasks go on, and the same command follows them again: {folder}",
-            words(&line.last)
+            progress_line(&line.last)
         )),
-        Followed::Stopped => tell(&format!(
+        FollowOutcome::Stopped => tell(&format!(
             "{}; what is done is in {folder}, and the same command goes on",
-            words(&line.last)
+            progress_line(&line.last)
         )),
     }
     Err(Error::Interrupted(fmu_import::requested_end().unwrap_or_default()))
 }
 
-fn words(watched: &Watched) -> String {
-    let Watched { chunks, done, running, waiting, lost, .. } = watched;
+fn progress_line(progress: &ChunkProgress) -> String {
+    let ChunkProgress { chunks, done, running, waiting, lost, .. } = progress;
     let lost = match lost {
         0 => String::new(),
         lost => format!(", {lost} submitted again"),
@@ -87,13 +87,13 @@ fn words(watched: &Watched) -> String {
 const PERIOD: Duration = Duration::from_secs(30);
 
 /// Shows how far the chunks are.
-struct Line {
+struct SubmitProgress {
     bar: ProgressBar,
-    last: Watched,
-    told: Option<Instant>,
+    last: ChunkProgress,
+    last_line: Option<Instant>,
 }
 
-impl Line {
+impl SubmitProgress {
     fn new(plan: &Plan) -> Self {
         use std::io::IsTerminal as _;
         let bar = match std::io::stderr().is_terminal() {
@@ -104,21 +104,22 @@ impl Line {
                 ProgressBar::new(plan.chunks()).with_style(style)
             }
         };
-        bar.set_prefix(shown(&plan.about.scenario).into_owned());
-        Line { bar, last: Watched::default(), told: None }
+        bar.set_prefix(shown(&plan.metadata.scenario).into_owned());
+        SubmitProgress { bar, last: ChunkProgress::default(), last_line: None }
     }
 
-    fn show(&mut self, watched: &Watched) {
-        if let Some(why) = watched.silent.as_ref().filter(|_| watched.silent != self.last.silent) {
+    fn show(&mut self, progress: &ChunkProgress) {
+        if let Some(why) = progress.silent.as_ref().filter(|_| progress.silent != self.last.silent)
+        {
             self.bar.suspend(|| tell(&format!("warning: the engine does not do it now: {why}")));
         }
         if !self.bar.is_hidden() {
-            self.bar.set_position(watched.done as u64);
-            self.bar.set_message(words(watched));
-        } else if self.told.is_none_or(|told| told.elapsed() > PERIOD) {
-            self.told = Some(Instant::now());
-            tell(&words(watched));
+            self.bar.set_position(progress.done as u64);
+            self.bar.set_message(progress_line(progress));
+        } else if self.last_line.is_none_or(|last_line| last_line.elapsed() > PERIOD) {
+            self.last_line = Some(Instant::now());
+            tell(&progress_line(progress));
         }
-        self.last = watched.clone();
+        self.last = progress.clone();
     }
 }

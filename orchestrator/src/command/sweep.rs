@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, Subcommand};
 use diagnostics::{Error, shown};
 use indicatif::{ProgressBar, ProgressStyle};
-use orchestrator::sweep::{self, Gathered, Plan, PlanOptions, Setting, Tally};
+use orchestrator::sweep::{self, Plan, PlanOptions, SweepResult, VariantCounts};
 use scenario::resolve::Overrides;
 
 use super::progress::BuildLine;
@@ -19,25 +19,25 @@ use super::{print, replay, submit, tell, this_program};
 #[command(args_conflicts_with_subcommands = true)]
 pub struct Arguments {
     #[command(subcommand)]
-    step: Option<Step>,
+    step: Option<SweepCommand>,
     #[command(flatten)]
-    here: Here,
+    here: LocalArguments,
 }
 
 /// The steps of a sweep on a cluster.
 #[derive(Subcommand)]
-enum Step {
+enum SweepCommand {
     /// Write the plan of a sweep: its variants, and the scenario with all its files.
-    Plan(Planned),
+    Plan(PlanArguments),
     /// Run a chunk of a plan; exit code 0 when all of its variants are done, whatever came of them.
-    Run(Chunk),
+    Run(ChunkArguments),
     /// Put the results of all chunks of a plan together.
     Gather {
         /// The folder of the plan.
         plan: PathBuf,
     },
     /// Let Slurm, HyperQueue or processes of this machine run the chunks, follow them, and put their results together.
-    Submit(Submitted),
+    Submit(SubmitCommand),
     /// For sweeps: run variants for the program that started this one.
     #[command(hide = true)]
     Worker {
@@ -48,9 +48,9 @@ enum Step {
 
 /// Arguments of a sweep on this machine.
 #[derive(Args)]
-struct Here {
+struct LocalArguments {
     #[command(flatten)]
-    planned: Planned,
+    planned: PlanArguments,
     /// Variants at a time [default: as many as this machine has cores].
     #[arg(long)]
     jobs: Option<usize>,
@@ -58,7 +58,7 @@ struct Here {
 
 /// What a plan is made of.
 #[derive(Args)]
-struct Planned {
+struct PlanArguments {
     /// The scenario file, with [sweep]; for `submit` also the folder of a plan.
     #[arg(required = true)]
     scenario: Option<PathBuf>,
@@ -85,16 +85,16 @@ struct Planned {
 
 /// A plan, or what to make it of, and how to submit it.
 #[derive(Args)]
-struct Submitted {
+struct SubmitCommand {
     #[command(flatten)]
-    planned: Planned,
+    planned: PlanArguments,
     #[command(flatten)]
-    how: submit::How,
+    how: submit::SubmitArguments,
 }
 
 /// A chunk of a plan.
 #[derive(Args)]
-struct Chunk {
+struct ChunkArguments {
     /// The folder of the plan.
     plan: PathBuf,
     /// The chunk, from 0 on.
@@ -113,7 +113,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     fmu_import::note_requests_to_end();
     match &arguments.step {
         None => arguments.here.run(),
-        Some(Step::Plan(planned)) => {
+        Some(SweepCommand::Plan(planned)) => {
             let plan = planned.plan()?;
             print(&format!(
                 "{} variants in {} chunks\n{}\n",
@@ -123,30 +123,30 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
             ));
             Ok(0)
         }
-        Some(Step::Run(chunk)) => chunk.run(),
-        Some(Step::Gather { plan }) => {
+        Some(SweepCommand::Run(chunk)) => chunk.run(),
+        Some(SweepCommand::Gather { plan }) => {
             let plan = Plan::look_at(plan)?;
             conclude(&sweep::gather(&plan, None)?)
         }
-        Some(Step::Submit(submitted)) => {
+        Some(SweepCommand::Submit(submitted)) => {
             let plan = submitted.plan()?;
             match submit::run(&plan, &submitted.how)? {
                 true => conclude(&sweep::gather(&plan, None)?),
                 false => Ok(0),
             }
         }
-        Some(Step::Worker { host }) => sweep::serve(*host, &program_of_guests()?).map(|()| 0),
+        Some(SweepCommand::Worker { host }) => {
+            sweep::serve(*host, &program_of_guests()?).map(|()| 0)
+        }
     }
 }
 
-impl Planned {
+impl PlanArguments {
     fn plan(&self) -> Result<Plan, Error> {
-        let set = starts(&self.set)?;
         let options = PlanOptions {
             out: self.out.clone(),
-            set: set.iter().map(Setting::of).collect(),
             overrides: Overrides {
-                starts: set,
+                starts: starts(&self.set)?,
                 seed: self.seed,
                 tolerance: self.tolerance,
                 ..Overrides::default()
@@ -156,17 +156,19 @@ impl Planned {
         };
         let Some(scenario) = &self.scenario else { return Err(Error::follow_up()) };
         let mut building = BuildLine::default();
-        sweep::make(scenario, &options, &this_program()?, &mut |progress| building.show(&progress))
+        sweep::create(scenario, &options, &this_program()?, &mut |progress| {
+            building.show(&progress)
+        })
     }
 }
 
-impl Submitted {
+impl SubmitCommand {
     /// The plan in a folder, or that of a scenario.
     fn plan(&self) -> Result<Plan, Error> {
         let Some(folder) = self.planned.scenario.as_ref().filter(|it| it.is_dir()) else {
             return self.planned.plan();
         };
-        let Planned { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
+        let PlanArguments { out, set, seed, tolerance, chunk_size, replace, .. } = &self.planned;
         let given = [
             ("--out", out.is_some()),
             ("--set", !set.is_empty()),
@@ -186,19 +188,19 @@ impl Submitted {
     }
 }
 
-impl Here {
+impl LocalArguments {
     fn run(&self) -> Result<u8, Error> {
         let mut plan = self.planned.plan()?;
-        for warning in &plan.about.warnings {
+        for warning in &plan.metadata.warnings {
             tell(&format!("warning: {warning}"));
         }
         let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let all: Vec<u64> = (0..plan.chunks()).collect();
-        let progress = Progress::new(&plan);
+        let progress = SweepProgress::new(&plan);
         let program = program_of_guests()?;
         let jobs = self.jobs.unwrap_or(cores);
-        let show = |tally: &Tally| progress.show(tally);
-        let found = match plan.about.is_search {
+        let show = |counts: &VariantCounts| progress.show(counts);
+        let found = match plan.metadata.is_search {
             true => sweep::search(&mut plan, jobs, &program, &show)
                 .map(|found| (found.is_none(), found)),
             false => sweep::run_chunks(&plan, &all, jobs, &program, &show)
@@ -230,7 +232,7 @@ fn interrupted(plan: &Plan) -> Result<u8, Error> {
     Err(Error::Interrupted(fmu_import::requested_end().unwrap_or_default()))
 }
 
-impl Chunk {
+impl ChunkArguments {
     fn run(&self) -> Result<u8, Error> {
         let plan = Plan::open(&self.plan, &this_program()?)?;
         if self.chunk >= plan.chunks() {
@@ -244,7 +246,7 @@ impl Chunk {
         if ended.stopped {
             return interrupted(&plan);
         }
-        let Tally { done, passed, failed_to_run } = ended.tally;
+        let VariantCounts { done, passed, failed_to_run } = ended.counts;
         print(&format!(
             "chunk {}: {done} variants done, {passed} passed, {failed_to_run} did not come to their end\n",
             self.chunk
@@ -254,13 +256,13 @@ impl Chunk {
 }
 
 /// Prints what came of a sweep.
-fn conclude(gathered: &Gathered) -> Result<u8, Error> {
+fn conclude(gathered: &SweepResult) -> Result<u8, Error> {
     print(&lines(gathered));
     Ok(gathered.exit_code())
 }
 
-fn lines(gathered: &Gathered) -> String {
-    let Gathered { variants, passed, failed, errors, title, folder, .. } = gathered;
+fn lines(gathered: &SweepResult) -> String {
+    let SweepResult { variants, passed, failed, errors, title, folder, .. } = gathered;
     let mut text = format!("{title}\n");
     text += &format!("  {passed} of {variants} variants passed: {:.1} %\n", 100.0 * gathered.share);
     if let Some(found) = &gathered.search {
@@ -287,13 +289,13 @@ fn lines(gathered: &Gathered) -> String {
 const PERIOD: Duration = Duration::from_secs(30);
 
 /// Shows how far a sweep is.
-struct Progress {
+struct SweepProgress {
     bar: ProgressBar,
     variants: u64,
-    told: Mutex<Instant>,
+    last_line: Mutex<Instant>,
 }
 
-impl Progress {
+impl SweepProgress {
     fn new(plan: &Plan) -> Self {
         use std::io::IsTerminal as _;
         let variants = plan.variants();
@@ -306,12 +308,12 @@ impl Progress {
                 ProgressBar::new(variants).with_style(style)
             }
         };
-        bar.set_prefix(shown(&plan.about.scenario).into_owned());
-        Progress { bar, variants, told: Mutex::new(Instant::now()) }
+        bar.set_prefix(shown(&plan.metadata.scenario).into_owned());
+        SweepProgress { bar, variants, last_line: Mutex::new(Instant::now()) }
     }
 
-    fn show(&self, tally: &Tally) {
-        let Tally { done, passed, failed_to_run } = *tally;
+    fn show(&self, counts: &VariantCounts) {
+        let VariantCounts { done, passed, failed_to_run } = *counts;
         let share = 100.0 * passed as f64 / done.max(1) as f64;
         let errors = match failed_to_run {
             0 => String::new(),
@@ -319,9 +321,9 @@ impl Progress {
         };
         let message = format!("{share:.1} % pass{errors}");
         if self.bar.is_hidden() {
-            let Ok(mut told) = self.told.try_lock() else { return };
-            if told.elapsed() > PERIOD {
-                *told = Instant::now();
+            let Ok(mut last_line) = self.last_line.try_lock() else { return };
+            if last_line.elapsed() > PERIOD {
+                *last_line = Instant::now();
                 tell(&format!("{done} of {} variants done, {message}", self.variants));
             }
             return;

@@ -94,6 +94,6 @@ fn test_line(result: &TestResult) -> String {
         }
         ScenarioOutcome::Interrupted(what) => ("stopped", format!("  ({what})")),
     };
-    let said: String = result.messages.iter().map(|it| format!("  warning: {it}\n")).collect();
-    format!("{word:<8} {path}  {seconds:.1} s{text}\n{said}")
+    let messages: String = result.messages.iter().map(|it| format!("  warning: {it}\n")).collect();
+    format!("{word:<8} {path}  {seconds:.1} s{text}\n{messages}")
 }

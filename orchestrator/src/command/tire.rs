@@ -9,7 +9,7 @@ use tire_file::{Level, Message};
 use tire_report::{Named, digits, figures};
 
 use super::{print, tell};
-use orchestrator::fresh;
+use orchestrator::nofollow;
 
 /// The largest file [B].
 const LARGEST: u64 = 16 << 20;
@@ -26,7 +26,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
     /// The axes that the first file was fitted in: it is converted to ISO-W.
     #[arg(long, value_enum, default_value = "iso")]
-    axes: AxesWord,
+    axes: AxesArg,
     /// Writes the first tire anew, with all keys, in SI units and ISO-W axes.
     #[arg(long, value_name = "NEW.tir")]
     write: Option<PathBuf>,
@@ -34,7 +34,7 @@ pub struct Arguments {
 
 /// The axes of a file.
 #[derive(Clone, Copy, ValueEnum)]
-enum AxesWord {
+enum AxesArg {
     /// ISO-W (TYDEX): a slip angle above 0 gives a lateral force below 0.
     Iso,
     /// SAE, as test benches write it.
@@ -43,12 +43,12 @@ enum AxesWord {
     AdaptedSae,
 }
 
-impl From<AxesWord> for Axes {
-    fn from(word: AxesWord) -> Self {
+impl From<AxesArg> for Axes {
+    fn from(word: AxesArg) -> Self {
         match word {
-            AxesWord::Iso => Axes::Iso,
-            AxesWord::Sae => Axes::Sae,
-            AxesWord::AdaptedSae => Axes::AdaptedSae,
+            AxesArg::Iso => Axes::Iso,
+            AxesArg::Sae => Axes::Sae,
+            AxesArg::AdaptedSae => Axes::AdaptedSae,
         }
     }
 }
@@ -59,8 +59,8 @@ impl From<AxesWord> for Axes {
 /// When a file cannot be read or is no tire, or something cannot be written.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     if let Some(new) = &arguments.write {
-        let whole = |path: &PathBuf| path.canonicalize().ok();
-        let is_read = |path: &PathBuf| whole(path).is_some_and(|it| Some(it) == whole(new));
+        let canonical = |path: &PathBuf| path.canonicalize().ok();
+        let is_read = |path: &PathBuf| canonical(path).is_some_and(|it| Some(it) == canonical(new));
         if is_read(&arguments.file) || arguments.other.as_ref().is_some_and(is_read) {
             let message = format!(
                 "--write: expected another file than those that are read, found {}: its comments and its axes would be lost",
@@ -75,13 +75,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let folder = arguments.out.clone().unwrap_or_else(|| PathBuf::from("target/tires"));
     std::fs::create_dir_all(&folder).map_err(|error| Error::output(&folder, error))?;
     let page = folder.join(format!("{}.html", stem(&arguments.file)));
-    fresh::write(&page, tire_report::page(&first, second.as_ref()))
+    nofollow::write(&page, tire_report::page(&first, second.as_ref()))
         .map_err(|error| Error::output(&page, error))?;
     print(&format!("  {}\n", page.display()));
     if let Some(new) = &arguments.write {
         let about = format!("Written from {} by Trackside.", arguments.file.display());
         let text = tire_file::write(first.tire.coefficients(), &[about]);
-        fresh::write(new, text).map_err(|error| Error::output(new, error))?;
+        nofollow::write(new, text).map_err(|error| Error::output(new, error))?;
         print(&format!("  {}\n", new.display()));
     }
     Ok(0)
@@ -102,18 +102,18 @@ fn read(path: &Path, axes: Axes) -> Result<Named, Error> {
     })?;
     let coefficients = coefficients.between_iso_and(axes);
     let tire = MfTire::new(coefficients).map_err(|bad| Error::input(format!("{name}: {bad}")))?;
-    let still = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
+    let applies = |message: &Message| axes == Axes::Iso || !message.text.contains("--axes");
     let first = tire_file::plausibility(&tire);
-    let mut told = Vec::new();
-    for message in std::iter::once(first).chain(messages).filter(still) {
+    let mut printed = Vec::new();
+    for message in std::iter::once(first).chain(messages).filter(applies) {
         let (level, mark) = match message.level {
             Level::Note => ("note", ""),
             Level::Warning => ("warning", "warning: "),
         };
         tell(&format!("{level}: {name}: {}", shown(&message.to_string())));
-        told.push(format!("{mark}{message}"));
+        printed.push(format!("{mark}{message}"));
     }
-    Ok(Named { name, tire, messages: told })
+    Ok(Named { name, tire, messages: printed })
 }
 
 /// The key figures, one in a line.

@@ -1,4 +1,4 @@
-//! Shows how the nodes of a scenario are coupled: their order, their connections, the loops of these, and the analyses after the
+//! The text of `trackside inspect` about the coupling of a scenario: order and connections of its nodes, loops, and the analyses after the
 //! run.
 
 use std::fmt::Write as _;
@@ -130,7 +130,7 @@ pub fn dot(system: &System) -> String {
         loops.flat_map(|it| &it.links).any(|link| link.label == label && link.needed)
     };
     for (to, node) in system.nodes.iter().enumerate() {
-        for (label, from, at) in incoming(system, node) {
+        for Connection { label, from, at } in connections_to(system, node) {
             let names = label.split(" -> ").map(|end| end.split_once('.').map_or(end, |it| it.1));
             let names = names.collect::<Vec<_>>().join(" \u{2192} ");
             let dashed = if at == At::Start { " style=dashed" } else { "" };
@@ -163,9 +163,13 @@ fn name(system: &System, node: &NodePlan) -> String {
 fn kind(system: &System, node: &NodePlan) -> String {
     let mut text = match &node.body {
         Body::Fmu { fmu, .. } => {
-            let about = &fmu.description;
-            let back = if about.state || about.serialised_state { ", can go back" } else { "" };
-            format!("FMU {} of FMI {}{back}", about.name, about.version)
+            let description = &fmu.description;
+            let back = if description.state || description.serialised_state {
+                ", can go back"
+            } else {
+                ""
+            };
+            format!("FMU {} of FMI {}{back}", description.name, description.version)
         }
         Body::Signals(_) => "signals".to_owned(),
         Body::Table(_) => "table".to_owned(),
@@ -179,25 +183,34 @@ fn kind(system: &System, node: &NodePlan) -> String {
     text
 }
 
-/// The connections of a node: label, node that gives the value, and end of the step.
-fn incoming<'s>(
+/// A connection to a node.
+struct Connection {
+    label: String,
+    /// The node that gives the value.
+    from: usize,
+    /// Whether the value is that of the start or the end of the step.
+    at: At,
+}
+
+/// The connections to a node.
+fn connections_to<'s>(
     system: &'s System,
     node: &'s NodePlan,
-) -> impl Iterator<Item = (String, usize, At)> + 's {
+) -> impl Iterator<Item = Connection> + 's {
     let giver = |output: &dyn Fn(&NodePlan) -> bool| system.nodes.iter().position(output);
     let numbers = node.inputs.indices().zip(&node.connections).filter_map(move |(input, link)| {
         let source = link.source.index;
         let from = giver(&|it| it.outputs.indices().any(|own| own == source))?;
         let label =
             format!("{} -> {}", system.columns[source].name(), system.columns[input].name());
-        Some((label, from, link.source.at))
+        Some(Connection { label, from, at: link.source.at })
     });
     let texts = node.texts.inputs.indices().zip(&node.texts.connections);
     let texts = texts.filter_map(move |(input, source)| {
         let from = giver(&|it| it.texts.outputs.indices().any(|own| own == source.index))?;
         let label =
             format!("{} -> {}", system.columns[source.index].name(), system.columns[input].name());
-        Some((label, from, source.at))
+        Some(Connection { label, from, at: source.at })
     });
     numbers.chain(texts)
 }
@@ -210,7 +223,7 @@ fn links(system: &System) -> Vec<(String, String)> {
     };
     let all = system.nodes.iter().flat_map(|node| {
         let courses = courses(node);
-        incoming(system, node).map(move |(label, _, at)| {
+        connections_to(system, node).map(move |Connection { label, at, .. }| {
             let to = label.split(" -> ").nth(1).unwrap_or_default();
             let course =
                 courses.iter().find(|(name, _)| name == to).and_then(|(_, course)| *course);

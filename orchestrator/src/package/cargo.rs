@@ -3,7 +3,7 @@
 use std::io::{BufRead as _, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
 use serde::Deserialize;
@@ -77,56 +77,69 @@ pub(super) fn build(
     let begin = Instant::now();
     let child = cargo.spawn().map_err(|error| format!("cannot start cargo: {error}"))?;
     let mut compiles = false;
-    let ended = follow(child, |activity| {
+    let output = follow(child, |activity| {
         compiles |= !activity.is_empty();
         if compiles {
             progress(BuildProgress::Building { packages, elapsed: begin.elapsed(), activity });
         }
     });
     if compiles {
-        let succeeded = ended.as_ref().is_ok_and(|ended| ended.status.success());
+        let succeeded = output.as_ref().is_ok_and(|output| output.status.success());
         progress(BuildProgress::Done { packages, elapsed: begin.elapsed(), succeeded });
     }
-    let ended = ended.map_err(|error| format!("cannot follow cargo: {error}"))?;
-    match ended.status.success() {
-        true => Ok(ended.artifacts),
-        false => Err(ended.messages),
+    let output = output.map_err(|error| format!("cannot follow cargo: {error}"))?;
+    match output.status.success() {
+        true => Ok(output.artifacts),
+        false => Err(output.messages),
     }
 }
 
 /// How a call of cargo ended.
-struct Ended {
+struct CargoOutput {
     status: ExitStatus,
     artifacts: Vec<BuildMessage>,
     messages: String,
 }
 
 /// A line of cargo.
-enum Line {
+enum CargoLine {
     Artifact(BuildMessage),
     Status(String),
     Message(String),
 }
 
 /// Waits for cargo; `active` gets its last status whenever there is another one, and every [`TICK`].
-fn follow(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<Ended> {
+fn follow(mut child: Child, mut active: impl FnMut(&str)) -> std::io::Result<CargoOutput> {
     let (sender, lines) = channel();
     let readers = [
         child.stdout.take().map(|pipe| read(pipe, sender.clone(), artifact)),
         child.stderr.take().map(|pipe| read(pipe, sender, status_or_message)),
     ];
-    let (artifacts, messages) = collect(&lines, &mut active);
+    let (mut artifacts, mut messages) = (Vec::new(), String::new());
+    let mut status = String::new();
+    loop {
+        match lines.recv_timeout(TICK) {
+            Ok(CargoLine::Artifact(artifact)) => artifacts.push(artifact),
+            Ok(CargoLine::Message(line)) => messages = messages + &line + "\n",
+            Ok(CargoLine::Status(line)) => {
+                status = line;
+                active(&status);
+            }
+            Err(RecvTimeoutError::Timeout) => active(&status),
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+    }
     for reader in readers.into_iter().flatten() {
         let _ = reader.join();
     }
-    Ok(Ended { status: child.wait()?, artifacts, messages })
+    Ok(CargoOutput { status: child.wait()?, artifacts, messages })
 }
 
-/// Sends what the lines of a pipe say until it closes.
+/// Sends the parsed lines of a pipe until it closes.
 fn read(
     pipe: impl Read + Send + 'static,
-    sender: Sender<Line>,
-    parse: fn(String) -> Option<Line>,
+    sender: Sender<CargoLine>,
+    parse: fn(String) -> Option<CargoLine>,
 ) -> std::thread::JoinHandle<()> {
     std::thread::spawn(move || {
         let lines = BufReader::new(pipe).split(b'\n').map_while(Result::ok);
@@ -139,29 +152,13 @@ fn read(
     })
 }
 
-fn collect(lines: &Receiver<Line>, active: &mut impl FnMut(&str)) -> (Vec<BuildMessage>, String) {
-    let (mut artifacts, mut messages, mut status) = (Vec::new(), String::new(), String::new());
-    loop {
-        match lines.recv_timeout(TICK) {
-            Ok(Line::Artifact(artifact)) => artifacts.push(artifact),
-            Ok(Line::Message(line)) => messages = messages + &line + "\n",
-            Ok(Line::Status(line)) => {
-                status = line;
-                active(&status);
-            }
-            Err(RecvTimeoutError::Timeout) => active(&status),
-            Err(RecvTimeoutError::Disconnected) => return (artifacts, messages),
-        }
-    }
-}
-
-fn artifact(line: String) -> Option<Line> {
+fn artifact(line: String) -> Option<CargoLine> {
     let message: BuildMessage = serde_json::from_str(&line).ok()?;
-    (message.reason == "compiler-artifact").then_some(Line::Artifact(message))
+    (message.reason == "compiler-artifact").then_some(CargoLine::Artifact(message))
 }
 
 /// Cargo aligns its status to the right of 12 letters; all else comes from a compiler.
-fn status_or_message(line: String) -> Option<Line> {
+fn status_or_message(line: String) -> Option<CargoLine> {
     const STATUS: [&str; 6] =
         ["Compiling ", "Blocking ", "Building ", "Updating ", "Downloading ", "Downloaded "];
     const REST: [&str; 6] = ["Finished ", "Locking ", "Adding ", "Fresh ", "Dirty ", "Checking "];
@@ -172,9 +169,9 @@ fn status_or_message(line: String) -> Option<Line> {
     if begins(&STATUS) {
         // The folder of a local package stands in brackets.
         let text = line.split(" (").next().unwrap_or_default().trim().to_owned();
-        Some(Line::Status(text))
+        Some(CargoLine::Status(text))
     } else {
-        (!begins(&REST)).then_some(Line::Message(line))
+        (!begins(&REST)).then_some(CargoLine::Message(line))
     }
 }
 

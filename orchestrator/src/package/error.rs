@@ -1,4 +1,4 @@
-//! Says why packages could not be built or packed.
+//! Errors of building and packing packages.
 
 use std::path::PathBuf;
 

@@ -9,15 +9,15 @@ use scenario::BuildRequest;
 const SHARE: &str = "share/trackside";
 
 /// The files that came with an installed program: `fmu/PACKAGE.fmu` and `plugin/PACKAGE.so`.
-pub(super) struct Installed(PathBuf);
+pub(super) struct InstalledPackages(PathBuf);
 
-impl Installed {
+impl InstalledPackages {
     /// Those of this program, whether or not there are any.
     pub fn with_program() -> Self {
         // A link to the program is not where its files are.
         let program = std::env::current_exe().and_then(std::fs::canonicalize).unwrap_or_default();
         let around = program.parent().and_then(Path::parent).unwrap_or(Path::new("/"));
-        Installed(around.join(SHARE))
+        InstalledPackages(around.join(SHARE))
     }
 
     /// The archive or the plugin of a package. Examples are not installed.
@@ -29,7 +29,7 @@ impl Installed {
     }
 
     /// Says that a package is not there, and what is instead.
-    pub fn lacks(&self, package: &str, is_plugin: bool) -> String {
+    pub fn missing_message(&self, package: &str, is_plugin: bool) -> String {
         let path = self.path(package, is_plugin);
         let names = self.packages(is_plugin);
         let hint = suggest::hint(package, names.iter().map(String::as_str));

@@ -1,4 +1,4 @@
-//! Collects the `crate` keys of scenarios, and has their packages built or takes those that were installed.
+//! Resolves the `crate` keys of scenarios: their packages are built in the workspace, or found among the installed ones.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,11 +7,11 @@ use std::rc::Rc;
 use diagnostics::{Error, Mistakes, Spanned};
 use scenario::{BuildArtifacts, BuildRequest, Scenario};
 
-use super::installed::Installed;
+use super::installed::InstalledPackages;
 use super::{BuildError, OnProgress, Workspace};
 
 /// A `crate` key of a scenario.
-struct Request<'a> {
+struct CrateRequest<'a> {
     scenario: &'a Scenario,
     package: &'a Spanned<String>,
     example: Option<&'a Spanned<String>>,
@@ -19,12 +19,12 @@ struct Request<'a> {
     is_plugin: bool,
 }
 
-impl<'a> Request<'a> {
+impl<'a> CrateRequest<'a> {
     fn all(scenario: &'a Scenario) -> Vec<Self> {
         let request = |(package, example, product, is_plugin)| {
             let (package, example): (&'a Option<_>, &'a Option<_>) = (package, example);
             let (package, example) = (package.as_ref()?, example.as_ref());
-            Some(Request { scenario, package, example, product: product?, is_plugin })
+            Some(CrateRequest { scenario, package, example, product: product?, is_plugin })
         };
         let document = &scenario.document;
         let fmus =
@@ -42,20 +42,22 @@ impl<'a> Request<'a> {
     /// The workspace around the file that names it, or else around the current folder. A workspace inside an archive is not
     /// taken: its build scripts would run.
     fn workspace(&self) -> Result<Workspace, BuildError> {
-        let current = || Workspace::around(Path::new("."));
+        let current = || Workspace::containing(Path::new("."));
         if self.scenario.source.is_archived(self.package.span()) {
             return current();
         }
-        Workspace::around(self.folder()).or_else(|error| current().map_err(|_| error))
+        Workspace::containing(self.folder()).or_else(|error| current().map_err(|_| error))
     }
 
     /// The error that no workspace makes the package, and that none was installed either.
-    fn missing(&self, error: &BuildError, installed: &Installed) -> Error {
+    fn missing(&self, error: &BuildError, installed: &InstalledPackages) -> Error {
         let example = matches!(error, BuildError::UnknownExample { .. });
         let word = self.example.filter(|_| example).unwrap_or(self.package);
         let lacks = match example {
             true => String::new(),
-            false => format!(",\n{}", installed.lacks(self.package.get_ref(), self.is_plugin)),
+            false => {
+                format!(",\n{}", installed.missing_message(self.package.get_ref(), self.is_plugin))
+            }
         };
         let error_here = self.scenario.error(word, format!("{error}{lacks}"));
         if !matches!(error, BuildError::Workspace { .. }) {
@@ -80,7 +82,7 @@ pub fn library(
     let request = BuildRequest { package: package.to_owned(), example: None };
     let mut first = None;
     for folder in folders {
-        let built = Workspace::around(folder).and_then(|workspace| {
+        let built = Workspace::containing(folder).and_then(|workspace| {
             workspace.check(&request)?;
             workspace.make(&[], std::slice::from_ref(&request), progress)
         });
@@ -90,9 +92,10 @@ pub fn library(
             Err(error) => drop(first.get_or_insert(error)),
         }
     }
-    let installed = Installed::with_program();
+    let installed = InstalledPackages::with_program();
     let why = first.map_or_else(|| "no workspace makes it".to_owned(), |error| error.to_string());
-    let missing = || BuildError::Missing { why, installed: installed.lacks(package, true) };
+    let missing =
+        || BuildError::Missing { why, installed: installed.missing_message(package, true) };
     installed.file(&request, true).ok_or_else(missing)
 }
 
@@ -103,7 +106,7 @@ pub fn library(
 /// # Errors
 /// With the places in the files, when packages are unknown, do not compile, or make no FMU.
 pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    build_all(Request::all(scenario), progress)
+    build_all(CrateRequest::all(scenario), progress)
 }
 
 /// The same without plugins, for whoever looks at a scenario and does not run it.
@@ -111,50 +114,51 @@ pub fn build(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts
 /// # Errors
 /// As of [`build`].
 pub fn build_fmus(scenario: &Scenario, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    let requests = Request::all(scenario).into_iter().filter(|request| !request.is_plugin);
+    let requests = CrateRequest::all(scenario).into_iter().filter(|request| !request.is_plugin);
     build_all(requests.collect(), progress)
 }
 
-fn build_all(requests: Vec<Request>, progress: OnProgress) -> Result<BuildArtifacts, Error> {
-    let Makers { workspaces, installed } = Makers::of(requests)?;
+fn build_all(requests: Vec<CrateRequest>, progress: OnProgress) -> Result<BuildArtifacts, Error> {
+    let PackageSources { workspaces, installed } = PackageSources::of(requests)?;
     let mut built = BuildArtifacts::default();
     for (workspace, requests) in workspaces.into_values().filter(|(_, all)| !all.is_empty()) {
-        refuse_twins(&built, &requests)?;
+        refuse_duplicates(&built, &requests)?;
         let products = |plugins: bool| {
-            let products = requests.iter().filter(|it| it.is_plugin == plugins);
-            let products: BTreeSet<_> = products.map(|it| it.product.clone()).collect();
-            products.into_iter().collect::<Vec<_>>()
+            let requested = requests.iter().filter(|it| it.is_plugin == plugins);
+            let distinct: BTreeSet<_> = requested.map(|it| it.product.clone()).collect();
+            distinct.into_iter().collect::<Vec<_>>()
         };
-        let made = workspace.make(&products(false), &products(true), progress);
         let first = &requests[0];
-        let made = made.map_err(|error| first.scenario.error(first.package, error.to_string()))?;
-        built.archives.extend(made.archives);
-        built.plugins.extend(made.plugins);
+        let built_here = workspace
+            .make(&products(false), &products(true), progress)
+            .map_err(|error| first.scenario.error(first.package, error.to_string()))?;
+        built.archives.extend(built_here.archives);
+        built.plugins.extend(built_here.plugins);
     }
     let (requests, files): (Vec<_>, Vec<_>) = installed.into_iter().unzip();
-    refuse_twins(&built, &requests)?;
-    for (Request { product, is_plugin, .. }, file) in requests.into_iter().zip(files) {
+    refuse_duplicates(&built, &requests)?;
+    for (CrateRequest { product, is_plugin, .. }, file) in requests.into_iter().zip(files) {
         let all = if is_plugin { &mut built.plugins } else { &mut built.archives };
         all.insert(product, file);
     }
     Ok(built)
 }
 
-/// Who makes what a scenario needs.
+/// Where the packages of scenarios come from.
 #[derive(Default)]
-struct Makers<'a> {
+struct PackageSources<'a> {
     /// Workspaces by their roots, with their requests.
-    workspaces: BTreeMap<PathBuf, (Workspace, Vec<Request<'a>>)>,
+    workspaces: BTreeMap<PathBuf, (Workspace, Vec<CrateRequest<'a>>)>,
     /// Requests for files that were installed, with their paths.
-    installed: Vec<(Request<'a>, PathBuf)>,
+    installed: Vec<(CrateRequest<'a>, PathBuf)>,
 }
 
-impl<'a> Makers<'a> {
+impl<'a> PackageSources<'a> {
     /// # Errors
     /// With the places in the files, for all packages that nobody makes.
-    fn of(requests: Vec<Request<'a>>) -> Result<Self, Error> {
-        let (mut makers, mut mistakes) = (Makers::default(), Mistakes::default());
-        let installed = Installed::with_program();
+    fn of(requests: Vec<CrateRequest<'a>>) -> Result<Self, Error> {
+        let (mut makers, mut mistakes) = (PackageSources::default(), Mistakes::default());
+        let installed = InstalledPackages::with_program();
         // The root of the workspace that serves a folder, or why there is none.
         let mut roots: BTreeMap<&Path, Result<PathBuf, Rc<BuildError>>> = BTreeMap::new();
         let workspaces = &mut makers.workspaces;
@@ -186,8 +190,8 @@ impl<'a> Makers<'a> {
 }
 
 /// Refuses a package of a second place with the name of one that is built already.
-fn refuse_twins(built: &BuildArtifacts, requests: &[Request]) -> Result<(), Error> {
-    let known = |it: &&Request| {
+fn refuse_duplicates(built: &BuildArtifacts, requests: &[CrateRequest]) -> Result<(), Error> {
+    let known = |it: &&CrateRequest| {
         built.archives.contains_key(&it.product) || built.plugins.contains_key(&it.product)
     };
     let Some(twin) = requests.iter().find(known) else { return Ok(()) };

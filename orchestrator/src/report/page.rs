@@ -9,9 +9,9 @@ use std::fmt::Write as _;
 use diagnostics::Source;
 use html_page::escape;
 
+use super::analysis_summary::AnalysisSummary;
 use super::text::seconds;
-use super::told::Told;
-use super::{Ending, RunReport, Validated};
+use super::{RunReport, RunVerdict, ValidationReport};
 
 impl RunReport {
     /// The page; `source` are the files of the scenario.
@@ -39,10 +39,10 @@ impl RunReport {
     fn write_verdict(&self, html: &mut String) {
         // The error follows.
         let headline = match self.verdict {
-            Ending::Error | Ending::Interrupted => {
+            RunVerdict::Error | RunVerdict::Interrupted => {
                 format!("stopped after {}", seconds(self.sim_seconds))
             }
-            Ending::Pass | Ending::Fail => self.headline(),
+            RunVerdict::Pass | RunVerdict::Fail => self.headline(),
         };
         let _ = writeln!(
             html,
@@ -77,7 +77,8 @@ impl RunReport {
     }
 
     fn write_validations(&self, html: &mut String) {
-        for Validated { name, scenario, verdict, error, checks, messages, .. } in &self.validations
+        for ValidationReport { name, scenario, verdict, error, checks, messages, .. } in
+            &self.validations
         {
             let _ = writeln!(
                 html,
@@ -105,7 +106,7 @@ impl RunReport {
         }
         html.push_str("</ul>\n");
         for (name, result) in &self.analyses {
-            html.push_str(&Told::of(result).html(name));
+            html.push_str(&AnalysisSummary::of(result).html(name));
             let text = serde_json::to_string_pretty(result).unwrap_or_default();
             let _ = writeln!(
                 html,
@@ -216,20 +217,20 @@ fn short(time: f64) -> String {
     format!("{value:.digits$} {unit}")
 }
 
-fn word(ending: Ending) -> &'static str {
+fn word(ending: RunVerdict) -> &'static str {
     match ending {
-        Ending::Pass => "PASSED",
-        Ending::Fail => "FAILED",
-        Ending::Error => "ERROR",
-        Ending::Interrupted => "INTERRUPTED",
+        RunVerdict::Pass => "PASSED",
+        RunVerdict::Fail => "FAILED",
+        RunVerdict::Error => "ERROR",
+        RunVerdict::Interrupted => "INTERRUPTED",
     }
 }
 
-fn class(ending: Ending) -> &'static str {
+fn class(ending: RunVerdict) -> &'static str {
     match ending {
-        Ending::Pass => "pass",
-        Ending::Fail => "fail",
-        Ending::Error | Ending::Interrupted => "stop",
+        RunVerdict::Pass => "pass",
+        RunVerdict::Fail => "fail",
+        RunVerdict::Error | RunVerdict::Interrupted => "stop",
     }
 }
 

@@ -1,4 +1,4 @@
-//! Reads what a previous run says of itself.
+//! The previous run in a folder, by its report.
 
 use std::path::Path;
 

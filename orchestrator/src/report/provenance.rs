@@ -1,4 +1,4 @@
-//! Says what a run was made with: command line, versions, and hashes of all that it read.
+//! The provenance of a run: command line, versions, and hashes of all files that it read.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

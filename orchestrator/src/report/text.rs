@@ -1,20 +1,20 @@
-//! Says how a run went: as lines on a terminal and as Markdown for recordings.
+//! The report as text: lines for the terminal, and Markdown for recordings.
 
 use std::fmt::Write as _;
 
 use assessment::check::Verdict;
 use diagnostics::in_markdown;
 
-use super::told::{Told, WIDEST};
-use super::{Ending, RunReport, Validated};
-use crate::messages::{self, Severity};
+use crate::messages::{Severity, self};
+use super::{RunReport, RunVerdict, ValidationReport};
+use super::analysis_summary::{AnalysisSummary, WIDEST};
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.
     #[must_use]
     pub fn markdown(&self) -> String {
         let mut text = format!("**{}**\n\n", in_markdown(&self.headline()));
-        let of_validations = |it: &Validated| {
+        let of_validations = |it: &ValidationReport| {
             let named = |check| (format!("{}: ", it.name), check);
             it.checks.clone().into_iter().map(named).collect::<Vec<_>>()
         };
@@ -45,11 +45,11 @@ impl RunReport {
         };
         let failed = self.checks.iter().filter(|check| !check.passed).count();
         let checks = (!self.checks.is_empty()).then(|| count(failed, self.checks.len(), "check"));
-        let failed = self.validations.iter().filter(|it| it.verdict != Ending::Pass).count();
+        let failed = self.validations.iter().filter(|it| it.verdict != RunVerdict::Pass).count();
         let validations = (!self.validations.is_empty())
             .then(|| count(failed, self.validations.len(), "validation"));
         match (self.verdict, &self.error) {
-            (Ending::Pass | Ending::Fail, _) => {
+            (RunVerdict::Pass | RunVerdict::Fail, _) => {
                 let parts: Vec<_> = checks.into_iter().chain(validations).collect();
                 if parts.is_empty() {
                     "done, nothing was checked".to_owned()
@@ -57,10 +57,10 @@ impl RunReport {
                     parts.join(", ")
                 }
             }
-            (Ending::Error | Ending::Interrupted, Some(error)) => {
+            (RunVerdict::Error | RunVerdict::Interrupted, Some(error)) => {
                 format!("stopped after {} s: {error}", self.sim_seconds)
             }
-            (Ending::Error | Ending::Interrupted, None) => "not finished".to_owned(),
+            (RunVerdict::Error | RunVerdict::Interrupted, None) => "not finished".to_owned(),
         }
     }
 
@@ -68,7 +68,7 @@ impl RunReport {
     #[must_use]
     pub fn warning_lines(&self) -> Vec<String> {
         let of_validations =
-            self.validations.iter().flat_map(|Validated { name, messages, .. }| {
+            self.validations.iter().flat_map(|ValidationReport { name, messages, .. }| {
                 messages::lines(messages).into_iter().map(move |line| format!("{name}: {line}"))
             });
         let own = messages::lines(&self.messages);
@@ -78,14 +78,15 @@ impl RunReport {
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
-        let told = self.analyses.iter().map(|(name, result)| Told::of(result).lines(name));
-        let told: String = told.collect();
+        let analyses =
+            self.analyses.iter().map(|(name, result)| AnalysisSummary::of(result).lines(name));
+        let analyses: String = analyses.collect();
         let checks = lines(&self.checks, "  ");
         let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);
         let summaries: String = summaries.map(|it| format!("  {}\n", it.line())).collect();
-        let mut text = format!("{}: {}\n{summaries}{told}{checks}", self.scenario, self.title);
+        let mut text = format!("{}: {}\n{summaries}{analyses}{checks}", self.scenario, self.title);
         for validation in &self.validations {
-            let Validated { name, folder, checks, .. } = validation;
+            let ValidationReport { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.
             let _ = write!(text, "  {name}  {}\n{}", folder.display(), lines(checks, "    "));
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use diagnostics::{Error, shown};
 use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 
-use super::{Checked, ScenarioOutcome, TestResult};
+use super::{CheckResult, ScenarioOutcome, TestResult};
 
 /// The case of a run without a check, or without a verdict.
 const RUN: &str = "run";
@@ -56,21 +56,21 @@ fn suite(result: &TestResult) -> TestSuite {
     if !warnings.is_empty() {
         suite.set_system_out(shown(&warnings).as_ref());
     }
-    let whole = whole(result).map(|status| {
-        let mut case = case(RUN, status, (&result.path, 1));
+    let run_case = run_status(result).map(|status| {
+        let mut case = case(RUN, status, &result.path, 1);
         case.set_time(result.time);
         case
     });
-    let checks = result.checks.iter().map(check);
-    suite.add_test_cases(whole.into_iter().chain(checks).map(|mut case| {
+    let checks = result.checks.iter().map(check_case);
+    suite.add_test_cases(run_case.into_iter().chain(checks).map(|mut case| {
         case.set_classname(name.as_ref());
         case
     }));
     suite
 }
 
-/// The status of a run that its checks do not tell.
-fn whole(result: &TestResult) -> Option<TestCaseStatus> {
+/// The status of the run as a test case; none when its checks say enough.
+fn run_status(result: &TestResult) -> Option<TestCaseStatus> {
     match &result.outcome {
         ScenarioOutcome::Skipped(reason) => {
             let mut status = TestCaseStatus::skipped();
@@ -93,8 +93,8 @@ fn headline(text: &str) -> String {
     lines.find(|line| !line.is_empty()).unwrap_or("it failed without a word").to_owned()
 }
 
-fn check(checked: &Checked) -> TestCase {
-    let verdict = &checked.verdict;
+fn check_case(result: &CheckResult) -> TestCase {
+    let verdict = &result.verdict;
     let status = match verdict.passed {
         true => TestCaseStatus::success(),
         false => {
@@ -102,7 +102,7 @@ fn check(checked: &Checked) -> TestCase {
             failure(NonSuccessKind::Failure, reason, &format!("{}\n{reason}", verdict.that))
         }
     };
-    case(&checked.name(), status, (&verdict.file, verdict.line))
+    case(&result.name(), status, &verdict.file, verdict.line)
 }
 
 fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
@@ -111,7 +111,7 @@ fn failure(kind: NonSuccessKind, message: &str, text: &str) -> TestCaseStatus {
     status
 }
 
-fn case(name: &str, status: TestCaseStatus, (file, line): (&Path, usize)) -> TestCase {
+fn case(name: &str, status: TestCaseStatus, file: &Path, line: usize) -> TestCase {
     let mut case = TestCase::new(shown(name).as_ref(), status);
     case.extra.insert("file".into(), shown(&file.display().to_string()).as_ref().into());
     case.extra.insert("line".into(), line.to_string().into());

@@ -1,4 +1,4 @@
-//! Ends the processes that a run leaves behind, also those that left its group: this program takes in whose parents have ended.
+//! Ends orphaned processes of a run, also those that left its process group: this program is their subreaper.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -13,14 +13,16 @@ const PAUSE: Duration = Duration::from_millis(2);
 static RUNS: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
 /// Takes in all processes below this one whose parents end. Other systems than Linux give them to the first process.
-pub fn take_in() {
+pub fn become_subreaper() {
     #[cfg(target_os = "linux")]
     // A system that does not know this leaves them alone, as it did before.
     let _ = rustix::process::set_child_subreaper(Some(getpid()));
 }
 
-/// Starts the process of a run, which [`end_orphans`] leaves alone until [`over`].
-pub(super) fn start<T>(spawn: impl FnOnce() -> std::io::Result<(Pid, T)>) -> std::io::Result<T> {
+/// Starts the process of a run, which [`end_orphans`] leaves alone until [`wait_for_run`].
+pub(super) fn start_run<T>(
+    spawn: impl FnOnce() -> std::io::Result<(Pid, T)>,
+) -> std::io::Result<T> {
     let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     let (process, started) = spawn()?;
     runs.push(process);
@@ -28,7 +30,7 @@ pub(super) fn start<T>(spawn: impl FnOnce() -> std::io::Result<(Pid, T)>) -> std
 }
 
 /// Waits for a run that has ended, whose number another one may have from then on.
-pub(super) fn over<T>(run: Pid, wait: impl FnOnce() -> T) -> T {
+pub(super) fn wait_for_run<T>(run: Pid, wait: impl FnOnce() -> T) -> T {
     let mut runs = RUNS.lock().unwrap_or_else(PoisonError::into_inner);
     let ended = wait();
     runs.retain(|other| *other != run);
@@ -50,7 +52,7 @@ pub(super) fn end_orphans() {
             return;
         }
         for orphan in orphans {
-            end(orphan);
+            kill(orphan);
             if orphan.ended {
                 let _ = waitpid(Some(orphan.number), WaitOptions::NOHANG);
             }
@@ -77,12 +79,12 @@ pub fn end_descendants() {
         if living.is_empty() {
             return;
         }
-        living.into_iter().for_each(end);
+        living.into_iter().for_each(kill);
         std::thread::sleep(PAUSE);
     }
 }
 
-fn end(process: &Process) {
+fn kill(process: &Process) {
     // It may have ended meanwhile.
     let _ = kill_process(process.number, Signal::KILL);
 }
@@ -101,13 +103,13 @@ fn processes() -> Vec<Process> {
     let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     let read = |entry: std::fs::DirEntry| {
         let number: i32 = entry.file_name().to_str()?.parse().ok()?;
-        parsed(number, &std::fs::read_to_string(entry.path().join("stat")).ok()?)
+        parse_stat(number, &std::fs::read_to_string(entry.path().join("stat")).ok()?)
     };
     entries.filter_map(read).collect()
 }
 
 /// The process of a line such as `7 (a name) S 1 7 ...` (proc_pid_stat(5)): state, parent, group.
-fn parsed(number: i32, line: &str) -> Option<Process> {
+fn parse_stat(number: i32, line: &str) -> Option<Process> {
     // The name may have parentheses and blanks of its own.
     let mut words = line.rsplit_once(')')?.1.split_whitespace();
     let state = words.next()?;
@@ -127,10 +129,10 @@ mod tests {
 
     #[test]
     fn a_process_is_read_whatever_its_name() {
-        let process = parsed(7, "7 (a) S (b 3) Z 5 6 0 0").expect("a process");
+        let process = parse_stat(7, "7 (a) S (b 3) Z 5 6 0 0").expect("a process");
         assert_eq!((process.number, process.parent), (pid(7), pid(5)));
         assert_eq!((process.group, process.ended), (Some(pid(6)), true));
-        assert!(parsed(1, "1 (init) S 0 1 1").is_none(), "nobody is its parent");
+        assert!(parse_stat(1, "1 (init) S 0 1 1").is_none(), "nobody is its parent");
     }
 
     fn pid(number: i32) -> Pid {

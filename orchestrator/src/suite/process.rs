@@ -18,29 +18,29 @@ use crate::stop::GRACE;
 
 /// How often a process is asked whether it has ended.
 const PERIOD: Duration = Duration::from_millis(10);
-/// What a run may write to standard error [bytes].
-pub(super) const LOUDEST: u64 = 64 << 20;
-/// What is told of it, from its end [bytes].
-const TOLD: u64 = 64 << 10;
+/// The most that a run may write to standard error [bytes].
+pub(super) const STDERR_LIMIT: u64 = 64 << 20;
+/// The part at its end that is reported [bytes].
+const STDERR_TAIL: u64 = 64 << 10;
 
-/// Why a process was not left to itself.
+/// Why the process of a run was killed.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Cut {
+pub(super) enum KillReason {
     /// It did not end by itself at its limit.
     Overdue,
-    /// It wrote too much.
-    Loud,
+    /// It wrote too much to standard error.
+    StderrLimit,
     /// This program was asked to end, by this signal.
     Interrupted(u8),
 }
 
 /// How the process of a run ended.
-pub(super) struct Ended {
+pub(super) struct ProcessOutcome {
     pub status: ExitStatus,
-    pub cut: Option<Cut>,
-    /// What it wrote to standard error, or the end of that.
-    pub said: String,
-    /// What its report has to repeat.
+    pub kill_reason: Option<KillReason>,
+    /// The end of its standard error.
+    pub stderr: String,
+    /// The identity that its report has to repeat.
     pub identity: String,
 }
 
@@ -50,7 +50,7 @@ pub(super) fn run(
     path: &Path,
     folder: &Path,
     limit: Duration,
-) -> std::io::Result<Ended> {
+) -> std::io::Result<ProcessOutcome> {
     // A pipe would stay open as long as any process holds it.
     let mut output = archive::nameless_file()?;
     let mut command = Command::new(program);
@@ -59,37 +59,37 @@ pub(super) fn run(
     command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(output.try_clone()?);
     command.process_group(0);
     let mut child =
-        orphans::start(|| command.spawn().map(|child| (Pid::from_child(&child), child)))?;
+        orphans::start_run(|| command.spawn().map(|child| (Pid::from_child(&child), child)))?;
     let identity = format!("{:016x}", RandomState::new().hash_one(child.id()));
     // The run ends when this closes.
-    let mut life = child.stdin.take();
-    if let Some(input) = &mut life {
+    let mut lifeline = child.stdin.take();
+    if let Some(input) = &mut lifeline {
         // Who does not read it is seen by the report.
         let _ = writeln!(input, "{identity}");
     }
-    let cut = wait(&child, &output, limit)?;
+    let kill_reason = wait(&child, &output, limit)?;
     // Until the process is waited for, nobody else has its number.
     kill_process_group(Pid::from_child(&child), Signal::KILL)?;
-    let status = orphans::over(Pid::from_child(&child), || child.wait())?;
+    let status = orphans::wait_for_run(Pid::from_child(&child), || child.wait())?;
     orphans::end_orphans();
-    Ok(Ended { status, cut, said: end_of(&mut output)?, identity })
+    Ok(ProcessOutcome { status, kill_reason, stderr: tail(&mut output)?, identity })
 }
 
 /// Waits until the process ends, or must not go on.
-fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option<Cut>> {
+fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option<KillReason>> {
     let (begin, process) = (Instant::now(), Pid::from_child(child));
     let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
     let mut asked: Option<(u8, Instant)> = None;
     loop {
-        let interrupted = asked.map(|(signal, _)| Cut::Interrupted(signal));
+        let interrupted = asked.map(|(signal, _)| KillReason::Interrupted(signal));
         if waitid(WaitId::Pid(process), options)?.is_some() {
             return Ok(interrupted);
         }
         if begin.elapsed() > limit.saturating_add(3 * GRACE) {
-            return Ok(Some(Cut::Overdue));
+            return Ok(Some(KillReason::Overdue));
         }
-        if output.metadata()?.len() > LOUDEST {
-            return Ok(Some(Cut::Loud));
+        if output.metadata()?.len() > STDERR_LIMIT {
+            return Ok(Some(KillReason::StderrLimit));
         }
         match (asked, fmu_import::requested_end()) {
             (Some((_, since)), _) if since.elapsed() > GRACE => return Ok(interrupted),
@@ -106,9 +106,9 @@ fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option
     }
 }
 
-fn end_of(output: &mut File) -> std::io::Result<String> {
+fn tail(output: &mut File) -> std::io::Result<String> {
     let length = output.metadata()?.len();
-    output.seek(SeekFrom::Start(length.saturating_sub(TOLD)))?;
+    output.seek(SeekFrom::Start(length.saturating_sub(STDERR_TAIL)))?;
     let mut bytes = Vec::new();
     output.read_to_end(&mut bytes)?;
     Ok(String::from_utf8_lossy(&bytes).trim_end().to_owned())

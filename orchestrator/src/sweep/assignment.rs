@@ -1,4 +1,4 @@
-//! Gives each variant its values, by the design of the sweep.
+//! Assigns values to the variants of a sweep, by its design of experiments.
 
 use std::ops::Range;
 
@@ -8,8 +8,7 @@ use ::sweep::table::{Column, Role, Table, Values};
 use diagnostics::Error;
 use scenario::document::Design;
 use scenario::plan::{Axis, AxisValues, SweepPlan};
-
-use super::settings::{SEED, Setting};
+use scenario::resolve::{Override, SEED};
 
 /// What the sample of Saltelli is called.
 const SALTELLI: &str = "saltelli";
@@ -28,7 +27,7 @@ impl Assignment {
     ///
     /// # Errors
     /// When the design has too many variants, or its correlations do not fit together.
-    pub fn new(words: &SweepPlan, set: &[Setting]) -> Result<Self, Error> {
+    pub fn new(words: &SweepPlan, set: &[Override]) -> Result<Self, Error> {
         let is_set = |name: &&String| set.iter().any(|given| given.name == **name);
         let names = words.axes.iter().flat_map(|axis| &axis.names);
         let fixed: Vec<String> = names.filter(is_set).cloned().collect();
@@ -37,10 +36,10 @@ impl Assignment {
         let places: Vec<usize> = (0..words.axes.len()).filter(varies).collect();
         let (method, design) = method(words.design);
         let axes: Vec<Axis> = places.iter().map(|place| words.axes[*place].clone()).collect();
-        let moved = |place: usize| places.iter().position(|kept| *kept == place);
+        let new_place = |place: usize| places.iter().position(|it| *it == place);
         let correlations = words.correlations.iter();
         let correlations = correlations.filter_map(|(first, second, coefficient)| {
-            let (first, second) = (moved(*first)?, moved(*second)?);
+            let (first, second) = (new_place(*first)?, new_place(*second)?);
             Some(Correlation { first, second, coefficient: *coefficient })
         });
         // Its blocks have two points, and one for each axis.
@@ -98,7 +97,7 @@ impl Assignment {
     }
 
     /// The values of the first variant or the last one; of a search, those at the ends of its ranges.
-    pub fn end(&self, last: bool) -> Table {
+    pub fn end_values(&self, last: bool) -> Table {
         match self.count() {
             0 => {
                 let ends = self.axes.iter().map(|axis| match axis.values {
@@ -132,9 +131,9 @@ impl Assignment {
                 let values = match &axis.values {
                     AxisValues::Levels(levels) => {
                         let all = levels.iter().map(|row| row[inner].as_str());
-                        let taken =
+                        let chosen =
                             points.iter().map(|row| levels[row[place] as usize][inner].as_str());
-                        typed(all, taken, name == SEED)
+                        typed(all, chosen, name == SEED)
                     }
                     _ => Values::Numbers(points.iter().map(|row| row[place]).collect()),
                 };
@@ -149,23 +148,23 @@ impl Assignment {
 /// Texts as what all of them are: integers, numbers, true and false, or texts.
 fn typed<'a>(
     all: impl Iterator<Item = &'a str> + Clone,
-    taken: impl Iterator<Item = &'a str>,
+    chosen: impl Iterator<Item = &'a str>,
     is_seed: bool,
 ) -> Values {
-    let taken: Vec<&str> = taken.collect();
+    let chosen: Vec<&str> = chosen.collect();
     let each = |fits: fn(&str) -> bool| all.clone().all(fits);
     if is_seed || each(|text| text.parse::<i64>().is_ok()) {
-        return Values::Integers(taken.iter().map(|text| text.parse().unwrap_or(0)).collect());
+        return Values::Integers(chosen.iter().map(|text| text.parse().unwrap_or(0)).collect());
     }
     if each(|text| text.parse::<f64>().is_ok_and(f64::is_finite)) {
         return Values::Numbers(
-            taken.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect(),
+            chosen.iter().map(|text| text.parse().unwrap_or(f64::NAN)).collect(),
         );
     }
     if each(|text| text.parse::<bool>().is_ok()) {
-        return Values::Booleans(taken.iter().map(|text| text.parse().ok()).collect());
+        return Values::Booleans(chosen.iter().map(|text| text.parse().ok()).collect());
     }
-    Values::Texts(taken.iter().map(|text| Some((*text).to_owned())).collect())
+    Values::Texts(chosen.iter().map(|text| Some((*text).to_owned())).collect())
 }
 
 fn axis(axis: &Axis) -> design::Axis {

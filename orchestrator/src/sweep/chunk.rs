@@ -1,4 +1,4 @@
-//! Runs the chunks of a plan: each leaves a file when all of its variants are done, and what is done of it when the sweep ends early.
+//! Runs the chunks of a plan: each writes a file of results when all of its variants are done, a partial one when the sweep ends early.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -8,21 +8,21 @@ use std::time::{Duration, Instant};
 
 use ::sweep::table::{self, Table};
 use diagnostics::Error;
+use scenario::resolve::Override;
 
-use super::crew::{Fate, Tally, Worker};
 use super::plan::{PARTS, Plan};
-use super::rows;
-use super::settings::Setting;
+use super::result_rows::{self, RowOutcome, VariantOutcome};
 use super::variant::Outcome;
+use super::worker_process::{VariantCounts, WorkerOutcome, WorkerProcess};
 
-/// What is done of chunks that go on is written so often.
+/// The outcomes of unfinished chunks are written this often.
 const PERIOD: Duration = Duration::from_secs(10);
 
 /// How the chunks of a plan ended.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Ended {
+pub struct ChunksOutcome {
     /// How its variants ended, with those that were done before.
-    pub tally: Tally,
+    pub counts: VariantCounts,
     /// Whether somebody ended it before its end.
     pub stopped: bool,
     /// Whether instances of FMUs were used again, because that was proven to be the same.
@@ -30,7 +30,7 @@ pub struct Ended {
 }
 
 /// A chunk that is being run.
-struct Open {
+struct OpenChunk {
     chunk: u64,
     values: Table,
     outcomes: Vec<Option<Outcome>>,
@@ -38,13 +38,28 @@ struct Open {
     next: usize,
 }
 
+/// A variant for a worker to run.
+struct VariantTask {
+    chunk: u64,
+    /// Its row in the chunk.
+    row: usize,
+    overrides: Vec<Override>,
+}
+
+/// What changed in the queue with an outcome.
+struct StoredOutcome {
+    /// The chunk, when the outcome was its last one.
+    finished: Option<OpenChunk>,
+    counts: VariantCounts,
+}
+
 /// What the workers share.
-struct Shared<'a> {
+struct WorkQueue<'a> {
     plan: &'a Plan,
     /// Chunks that nobody has begun, the next one last.
     waiting: Vec<u64>,
-    open: Vec<Open>,
-    tally: Tally,
+    open: Vec<OpenChunk>,
+    counts: VariantCounts,
     error: Option<Error>,
     written: Instant,
 }
@@ -58,21 +73,21 @@ pub fn run_chunks(
     chunks: &[u64],
     jobs: usize,
     program: &Path,
-    progress: &(dyn Fn(&Tally) + Sync),
-) -> Result<Ended, Error> {
+    progress: &(dyn Fn(&VariantCounts) + Sync),
+) -> Result<ChunksOutcome, Error> {
     let parts = plan.folder.join(PARTS);
     std::fs::create_dir_all(&parts).map_err(|error| Error::output(&parts, error))?;
-    let mut shared = Shared {
+    let mut shared = WorkQueue {
         plan,
         waiting: Vec::new(),
         open: Vec::new(),
-        tally: Tally::default(),
+        counts: VariantCounts::default(),
         error: None,
         written: Instant::now(),
     };
     for chunk in chunks.iter().rev() {
         match part(plan, *chunk)? {
-            Some(done) => done.iter().for_each(|(_, outcome)| shared.tally.count(outcome)),
+            Some(done) => done.iter().for_each(|it| shared.counts.count(&it.outcome)),
             None => shared.waiting.push(*chunk),
         }
     }
@@ -80,7 +95,7 @@ pub fn run_chunks(
     std::thread::scope(|scope| {
         for _ in 0..jobs.max(1) {
             scope.spawn(|| {
-                let mut worker = Worker::new(&plan.folder, program, &reused);
+                let mut worker = WorkerProcess::new(&plan.folder, program, &reused);
                 if let Err(error) = work(&shared, &mut worker, progress) {
                     lock(&shared).error.get_or_insert(error);
                 }
@@ -88,38 +103,38 @@ pub fn run_chunks(
         }
     });
     let mut shared = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
-    shared.keep_open()?;
+    shared.write_partial()?;
     if let Some(error) = shared.error.take() {
         return Err(error);
     }
     let stopped = !shared.open.is_empty() || !shared.waiting.is_empty();
-    Ok(Ended { tally: shared.tally, stopped, reused: reused.load(Relaxed) })
+    Ok(ChunksOutcome { counts: shared.counts, stopped, reused: reused.load(Relaxed) })
 }
 
-fn lock<'l, 'a>(shared: &'l Mutex<Shared<'a>>) -> MutexGuard<'l, Shared<'a>> {
+fn lock<'l, 'a>(shared: &'l Mutex<WorkQueue<'a>>) -> MutexGuard<'l, WorkQueue<'a>> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// One worker runs variants until there are no more, or the sweep has to end.
 fn work(
-    shared: &Mutex<Shared>,
-    worker: &mut Worker,
-    progress: &(dyn Fn(&Tally) + Sync),
+    shared: &Mutex<WorkQueue>,
+    worker: &mut WorkerProcess,
+    progress: &(dyn Fn(&VariantCounts) + Sync),
 ) -> Result<(), Error> {
     loop {
-        let Some((chunk, row, settings)) = lock(shared).next()? else { return Ok(()) };
-        let Fate::Done(outcome) = worker.run(&settings)? else { return Ok(()) };
-        let (whole, tally) = lock(shared).take(chunk, row, *outcome)?;
-        progress(&tally);
-        if let Some(open) = whole {
+        let Some(task) = lock(shared).next()? else { return Ok(()) };
+        let WorkerOutcome::Done(outcome) = worker.run(&task.overrides)? else { return Ok(()) };
+        let stored = lock(shared).store(&task, *outcome)?;
+        progress(&stored.counts);
+        if let Some(open) = stored.finished {
             open.write(lock(shared).plan, true)?;
         }
     }
 }
 
-impl Shared<'_> {
-    /// The next variant: its chunk, its row there, and its values.
-    fn next(&mut self) -> Result<Option<(u64, usize, Vec<Setting>)>, Error> {
+impl WorkQueue<'_> {
+    /// The next variant; none when there are no more, or a worker failed.
+    fn next(&mut self) -> Result<Option<VariantTask>, Error> {
         loop {
             if self.error.is_some() {
                 return Ok(None);
@@ -131,100 +146,100 @@ impl Shared<'_> {
                 if open.next < open.outcomes.len() {
                     let row = open.next;
                     open.next += 1;
-                    return Ok(Some((open.chunk, row, Plan::settings(&open.values, row))));
+                    let overrides = Plan::overrides_of_row(&open.values, row);
+                    return Ok(Some(VariantTask { chunk: open.chunk, row, overrides }));
                 }
             }
             let Some(chunk) = self.waiting.pop() else { return Ok(None) };
-            let open = Open::new(self.plan, chunk)?;
-            open.outcomes.iter().flatten().for_each(|outcome| self.tally.count(outcome));
-            match open.is_whole() {
+            let open = OpenChunk::new(self.plan, chunk)?;
+            open.outcomes.iter().flatten().for_each(|outcome| self.counts.count(outcome));
+            match open.is_complete() {
                 true => open.write(self.plan, true)?,
                 false => self.open.push(open),
             }
         }
     }
 
-    /// Takes what came of a variant; the chunk, when that was its last one.
-    fn take(
-        &mut self,
-        chunk: u64,
-        row: usize,
-        outcome: Outcome,
-    ) -> Result<(Option<Open>, Tally), Error> {
-        self.tally.count(&outcome);
-        let place = self.open.iter().position(|open| open.chunk == chunk);
-        let mut whole = None;
+    /// Stores the outcome of a variant.
+    fn store(&mut self, task: &VariantTask, outcome: Outcome) -> Result<StoredOutcome, Error> {
+        self.counts.count(&outcome);
+        let place = self.open.iter().position(|open| open.chunk == task.chunk);
+        let mut finished = None;
         if let Some(place) = place {
-            self.open[place].outcomes[row] = Some(outcome);
-            whole = self.open[place].is_whole().then(|| self.open.remove(place));
+            self.open[place].outcomes[task.row] = Some(outcome);
+            finished = self.open[place].is_complete().then(|| self.open.remove(place));
         }
         if self.written.elapsed() > PERIOD {
-            self.keep_open()?;
+            self.write_partial()?;
         }
-        Ok((whole, self.tally))
+        Ok(StoredOutcome { finished, counts: self.counts })
     }
 
-    /// Writes what is done of chunks that are not.
-    fn keep_open(&mut self) -> Result<(), Error> {
+    /// Writes the outcomes of chunks that are not finished.
+    fn write_partial(&mut self) -> Result<(), Error> {
         self.written = Instant::now();
-        let begun = self.open.iter().filter(|open| open.outcomes.iter().any(Option::is_some));
-        begun.into_iter().try_for_each(|open| open.write(self.plan, false))
+        let with_outcomes =
+            self.open.iter().filter(|open| open.outcomes.iter().any(Option::is_some));
+        with_outcomes.into_iter().try_for_each(|open| open.write(self.plan, false))
     }
 }
 
-impl Open {
+impl OpenChunk {
     fn new(plan: &Plan, chunk: u64) -> Result<Self, Error> {
         let values = plan.values(chunk)?;
         let mut outcomes = vec![None; values.rows()];
         let first = plan.range(chunk).start;
-        for (variant, outcome) in stored(plan, &partial(plan, chunk))?.unwrap_or_default() {
+        for VariantOutcome { variant, outcome } in
+            stored(plan, &partial(plan, chunk))?.unwrap_or_default()
+        {
             let row = variant.checked_sub(first).and_then(|row| outcomes.get_mut(row as usize));
             if let Some(place) = row {
                 *place = Some(outcome);
             }
         }
-        Ok(Open { chunk, values, outcomes, next: 0 })
+        Ok(OpenChunk { chunk, values, outcomes, next: 0 })
     }
 
-    fn is_whole(&self) -> bool {
+    fn is_complete(&self) -> bool {
         self.outcomes.iter().all(Option::is_some)
     }
 
-    fn write(&self, plan: &Plan, whole: bool) -> Result<(), Error> {
-        let done = self.outcomes.iter().enumerate();
-        let done: Vec<_> = done.filter_map(|(row, it)| Some((row, it.as_ref()?))).collect();
-        let table = rows::table(&plan.about, &self.values, &done);
-        let unfinished = partial(plan, self.chunk);
-        if !whole {
-            return table::write(&unfinished, &table);
+    fn write(&self, plan: &Plan, complete: bool) -> Result<(), Error> {
+        let rows = self.outcomes.iter().enumerate();
+        let done: Vec<_> =
+            rows.filter_map(|(row, it)| Some(RowOutcome { row, outcome: it.as_ref()? })).collect();
+        let table = result_rows::table(&plan.metadata, &self.values, &done);
+        let partial = partial(plan, self.chunk);
+        if !complete {
+            return table::write(&partial, &table);
         }
         table::write(&plan.part(self.chunk), &table)?;
-        let _ = std::fs::remove_file(unfinished);
+        let _ = std::fs::remove_file(partial);
         Ok(())
     }
 }
 
-/// The file of what is done of a chunk that is not.
+/// The file of the outcomes of an unfinished chunk.
 fn partial(plan: &Plan, chunk: u64) -> PathBuf {
     plan.part(chunk).with_extension("partial.parquet")
 }
 
-/// What came of the variants of a chunk, if all are done.
+/// The outcomes of the variants of a chunk, if all are done.
 ///
 /// # Errors
 /// When its file cannot be read.
-pub(super) fn part(plan: &Plan, chunk: u64) -> Result<Option<Vec<(u64, Outcome)>>, Error> {
+pub(super) fn part(plan: &Plan, chunk: u64) -> Result<Option<Vec<VariantOutcome>>, Error> {
     let found = stored(plan, &plan.part(chunk))?;
     let range = plan.range(chunk);
-    Ok(found.filter(|rows| rows.iter().map(|(variant, _)| *variant).eq(range)))
+    Ok(found.filter(|rows| rows.iter().map(|it| it.variant).eq(range)))
 }
 
 /// The rows of a file, if it is there and one of the plan.
-fn stored(plan: &Plan, path: &Path) -> Result<Option<Vec<(u64, Outcome)>>, Error> {
+fn stored(plan: &Plan, path: &Path) -> Result<Option<Vec<VariantOutcome>>, Error> {
     if !path.exists() {
         return Ok(None);
     }
     // A file that cannot be read is made again.
     let table = table::read(path).ok();
-    Ok(table.and_then(|table| rows::outcomes(&plan.about, &table)))
+    Ok(table.and_then(|table| result_rows::outcomes(&plan.metadata, &table)))
 }

@@ -1,4 +1,4 @@
-//! Compares a variant that ran again with what it gave in the sweep.
+//! Compares the run of a variant with its results in the sweep.
 
 use diagnostics::Error;
 
@@ -7,7 +7,7 @@ use super::plan::Plan;
 use super::variant::Outcome;
 use crate::report::RunReport;
 
-/// What differs in a run of a variant from what the sweep has of it; nothing when the sweep does not have it.
+/// The differences between a run of a variant and its results in the sweep; nothing when the sweep has none of it.
 ///
 /// # Errors
 /// When the results of the sweep cannot be read.
@@ -18,8 +18,8 @@ pub fn differences(
 ) -> Result<Option<Vec<String>>, Error> {
     let chunk = plan.chunk_of(variant);
     let Some(rows) = chunk::part(plan, chunk)? else { return Ok(None) };
-    let found = rows.into_iter().find(|(number, _)| *number == variant);
-    Ok(found.map(|(_, outcome)| compare(plan, &outcome, report)))
+    let found = rows.into_iter().find(|it| it.variant == variant);
+    Ok(found.map(|it| compare(plan, &it.outcome, report)))
 }
 
 fn compare(plan: &Plan, outcome: &Outcome, report: &RunReport) -> Vec<String> {
@@ -31,19 +31,19 @@ fn compare(plan: &Plan, outcome: &Outcome, report: &RunReport) -> Vec<String> {
         return found;
     }
     let bits = |number: Option<f64>| number.filter(|it| !it.is_nan()).map(f64::to_bits);
-    let told = |number: Option<f64>| number.map_or("none".to_owned(), |it| format!("{it:?}"));
+    let text = |number: Option<f64>| number.map_or("none".to_owned(), |it| format!("{it:?}"));
     for ((name, (passed, margin)), now) in
-        plan.about.checks.iter().zip(&outcome.checks).zip(&report.checks)
+        plan.metadata.checks.iter().zip(&outcome.checks).zip(&report.checks)
     {
         if *passed != now.passed || bits(*margin) != bits(now.margin) {
-            let (then, now) = (told(*margin), told(now.margin));
+            let (then, now) = (text(*margin), text(now.margin));
             found.push(format!("`{name}` had the margin {then}, now {now}"));
         }
     }
-    for ((name, _), then) in plan.about.collected.iter().zip(&outcome.collected) {
+    for ((name, _), then) in plan.metadata.collected.iter().zip(&outcome.collected) {
         let now = report.collected.get(name).copied();
         if bits(Some(*then)) != bits(now) {
-            found.push(format!("`{name}` was {}, now {}", told(Some(*then)), told(now)));
+            found.push(format!("`{name}` was {}, now {}", text(Some(*then)), text(now)));
         }
     }
     found

@@ -1,11 +1,11 @@
-//! Says by digests what the results of a sweep depend on.
+//! Digests of what the results of a sweep depend on: the files of its plan, and the program.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use diagnostics::Error;
 
-use super::plan::{About, VARIANTS};
+use super::plan::{PlanMetadata, VARIANTS};
 
 /// SHA-256 of a file.
 ///
@@ -22,20 +22,26 @@ pub(super) fn digest_of(path: &Path) -> Result<String, Error> {
 /// # Errors
 /// When it cannot be read.
 pub(super) fn digest_of_program(path: &Path) -> Result<String, Error> {
-    static KNOWN: OnceLock<String> = OnceLock::new();
-    if let Some(known) = KNOWN.get() {
-        return Ok(known.clone());
+    static DIGEST: OnceLock<String> = OnceLock::new();
+    if let Some(digest) = DIGEST.get() {
+        return Ok(digest.clone());
     }
-    digest_of(path).map(|digest| KNOWN.get_or_init(|| digest).clone())
+    digest_of(path).map(|digest| DIGEST.get_or_init(|| digest).clone())
 }
 
 /// One digest of the files of a gathered scenario with their names, of the values, and of what holds in all variants.
-pub(super) fn digest(bundle: &Path, variants: &Path, about: &About) -> Result<String, Error> {
+pub(super) fn digest(
+    bundle: &Path,
+    variants: &Path,
+    metadata: &PlanMetadata,
+) -> Result<String, Error> {
     let mut files = Vec::new();
     list(bundle, &mut files)?;
     files.sort();
     files.push(variants.to_owned());
-    let mut all = format!("{:?} {:?} {:?}\n", about.set, about.seed, about.tolerance);
+    let set = metadata.set.iter().map(|it| format!("{}={}", it.name, it.value));
+    let set: Vec<_> = set.collect();
+    let mut all = format!("{set:?} {:?} {:?}\n", metadata.seed, metadata.tolerance);
     for file in files {
         let name = file.strip_prefix(bundle).unwrap_or(Path::new(VARIANTS));
         all += &format!("{} {}\n", name.display(), digest_of(&file)?);

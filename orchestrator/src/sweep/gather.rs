@@ -1,19 +1,19 @@
-//! Puts the results of all chunks into one table, and sums them up.
+//! Merges the results of all chunks into one table, and writes the summary and the page.
 
 use std::path::PathBuf;
 
 use ::sweep::search::Status;
-use ::sweep::table::{self, Groups, Table, Values, Writer};
+use ::sweep::table::{self, RowGroups, Table, Values, Writer};
 use diagnostics::Error;
 use serde::Serialize;
 
-use super::crew::Tally;
-use super::look::{Shown, look};
+use super::notable::{NotableVariant, NotableVariants, notable_variants};
 use super::plan::Plan;
-use super::rows;
-use super::search::Found;
+use super::result_rows;
+use super::search::SearchResult;
+use super::worker_process::VariantCounts;
 use super::{chunk, page};
-use crate::fresh;
+use crate::nofollow;
 
 /// The table of a sweep.
 pub const TABLE: &str = "sweep.parquet";
@@ -24,7 +24,7 @@ const SUMMARY: &str = "sweep.json";
 
 /// What became of a sweep.
 #[derive(Debug, Serialize)]
-pub struct Gathered {
+pub struct SweepResult {
     /// The name of the scenario.
     pub scenario: String,
     /// Its title.
@@ -49,11 +49,11 @@ pub struct Gathered {
     pub results: String,
     /// What a search found.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub search: Option<Found>,
+    pub search: Option<SearchResult>,
     /// Variants that are to run again with everything recorded.
     pub recorded: Vec<u64>,
     /// Variants that are worth a look.
-    pub shown: Vec<Shown>,
+    pub shown: Vec<NotableVariant>,
     /// What is odd, but no error.
     pub warnings: Vec<String>,
     /// Where the files are.
@@ -61,7 +61,7 @@ pub struct Gathered {
     pub folder: PathBuf,
 }
 
-impl Gathered {
+impl SweepResult {
     /// The exit code of the program.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
@@ -80,7 +80,7 @@ impl Gathered {
 ///
 /// # Errors
 /// When chunks are missing, or a file cannot be read or written.
-pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
+pub fn gather(plan: &Plan, found: Option<SearchResult>) -> Result<SweepResult, Error> {
     let mut missing = Vec::new();
     for number in 0..plan.chunks() {
         if chunk::part(plan, number)?.is_none() {
@@ -92,19 +92,19 @@ pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
     }
     let path = plan.folder.join(TABLE);
     let mut writer: Option<Writer> = None;
-    let names = |plan: &Plan| format!("{:?} {:?}", plan.about.checks, plan.about.collected);
+    let names = |plan: &Plan| format!("{:?} {:?}", plan.metadata.checks, plan.metadata.collected);
     let mut digest = fmu_import::sha256(names(plan).as_bytes());
-    let mut tally = Tally::default();
+    let mut counts = VariantCounts::default();
     for number in 0..plan.chunks() {
         let table = table::read(&plan.part(number))?;
-        for (_, outcome) in rows::outcomes(&plan.about, &table).unwrap_or_default() {
-            tally.count(&outcome);
+        for row in result_rows::outcomes(&plan.metadata, &table).unwrap_or_default() {
+            counts.count(&row.outcome);
         }
         digest = digest_with(digest, &table);
         match &mut writer {
             Some(writer) => writer.append(&table)?,
             None => {
-                let mut new = Writer::create(&path, &table, Groups::Even)?;
+                let mut new = Writer::create(&path, &table, RowGroups::Even)?;
                 new.append(&table)?;
                 writer = Some(new);
             }
@@ -113,31 +113,31 @@ pub fn gather(plan: &Plan, found: Option<Found>) -> Result<Gathered, Error> {
     if let Some(writer) = writer {
         writer.finish()?;
     }
-    let (shown, recorded) = look(&path, plan.recorded())?;
-    let gathered = Gathered {
-        scenario: plan.about.scenario.clone(),
-        title: plan.about.title.clone(),
-        plan: plan.about.digest.clone(),
-        design: plan.about.design.clone(),
-        variants: tally.done,
-        passed: tally.passed,
-        failed: tally.done - tally.passed - tally.failed_to_run,
-        errors: tally.failed_to_run,
-        share: tally.passed as f64 / tally.done.max(1) as f64,
-        pass_share: plan.about.pass_share,
+    let NotableVariants { shown, recorded } = notable_variants(&path, plan.recorded())?;
+    let result = SweepResult {
+        scenario: plan.metadata.scenario.clone(),
+        title: plan.metadata.title.clone(),
+        plan: plan.metadata.digest.clone(),
+        design: plan.metadata.design.clone(),
+        variants: counts.done,
+        passed: counts.passed,
+        failed: counts.done - counts.passed - counts.failed_to_run,
+        errors: counts.failed_to_run,
+        share: counts.passed as f64 / counts.done.max(1) as f64,
+        pass_share: plan.metadata.pass_share,
         results: digest,
         search: found,
         recorded,
         shown,
-        warnings: plan.about.warnings.clone(),
+        warnings: plan.metadata.warnings.clone(),
         folder: plan.folder.clone(),
     };
-    page::write(plan, &path, &plan.folder.join(PAGE), gathered.search.as_ref())?;
+    page::write(plan, &path, &plan.folder.join(PAGE), result.search.as_ref())?;
     let path = plan.folder.join(SUMMARY);
-    let text = serde_json::to_string_pretty(&gathered)
+    let text = serde_json::to_string_pretty(&result)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-    fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
-    Ok(gathered)
+    nofollow::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    Ok(result)
 }
 
 fn incomplete(plan: &Plan, missing: &[u64]) -> Error {

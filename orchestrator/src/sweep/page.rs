@@ -8,8 +8,8 @@ use ::sweep::table;
 use diagnostics::Error;
 
 use super::plan::Plan;
-use super::search::Found;
-use crate::fresh;
+use super::search::SearchResult;
+use crate::nofollow;
 
 /// The seed of the intervals on the page.
 const SEED: u64 = 1;
@@ -22,17 +22,17 @@ pub(super) fn write(
     plan: &Plan,
     table: &Path,
     page: &Path,
-    found: Option<&Found>,
+    found: Option<&SearchResult>,
 ) -> Result<(), Error> {
     let table = table::read(table)?;
-    let summary = Summary::of(&table, plan.about.blocks.as_deref(), SEED);
+    let summary = Summary::of(&table, plan.metadata.blocks.as_deref(), SEED);
     let found = found.map(|found| format!(" {}.", found.line())).unwrap_or_default();
     let about = About {
-        title: plan.about.title.clone(),
+        title: plan.metadata.title.clone(),
         plan: plan.folder.display().to_string(),
-        design: format!("{}{found}", sentence(&plan.about.design)),
+        design: format!("{}{found}", sentence(&plan.metadata.design)),
     };
-    fresh::write(page, page::page(&about, &table, &summary))
+    nofollow::write(page, page::page(&about, &table, &summary))
         .map_err(|error| Error::output(page, error))
 }
 

@@ -1,4 +1,4 @@
-//! Opens the folder of a sweep, which holds its variants with their values, and the scenario with all its files.
+//! The plan folder of a sweep: the values of its variants, and the scenario with all its files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -7,11 +7,10 @@ use ::sweep::table::{self, Column, Reader, Role, Table, Values};
 use diagnostics::Error;
 use scenario::Scenario;
 use scenario::document::Recorded;
-use scenario::resolve::Overrides;
+use scenario::resolve::{Override, OverrideValue, Overrides};
 use serde::{Deserialize, Serialize};
 
 use super::digest::{digest, digest_of_program};
-use super::settings::{Setting, overrides};
 
 /// The file that says what a plan is.
 pub const PLAN: &str = "plan.json";
@@ -27,7 +26,7 @@ pub(super) const SEARCHED: &str = "searched";
 pub(super) const VERSION: u32 = 1;
 /// What `plan.json` says.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct About {
+pub struct PlanMetadata {
     pub(super) version: u32,
     /// The name of the scenario.
     pub scenario: String,
@@ -44,7 +43,8 @@ pub struct About {
     /// How they were chosen.
     pub design: String,
     /// What all variants have.
-    pub set: Vec<Setting>,
+    #[serde(with = "override_texts")]
+    pub set: Vec<Override>,
     /// The seed of all variants, instead of the scenario's.
     pub(super) seed: Option<u64>,
     /// Relative tolerance inside the FMUs [-].
@@ -69,12 +69,38 @@ pub struct About {
     pub warnings: Vec<String>,
 }
 
+/// Overrides as `plan.json` has them: names and texts, as on the command line.
+mod override_texts {
+    use scenario::resolve::{Override, OverrideValue};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct OverrideText {
+        name: String,
+        value: String,
+    }
+
+    pub fn serialize<S: Serializer>(all: &[Override], out: S) -> Result<S::Ok, S::Error> {
+        out.collect_seq(
+            all.iter()
+                .map(|it| OverrideText { name: it.name.clone(), value: it.value.to_string() }),
+        )
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(texts: D) -> Result<Vec<Override>, D::Error> {
+        let texts = Vec::<OverrideText>::deserialize(texts)?;
+        let all =
+            texts.into_iter().map(|it| Override::new(it.name, OverrideValue::parse(&it.value)));
+        Ok(all.collect())
+    }
+}
+
 /// The folder of a sweep.
 pub struct Plan {
     /// Where it is.
     pub folder: PathBuf,
     /// What it says about itself.
-    pub about: About,
+    pub metadata: PlanMetadata,
     variants: Reader,
     /// The batches of a search so far.
     batches: Vec<Table>,
@@ -87,7 +113,7 @@ impl Plan {
     /// When there is none, another program made it, or its files changed.
     pub fn open(folder: &Path, program: &Path) -> Result<Self, Error> {
         let plan = Self::look_at(folder)?;
-        if plan.about.program != digest_of_program(program)? {
+        if plan.metadata.program != digest_of_program(program)? {
             return Err(Error::input(format!(
                 "the plan in {} was made by another build of this program, which may give other results",
                 folder.display()
@@ -95,8 +121,8 @@ impl Plan {
             .help("make it again with this one: trackside sweep plan SCENARIO"));
         }
         let bundle = folder.join(GATHERED);
-        let found = digest(&bundle, &folder.join(VARIANTS), &plan.about)?;
-        if found != plan.about.digest {
+        let found = digest(&bundle, &folder.join(VARIANTS), &plan.metadata)?;
+        if found != plan.metadata.digest {
             return Err(Error::input(format!(
                 "the files of the plan in {} were changed after it was made",
                 folder.display()
@@ -116,23 +142,23 @@ impl Plan {
             Error::input(format!("there is no plan of a sweep in {}: {error}", folder.display()))
                 .help("make one: trackside sweep plan SCENARIO --out FOLDER")
         })?;
-        let about: About = serde_json::from_str(&text)
+        let metadata: PlanMetadata = serde_json::from_str(&text)
             .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-        if about.version != VERSION {
-            let found = about.version;
+        if metadata.version != VERSION {
+            let found = metadata.version;
             let message = format!("{}: expected version {VERSION}, found {found}", path.display());
             return Err(Error::input(message));
         }
         let variants = Reader::open(&folder.join(VARIANTS))?;
-        if variants.rows() as u64 != about.variants {
-            let (rows, wanted) = (variants.rows(), about.variants);
+        if variants.rows() as u64 != metadata.variants {
+            let (rows, wanted) = (variants.rows(), metadata.variants);
             return Err(Error::input(format!(
                 "{}: expected {wanted} rows, found {rows}",
                 folder.join(VARIANTS).display()
             )));
         }
-        let mut plan = Plan { folder: folder.to_owned(), about, variants, batches: Vec::new() };
-        while plan.about.is_search && plan.batch(plan.batches.len()).exists() {
+        let mut plan = Plan { folder: folder.to_owned(), metadata, variants, batches: Vec::new() };
+        while plan.metadata.is_search && plan.batch(plan.batches.len()).exists() {
             plan.batches.push(table::read(&plan.batch(plan.batches.len()))?);
         }
         Ok(plan)
@@ -159,37 +185,37 @@ impl Plan {
     #[must_use]
     pub fn variants(&self) -> u64 {
         let searched: usize = self.batches.iter().map(Table::rows).sum();
-        self.about.variants + searched as u64
+        self.metadata.variants + searched as u64
     }
 
     /// How many chunks it has.
     #[must_use]
     pub fn chunks(&self) -> u64 {
-        match self.about.is_search {
+        match self.metadata.is_search {
             true => self.batches.len() as u64,
-            false => self.about.variants.div_ceil(self.about.chunk),
+            false => self.metadata.variants.div_ceil(self.metadata.chunk),
         }
     }
 
     /// The variants of a chunk, from its first one to before the last.
     #[must_use]
     pub fn range(&self, chunk: u64) -> std::ops::Range<u64> {
-        if self.about.is_search {
+        if self.metadata.is_search {
             let before = self.batches.iter().take(chunk as usize).map(Table::rows).sum::<usize>();
             let own = self.batches.get(chunk as usize).map_or(0, Table::rows);
             return before as u64..(before + own) as u64;
         }
-        let first = chunk * self.about.chunk;
-        first..(first + self.about.chunk).min(self.about.variants)
+        let first = chunk * self.metadata.chunk;
+        first..(first + self.metadata.chunk).min(self.metadata.variants)
     }
 
     /// The chunk of a variant.
     #[must_use]
     pub fn chunk_of(&self, variant: u64) -> u64 {
         let holds = |chunk: &u64| self.range(*chunk).contains(&variant);
-        match self.about.is_search {
+        match self.metadata.is_search {
             true => (0..self.chunks()).find(holds).unwrap_or_default(),
-            false => variant / self.about.chunk,
+            false => variant / self.metadata.chunk,
         }
     }
 
@@ -210,18 +236,18 @@ impl Plan {
         self.variants.columns()
     }
 
-    /// The settings of a row of values.
+    /// The overrides of a row of values.
     #[must_use]
-    pub fn settings(values: &Table, row: usize) -> Vec<Setting> {
+    pub fn overrides_of_row(values: &Table, row: usize) -> Vec<Override> {
         let varied = values.columns.iter().filter(|it| it.role != Role::Variant);
-        varied.filter_map(|column| setting(column, row)).collect()
+        varied.filter_map(|column| override_of_cell(column, row)).collect()
     }
 
-    /// The settings of a variant.
+    /// The overrides of a variant.
     ///
     /// # Errors
     /// When there is no such variant, or its values cannot be read.
-    pub fn settings_of(&self, variant: u64) -> Result<Vec<Setting>, Error> {
+    pub fn overrides_of(&self, variant: u64) -> Result<Vec<Override>, Error> {
         let (variants, folder) = (self.variants(), self.folder.display());
         if variant >= variants {
             let message = format!(
@@ -231,13 +257,14 @@ impl Plan {
             return Err(Error::input(message));
         }
         let chunk = self.chunk_of(variant);
-        Ok(Self::settings(&self.values(chunk)?, (variant - self.range(chunk).start) as usize))
+        let row = (variant - self.range(chunk).start) as usize;
+        Ok(Self::overrides_of_row(&self.values(chunk)?, row))
     }
 
     /// The gathered scenario.
     #[must_use]
     pub fn scenario_file(&self) -> PathBuf {
-        self.folder.join(GATHERED).join(format!("{}.toml", self.about.scenario))
+        self.folder.join(GATHERED).join(format!("{}.toml", self.metadata.scenario))
     }
 
     /// The gathered scenario.
@@ -251,20 +278,19 @@ impl Plan {
     /// What all variants have.
     ///
     /// # Errors
-    /// When a setting has no form that a scenario takes.
+    /// When an override has no form that a scenario takes.
     pub fn overrides(&self) -> Result<Overrides, Error> {
-        let About { seed, tolerance, set, .. } = &self.about;
+        let PlanMetadata { seed, tolerance, set, .. } = &self.metadata;
         let all = Overrides { seed: *seed, tolerance: *tolerance, ..Overrides::default() };
-        self.with(&all, set)
+        self.with_variant(&all, set)
     }
 
-    /// These overrides with the settings of a variant.
+    /// These overrides with those of a variant.
     ///
     /// # Errors
-    /// When a setting has no form that a scenario takes.
-    pub fn with(&self, all: &Overrides, settings: &[Setting]) -> Result<Overrides, Error> {
-        let folder = self.folder.join(GATHERED);
-        overrides(all, settings, &folder, |_| None).map_err(Error::input)
+    /// When an override has no form that a scenario takes.
+    pub fn with_variant(&self, all: &Overrides, variant: &[Override]) -> Result<Overrides, Error> {
+        all.with_variant(variant, &self.folder.join(GATHERED)).map_err(Error::input)
     }
 
     /// The file of the results of a chunk.
@@ -276,20 +302,19 @@ impl Plan {
     /// Which variants run again with everything recorded.
     #[must_use]
     pub fn recorded(&self) -> Recorded {
-        let [worst, best, failed, every] = self.about.recorded;
+        let [worst, best, failed, every] = self.metadata.recorded;
         Recorded { worst, best, failed, every }
     }
 }
 
-fn setting(column: &Column, row: usize) -> Option<Setting> {
-    let text = |value: String| Setting { name: column.name.clone(), value };
-    match &column.values {
+fn override_of_cell(column: &Column, row: usize) -> Option<Override> {
+    let value = match &column.values {
         Values::Numbers(all) => {
-            let unit = column.unit.as_deref();
-            all.get(row).map(|value| Setting::number(&column.name, *value, unit))
+            OverrideValue::Number { value: *all.get(row)?, unit: column.unit.clone() }
         }
-        Values::Integers(all) => all.get(row).map(|value| text(value.to_string())),
-        Values::Booleans(all) => Some(text((*all.get(row)?)?.to_string())),
-        Values::Texts(all) => Some(text(all.get(row)?.clone()?)),
-    }
+        Values::Integers(all) => OverrideValue::Integer(*all.get(row)?),
+        Values::Booleans(all) => OverrideValue::Boolean((*all.get(row)?)?),
+        Values::Texts(all) => OverrideValue::parse(all.get(row)?.as_ref()?),
+    };
+    Some(Override::new(&column.name, value))
 }

@@ -1,9 +1,9 @@
-//! Runs the batches of a search: each is a chunk, chosen by the results of those before it.
+//! Runs a search batch by batch: each batch is a chunk, chosen by the results of those before it.
 
 use std::path::Path;
 
 use ::sweep::search::{
-    Best, Goal as Wanted, Limit, LimitFound, Minimise, Outcome as Told, Search, Side, Status,
+    Best, Evaluation, Goal as Objective, Limit, LimitBracket, Minimise, Search, Side, Status,
 };
 use ::sweep::table::Table;
 use diagnostics::Error;
@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use super::assignment::Assignment;
 use super::chunk::{self, run_chunks};
-use super::crew::Tally;
 use super::plan::Plan;
 use super::variant::Outcome;
+use super::worker_process::VariantCounts;
 
 /// Variants of a batch that looks for a limit: the same on each machine, so that all find the same.
 const BATCH: usize = 4;
@@ -24,7 +24,7 @@ const MOST: usize = 400;
 
 /// What a search found.
 #[derive(Debug, Clone, Serialize)]
-pub struct Found {
+pub struct SearchResult {
     /// How it ended.
     pub status: Status,
     /// The names that it varied, and their units.
@@ -32,14 +32,14 @@ pub struct Found {
     /// The best variant.
     pub best: Option<Best>,
     /// The limit, of a search for one.
-    pub limit: Option<LimitFound>,
+    pub limit: Option<LimitBracket>,
     /// Whether the best value is the largest one.
     pub largest: bool,
     /// Variants that it ran.
     pub variants: u64,
 }
 
-impl Found {
+impl SearchResult {
     /// What was found, in a line.
     #[must_use]
     pub fn line(&self) -> String {
@@ -93,52 +93,53 @@ pub fn search(
     plan: &mut Plan,
     jobs: usize,
     program: &Path,
-    progress: &(dyn Fn(&Tally) + Sync),
-) -> Result<Option<Found>, Error> {
+    progress: &(dyn Fn(&VariantCounts) + Sync),
+) -> Result<Option<SearchResult>, Error> {
     let words = resolve::sweep(&plan.scenario()?)?.ok_or_else(Error::follow_up)?;
-    let wanted = words.search.clone().ok_or_else(Error::follow_up)?;
-    let assignment = Assignment::new(&words, &plan.about.set)?;
-    let mut search = Search::new(goal(&words, &wanted, &assignment)?, words.seed)?;
-    let (mut batch, mut done) = (0, Tally::default());
+    let search_plan = words.search.clone().ok_or_else(Error::follow_up)?;
+    let assignment = Assignment::new(&words, &plan.metadata.set)?;
+    let mut search = Search::new(goal(&words, &search_plan, &assignment)?, words.seed)?;
+    let (mut batch, mut done) = (0, VariantCounts::default());
     loop {
         let points = search.ask();
         if points.is_empty() {
             break;
         }
         let first = search.log().len() as u64;
-        agree(plan, batch, assignment.table(first, &points))?;
+        add_or_compare(plan, batch, assignment.table(first, &points))?;
         let before = done;
         let ended =
-            run_chunks(plan, &[batch], jobs, program, &|tally| progress(&before.with(tally)))?;
+            run_chunks(plan, &[batch], jobs, program, &|counts| progress(&before.with(counts)))?;
         if ended.stopped {
             return Ok(None);
         }
-        done = done.with(&ended.tally);
+        done = done.with(&ended.counts);
         let rows = chunk::part(plan, batch)?.ok_or_else(Error::follow_up)?;
-        let told: Vec<_> = rows.iter().map(|(_, it)| told(plan, &wanted.goal, it)).collect();
-        search.tell(&told)?;
+        let evaluations: Vec<_> =
+            rows.iter().map(|it| evaluation(plan, &search_plan.goal, &it.outcome)).collect();
+        search.tell(&evaluations)?;
         batch += 1;
     }
     let unit = |name: &str| {
         let column = plan.columns().column(name).and_then(|column| column.unit.clone());
-        column.or_else(|| plan.about.units.get(name).cloned())
+        column.or_else(|| plan.metadata.units.get(name).cloned())
     };
-    Ok(Some(Found {
+    Ok(Some(SearchResult {
         status: search.status(),
         names: assignment
             .names()
-            .filter(|name| !plan.about.also.contains(*name))
+            .filter(|name| !plan.metadata.also.contains(*name))
             .map(|name| (name.to_owned(), unit(name)))
             .collect(),
         best: search.best(),
         limit: search.limit(),
-        largest: matches!(wanted.goal, Goal::Extreme { largest: true, .. }),
+        largest: matches!(search_plan.goal, Goal::Extreme { largest: true, .. }),
         variants: done.done,
     }))
 }
 
-/// Adds a batch, or insists that the one that is there is the same.
-fn agree(plan: &mut Plan, batch: u64, table: Table) -> Result<(), Error> {
+/// Adds a batch; when it is there already, it has to be the same.
+fn add_or_compare(plan: &mut Plan, batch: u64, table: Table) -> Result<(), Error> {
     if batch == plan.chunks() {
         return plan.add(table);
     }
@@ -156,7 +157,7 @@ fn goal(
     words: &SweepPlan,
     SearchPlan { goal, tolerance }: &SearchPlan,
     assignment: &Assignment,
-) -> Result<Wanted, Error> {
+) -> Result<Objective, Error> {
     let varies = |name: &String| assignment.names().any(|known| known == name);
     let axes = words.axes.iter().filter(|axis| axis.names.iter().all(varies));
     let bounds: Vec<[f64; 2]> = axes
@@ -168,7 +169,7 @@ fn goal(
     let most = if words.variants == 0 { MOST } else { words.variants as usize };
     Ok(match goal {
         Goal::Extreme { .. } => {
-            Wanted::Minimise(Minimise { bounds, population: None, tolerance: *tolerance, most })
+            Objective::Minimise(Minimise { bounds, population: None, tolerance: *tolerance, most })
         }
         Goal::Limit { side, .. } => {
             let Some(&bounds) = bounds.first() else {
@@ -179,30 +180,30 @@ fn goal(
                 document::Limit::Smallest => Side::Smallest,
             };
             let tolerance = tolerance * (bounds[1] - bounds[0]);
-            Wanted::Limit(Limit { bounds, side, tolerance, batch: BATCH, most })
+            Objective::Limit(Limit { bounds, side, tolerance, batch: BATCH, most })
         }
     })
 }
 
-/// What a search is told of a variant.
-fn told(plan: &Plan, goal: &Goal, outcome: &Outcome) -> Told {
+/// The evaluation of a variant for the search.
+fn evaluation(plan: &Plan, goal: &Goal, outcome: &Outcome) -> Evaluation {
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
     match goal {
         Goal::Extreme { collected, largest } => {
-            let place = plan.about.collected.iter().position(|(name, _)| name == collected);
+            let place = plan.metadata.collected.iter().position(|(name, _)| name == collected);
             let value = number(place.and_then(|place| outcome.collected.get(place).copied()));
-            Told { value: if *largest { -value } else { value }, passed: None }
+            Evaluation { value: if *largest { -value } else { value }, passed: None }
         }
         Goal::Limit { check: None, .. } => {
             let margins = outcome.checks.iter().filter_map(|(_, margin)| *margin);
             let value = number(margins.min_by(f64::total_cmp));
-            Told { value, passed: Some(outcome.passed()) }
+            Evaluation { value, passed: Some(outcome.passed()) }
         }
         Goal::Limit { check: Some(name), .. } => {
-            let place = plan.about.checks.iter().position(|known| known == name);
+            let place = plan.metadata.checks.iter().position(|known| known == name);
             let found = place.and_then(|place| outcome.checks.get(place).copied());
             let (passed, margin) = found.unwrap_or((false, None));
-            Told { value: number(margin), passed: Some(passed) }
+            Evaluation { value: number(margin), passed: Some(passed) }
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Lets an engine run the chunks of a plan, follows it, and submits anew what it lost.
+//! Submits the chunks of a plan to an engine, follows them, and submits lost ones again.
 
 mod engine;
 mod follow;
@@ -13,8 +13,8 @@ use std::path::Path;
 use diagnostics::Error;
 
 use self::engine::Engine;
-use self::follow::Follow;
-pub use self::follow::{Followed, Watched};
+use self::follow::ChunkFollower;
+pub use self::follow::{ChunkProgress, FollowOutcome};
 use self::submission::Submissions;
 use super::plan::Plan;
 
@@ -51,8 +51,8 @@ pub fn submit(
     plan: &Plan,
     options: &SubmitOptions,
     program: &Path,
-    show: &mut dyn FnMut(&Watched),
-) -> Result<Followed, Error> {
+    show: &mut dyn FnMut(&ChunkProgress),
+) -> Result<FollowOutcome, Error> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let given = options.options.clone();
     let (engine, name, task): (Box<dyn Engine>, _, _) = match options.engine {
@@ -67,23 +67,23 @@ pub fn submit(
             (Box::new(local::Local::new(jobs)), "local", local::TASK)
         }
     };
-    options.check(engine.outlives())?;
+    options.check(engine.outlives_program())?;
     let submissions = Submissions::open(plan, name, task, program)?;
     let alone = submissions.try_lock();
-    if !engine.outlives() && alone.is_none() {
+    if !engine.outlives_program() && alone.is_none() {
         let folder = plan.folder.display();
         let message = format!("another trackside sweep submit runs the chunks of {folder} here");
         return Err(Error::input(message).help("wait for its end, or end it"));
     }
-    let mut follow = Follow::new(plan, engine, submissions)?;
+    let mut follow = ChunkFollower::new(plan, engine, submissions)?;
     let followed = follow.run(options.detach, show);
     drop::<Option<File>>(alone);
     followed
 }
 
 impl SubmitOptions {
-    fn check(&self, outlives: bool) -> Result<(), Error> {
-        if self.detach && !outlives {
+    fn check(&self, outlives_program: bool) -> Result<(), Error> {
+        if self.detach && !outlives_program {
             let message = "--detach: the chunks of --engine local run in this program only";
             return Err(Error::input(message).help("leave --detach out, or name another engine"));
         }

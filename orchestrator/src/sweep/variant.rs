@@ -1,4 +1,4 @@
-//! Runs one variant without recording it, and says what came of it.
+//! Runs one variant of a sweep without recordings, and gives its outcome.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use crate::messages;
 use crate::recorder::Recorder;
 use crate::report::RunReport;
-use crate::stop::Stop;
+use crate::stop::StopCondition;
 
-/// What came of a variant.
+/// The outcome of a variant.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// The seed of its random streams.
@@ -77,8 +77,8 @@ impl Outcome {
     }
 }
 
-/// What a worker keeps from one variant to the next.
-pub(super) struct Bench {
+/// Runs variants; what it holds stays the same from one to the next.
+pub(super) struct VariantRunner {
     pub scenario: Scenario,
     pub built: BuildArtifacts,
     /// The archives that were opened.
@@ -94,13 +94,13 @@ pub(super) struct Bench {
 /// A call of an isolated FMU that lasts longer than this is reported.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-impl Bench {
+impl VariantRunner {
     /// Runs a variant. Its instances are taken from those that are kept, and kept again when the run came to its end. `fingerprint` takes
     /// each row, if there is one.
     pub fn run(
         &mut self,
         overrides: &Overrides,
-        kept: &mut Kept,
+        instances: &mut Kept,
         fingerprint: Option<&mut Fingerprint>,
     ) -> Outcome {
         let begin = Instant::now();
@@ -108,7 +108,7 @@ impl Bench {
             seed: overrides.seed.unwrap_or(self.scenario.document.seed),
             ..Outcome::default()
         };
-        if let Err(error) = self.try_run(overrides, kept, fingerprint, &mut outcome) {
+        if let Err(error) = self.try_run(overrides, instances, fingerprint, &mut outcome) {
             outcome.failure = Some(Failure::of(&error));
             outcome.checks.clear();
             outcome.collected.clear();
@@ -120,43 +120,43 @@ impl Bench {
     fn try_run(
         &mut self,
         overrides: &Overrides,
-        kept: &mut Kept,
+        instances: &mut Kept,
         fingerprint: Option<&mut Fingerprint>,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
-        let stop = Stop::within(self.limit);
+        let stop = StopCondition::of_limit(self.limit);
         let folder = self.folder.clone();
-        let Bench { scenario, built, cache, program, .. } = self;
+        let VariantRunner { scenario, built, cache, program, .. } = self;
         let mut plan = RunPlan::resolve_cached(scenario, built, overrides, folder, cache)?;
         plan.leave_unneeded();
         let program = (program.clone(), vec!["isolated".to_owned()]);
-        let host = Host { program, patience: PATIENCE, give_up: stop.patience() };
-        let mut nodes = node::instantiate_again(&mut plan.system, Some(&host), kept)
-            .map_err(|error| stop.or(error))?;
-        let mut recorder = Recorder::judge(&mut plan);
+        let host = Host { program, patience: PATIENCE, give_up: stop.give_up_condition() };
+        let mut nodes = node::instantiate_again(&mut plan.system, Some(&host), instances)
+            .map_err(|error| stop.reason_or(error))?;
+        let mut recorder = Recorder::without_recordings(&mut plan);
         let mut progress = Progress::default();
-        let mut watch = Watch { recorder: &mut recorder, fingerprint };
+        let mut sink = FingerprintSink { recorder: &mut recorder, fingerprint };
         let mut coupling = coupling::of(&plan.system);
         let mut tick = |_| stop.check();
         let done = if nodes.is_empty() {
             Ok(())
         } else {
             let (system, nodes) = (&mut plan.system, nodes.as_mut_slice());
-            master::run(system, nodes, coupling.as_mut(), &mut watch, &mut progress, &mut tick)
+            master::run(system, nodes, coupling.as_mut(), &mut sink, &mut progress, &mut tick)
         };
         outcome.steps = progress.steps;
-        done.map_err(|error| stop.or(error))?;
-        self.judge(&plan, &mut recorder, &stop, outcome)?;
-        kept.keep(&plan.system, nodes);
+        done.map_err(|error| stop.reason_or(error))?;
+        self.evaluate(&plan, &mut recorder, &stop, outcome)?;
+        instances.keep(&plan.system, nodes);
         Ok(())
     }
 
-    /// Analyses and verdicts.
-    fn judge(
+    /// Runs the analyses and evaluates the checks.
+    fn evaluate(
         &self,
         run_plan: &RunPlan,
         recorder: &mut Recorder,
-        stop: &Stop,
+        stop: &StopCondition,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
         let mut report = None;
@@ -188,7 +188,7 @@ fn clear(folder: &Path) -> Result<(), Error> {
     std::fs::create_dir_all(folder).map_err(wrong)
 }
 
-/// A number for all that a run showed: FNV-1a of the bits of its rows.
+/// A hash of the rows of a run: FNV-1a of their bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Fingerprint(u64);
 
@@ -199,7 +199,7 @@ impl Default for Fingerprint {
 }
 
 impl Fingerprint {
-    fn take(&mut self, bits: u64) {
+    fn add(&mut self, bits: u64) {
         self.0 = (self.0 ^ bits).wrapping_mul(0x0100_0000_01b3);
         // The multiplication carries bits upwards only.
         self.0 ^= self.0 >> 32;
@@ -207,17 +207,17 @@ impl Fingerprint {
 }
 
 /// Hands rows on, and to the fingerprint.
-struct Watch<'a> {
+struct FingerprintSink<'a> {
     recorder: &'a mut Recorder,
     fingerprint: Option<&'a mut Fingerprint>,
 }
 
-impl Sink<Full> for Watch<'_> {
+impl Sink<Full> for FingerprintSink<'_> {
     fn row(&mut self, tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         if let Some(fingerprint) = &mut self.fingerprint {
-            row.numbers().iter().for_each(|number| fingerprint.take(number.to_bits()));
+            row.numbers().iter().for_each(|number| fingerprint.add(number.to_bits()));
             for text in row.texts() {
-                text.bytes().for_each(|byte| fingerprint.take(byte.into()));
+                text.bytes().for_each(|byte| fingerprint.add(byte.into()));
             }
         }
         self.recorder.row(tick, time, row)

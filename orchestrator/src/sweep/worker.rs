@@ -1,4 +1,4 @@
-//! Runs variants in a process of its own, for the process that started this one.
+//! The worker process of a sweep: it runs variants for the process that started it.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -6,28 +6,27 @@ use std::time::Duration;
 use diagnostics::Error;
 use isolation::{Line, Talk};
 use scenario::BuildArtifacts;
-use scenario::resolve::{self, FmuCache, Overrides};
+use scenario::resolve::{FmuCache, Override, Overrides, self};
 use serde::{Deserialize, Serialize};
 
+use super::instance_reuse::InstanceReuse;
 use super::plan::Plan;
-use super::settings::Setting;
-use super::trial::Reuse;
-use super::variant::{Bench, Outcome};
+use super::variant::{Outcome, VariantRunner};
 
-/// What the host asks.
+/// A request of the host.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Question {
+pub(super) enum WorkerRequest {
     /// To open a plan.
     Open(PathBuf),
     /// To run a variant with these values.
-    Run(Vec<Setting>),
+    Run(Vec<Override>),
     /// To end.
     Leave,
 }
 
-/// What it is told.
+/// The response of the worker.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Answer {
+pub(super) enum WorkerResponse {
     /// The plan is open, and what its scenario takes at most for a run [s], or why it is not.
     Opened(Result<f64, String>),
     /// What came of the variant, and whether instances of FMUs are used again.
@@ -45,51 +44,52 @@ pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
     let wrong = |what: String| Error::input(format!("this is for workers of a sweep: {what}"));
     let (line, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
     fmu_import::ignore_requests_to_end();
-    let look = || match isolation::has_host(host) {
+    let check_host = || match isolation::has_host(host) {
         true => Ok(()),
         false => Err(wrong("the host has ended".to_owned())),
     };
     let (mut talk, mut worker) = (Talk::default(), None);
     loop {
-        line.receive(&mut talk, look)?;
-        let question = postcard::from_bytes::<Question>(&talk.bytes);
-        match question.map_err(|error| wrong(error.to_string()))? {
-            Question::Leave => {
+        line.receive(&mut talk, check_host)?;
+        let request = postcard::from_bytes::<WorkerRequest>(&talk.bytes);
+        match request.map_err(|error| wrong(error.to_string()))? {
+            WorkerRequest::Leave => {
                 fmu_import::complete(Some(0));
                 drop(worker);
                 return Ok(());
             }
-            Question::Open(folder) => {
+            WorkerRequest::Open(folder) => {
                 let opened = Worker::open(&folder, program);
-                let limit = opened.as_ref().map(|it| it.bench.limit.as_secs_f64());
+                let limit = opened.as_ref().map(|it| it.runner.limit.as_secs_f64());
                 let limit = limit.map_err(ToString::to_string);
                 worker = opened.ok();
-                tell(&line, &Answer::Opened(limit), look)?;
+                respond(&line, &WorkerResponse::Opened(limit), check_host)?;
             }
-            Question::Run(settings) => {
+            WorkerRequest::Run(overrides) => {
                 let Some(worker) = &mut worker else { return Err(wrong("no plan".to_owned())) };
-                let (outcome, again) = worker.run(&settings);
-                tell(&line, &Answer::Ran(Box::new(outcome), again), look)?;
+                let outcome = Box::new(worker.run(&overrides));
+                let reused = matches!(worker.reuse, InstanceReuse::Verified(_));
+                respond(&line, &WorkerResponse::Ran(outcome, reused), check_host)?;
             }
         }
     }
 }
 
-fn tell(
+fn respond(
     line: &Line,
-    answer: &Answer,
-    look: impl FnMut() -> Result<(), Error>,
+    response: &WorkerResponse,
+    check_host: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let bytes = postcard::to_stdvec(answer).map_err(|error| Error::input(error.to_string()))?;
-    line.send((&[], &bytes), look)
+    let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
+    line.send((&[], &bytes), check_host)
 }
 
-/// What a worker has.
+/// A worker with its plan, and what it keeps from one variant to the next.
 struct Worker {
     plan: Plan,
     overrides: Overrides,
-    bench: Bench,
-    reuse: Reuse,
+    runner: VariantRunner,
+    reuse: InstanceReuse,
     /// For files of analyses; removed with the worker.
     _scratch: archive::Folder,
 }
@@ -100,7 +100,7 @@ impl Worker {
         let scratch = archive::Folder::new().map_err(|error| Error::input(error.to_string()))?;
         let scenario = plan.scenario()?;
         let limit = resolve::limit(&scenario)?.unwrap_or(LIMIT);
-        let bench = Bench {
+        let runner = VariantRunner {
             scenario,
             built: BuildArtifacts::default(),
             cache: FmuCache::default(),
@@ -109,14 +109,42 @@ impl Worker {
             limit,
         };
         let overrides = plan.overrides()?;
-        Ok(Worker { plan, overrides, bench, reuse: Reuse::Unknown, _scratch: scratch })
+        Ok(Worker { plan, overrides, runner, reuse: InstanceReuse::Untested, _scratch: scratch })
     }
 
-    fn run(&mut self, settings: &[Setting]) -> (Outcome, bool) {
-        let outcome = match self.plan.with(&self.overrides, settings) {
-            Ok(overrides) => self.reuse.run(&mut self.bench, &overrides),
+    fn run(&mut self, variant: &[Override]) -> Outcome {
+        match self.plan.with_variant(&self.overrides, variant) {
+            Ok(overrides) => self.reuse.run(&mut self.runner, &overrides),
             Err(error) => Outcome::failed(&error),
-        };
-        (outcome, matches!(self.reuse, Reuse::Proven(_)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use scenario::resolve::OverrideValue;
+
+    use super::*;
+
+    #[test]
+    fn values_reach_the_worker_as_they_are() {
+        let values = [
+            OverrideValue::Number { value: 1.0 / 3.0, unit: Some("kN".to_owned()) },
+            OverrideValue::Number { value: f64::MIN_POSITIVE, unit: None },
+            OverrideValue::Integer(i64::MIN),
+            OverrideValue::Boolean(false),
+            OverrideValue::Typed("wet".to_owned()),
+            OverrideValue::TextOf("front.tir".into()),
+        ];
+        let overrides: Vec<_> =
+            values.iter().map(|value| Override::new("plant.x", value.clone())).collect();
+        let bytes = postcard::to_stdvec(&WorkerRequest::Run(overrides)).expect("it is written");
+        match postcard::from_bytes(&bytes).expect("it is read") {
+            WorkerRequest::Run(read) => {
+                assert!(read.iter().all(|it| it.name == "plant.x"));
+                assert!(read.into_iter().map(|it| it.value).eq(values));
+            }
+            other => panic!("{other:?}"),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Shows the driver of a manoeuvre as a node: at each communication point it measures, and commands until the next one.
 
 use fmu_import::CallError;
-use manoeuvre::{Driver, OUTPUTS, Remembered};
+use manoeuvre::{Driver, DriverState, OUTPUTS};
 use serde::{Deserialize, Serialize};
 
 use super::{Node, NodeState, state_error};
@@ -20,7 +20,7 @@ pub(super) struct DriverNode {
 /// What the node remembers.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Memory {
-    driver: Remembered,
+    driver: DriverState,
     commands: [f64; OUTPUTS.len()],
 }
 
@@ -28,7 +28,7 @@ impl DriverNode {
     /// A driver before the run, who commands nothing.
     pub(super) fn new(plan: &DriverPlan) -> Self {
         let DriverPlan { manoeuvre, steering_ratio } = plan.clone();
-        let inputs = vec![0.0; manoeuvre.kind.needs().len()];
+        let inputs = vec![0.0; manoeuvre.kind.required_channels().len()];
         let driver = Driver::new(manoeuvre);
         DriverNode { driver, steering_ratio, inputs, commands: [0.0; OUTPUTS.len()] }
     }
@@ -57,13 +57,13 @@ impl Node for DriverNode {
     }
 
     fn save(&mut self) -> Result<NodeState, CallError> {
-        let driver = self.driver.memory();
+        let driver = self.driver.state();
         Ok(NodeState::new(Memory { driver, commands: self.commands }))
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
         let Memory { driver, commands } = *state.get()?;
-        self.driver.recall(driver);
+        self.driver.restore(driver);
         self.commands = commands;
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Keeps all samples of some quantities, for what can be said about whole signals only: how they agree.
 
-use rating::{Band, Inside, Rating};
+use rating::{Band, BandCoverage, Rating};
 
 use super::Accumulator;
 
@@ -70,7 +70,7 @@ pub(super) fn rated(columns: &Columns, score: fn(&Rating) -> f64) -> Judged {
 }
 
 /// What is said of the points of a curve in the band around its reference; not a number where there is no band.
-pub(super) fn banded(columns: &Columns, judged: fn(&Inside) -> Judged) -> Judged {
+pub(super) fn banded(columns: &Columns, judged: fn(&BandCoverage) -> Judged) -> Judged {
     let [_, x, y, reference_x, reference_y, dx, dy] = columns else { return (f64::NAN, None) };
     let inside = Band::new(reference_x, reference_y, dx, dy).and_then(|band| band.judge(x, y));
     inside.map_or((f64::NAN, None), |inside| judged(&inside))

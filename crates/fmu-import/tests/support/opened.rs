@@ -27,7 +27,7 @@ fn look(fmu: &Fmu) {
         let _ = (variable.start_value(), variable.array());
         assert!(variable.element.0 < variable.element.1, "{variable:?}");
         if let Some(unit) = variable.dimension {
-            let _ = (unit.dimension(), unit.to_the(2.0), unit.times(unit, -1));
+            let _ = (unit.dimension(), unit.powf(2.0), unit.times(unit, -1));
             let base = units::Unit::conversion(&unit, &unit);
             assert!(base.is_none_or(|(a, b)| a.is_finite() && b.is_finite()), "{unit:?}");
         }

@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
-use crate::action::{Action, Drive, EDGE, Now, Stage};
+use super::{ManoeuvreKind, describe};
+use crate::action::{Action, CarState, DriveCommand, EDGE, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::Log;
-use crate::value::{Known, Values, Wrong};
 
 /// Acceleration from standstill, or from the entry speed, until the speed does not grow any more.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,12 +34,12 @@ impl Default for Acceleration {
     }
 }
 
-impl Kind for Acceleration {
+impl ManoeuvreKind for Acceleration {
     fn title(&self) -> &'static str {
         "acceleration to the drag limit"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         vec![Channel::ForwardSpeed]
     }
 
@@ -47,20 +47,24 @@ impl Kind for Acceleration {
         &["acceleration"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("time_to_speed", "s", "time to the speed `to`"),
-                known("distance_to_speed", "m", "distance to the speed `to`"),
-                known("top_speed", "m/s", "speed at the end"),
-                known("time_to_top_speed", "s", "time to 99 % of it"),
-                known("acceleration_max", "m/s2", "largest growth of the speed in half a second"),
+                describe("time_to_speed", "s", "time to the speed `to`"),
+                describe("distance_to_speed", "m", "distance to the speed `to`"),
+                describe("top_speed", "m/s", "speed at the end"),
+                describe("time_to_top_speed", "s", "time to 99 % of it"),
+                describe(
+                    "acceleration_max",
+                    "m/s2",
+                    "largest growth of the speed in half a second",
+                ),
             ]
         }
     }
 
-    fn check(&self, common: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("force", self.force, "N"),
             ("power", self.power.unwrap_or(1.0), "W"),
             ("to", self.to, "m/s"),
@@ -73,15 +77,15 @@ impl Kind for Acceleration {
             "expected a speed above the entry speed of {} m/s, found {} m/s",
             common.entry_speed, self.to
         );
-        Err(Wrong::at("to", message))
+        Err(ParameterError::at("to", message))
     }
 
-    fn run_up(&self, common: &Common) -> f64 {
+    fn run_up_speed(&self, common: &CommonParameters) -> f64 {
         // Standstill is an entry speed, too.
         common.entry_speed
     }
 
-    fn act(&self, _: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         // Once a second the speed is compared with that of a second ago, which `angle` keeps.
         let due = stage.settled.is_none_or(|since| now.time - since >= 1.0 - EDGE);
         if due {
@@ -92,10 +96,10 @@ impl Kind for Acceleration {
             (stage.settled, stage.angle) = (Some(now.time), now.v_x);
         }
         let most = self.power.map_or(f64::INFINITY, |power| power / now.v_x.max(1e-3));
-        Action::angle(0.0, Drive::Force(self.force.min(most)))
+        Action::angle(0.0, DriveCommand::Force(self.force.min(most)))
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
         let last = log.t.len() - 1;
         let top = log.v_x[last];
         if top <= log.v_x[0] + self.steady {
@@ -105,11 +109,11 @@ impl Kind for Acceleration {
         let time = log.reaches(&log.v_x, self.to, true, 0);
         let grown =
             (0..=last).filter_map(|k| Some((log.at(&log.v_x, log.t[k] + 0.5)? - log.v_x[k]) / 0.5));
-        Ok(Values::default()
-            .and("time_to_speed", time)
-            .and("distance_to_speed", time.and_then(|time| log.at(&distance, time)))
-            .and("top_speed", top)
-            .and("time_to_top_speed", log.reaches(&log.v_x, 0.99 * top, true, 0))
-            .and("acceleration_max", grown.fold(0.0, f64::max)))
+        Ok(CharacteristicValues::default()
+            .with("time_to_speed", time)
+            .with("distance_to_speed", time.and_then(|time| log.at(&distance, time)))
+            .with("top_speed", top)
+            .with("time_to_top_speed", log.reaches(&log.v_x, 0.99 * top, true, 0))
+            .with("acceleration_max", grown.fold(0.0, f64::max)))
     }
 }

@@ -1,15 +1,15 @@
 //! Changes the driving force in a bend with the steering held: what power on, power off and braking have in common.
 
-use super::known;
-use crate::action::lasted;
-use crate::action::{Action, Drive, Now, Stage};
+use super::describe;
+use crate::action::stage_lasted;
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::{Log, largest, mean};
-use crate::value::{Known, Values};
 
 /// A change of the driving force in a bend.
-pub(super) struct Bend {
+pub(super) struct BendForceChange {
     /// Time to settle on the circle [s].
     pub circle: f64,
     /// The driving force after the change [N].
@@ -30,60 +30,69 @@ pub(super) const STANDS: f64 = 0.2;
 pub(super) const STAGES: &[&str] =
     &["onto the circle", "steering and driving force held", "change of the driving force"];
 
-pub(super) const KNOWN: [Known; 9] = [
-    known("lateral_acceleration_0", "m/s2", "lateral acceleration before the change"),
-    known(
+pub(super) const DESCRIPTIONS: [ValueDescription; 9] = [
+    describe("lateral_acceleration_0", "m/s2", "lateral acceleration before the change"),
+    describe(
         "longitudinal_acceleration",
         "m/s2",
         "mean longitudinal acceleration in the first second",
     ),
-    known(
+    describe(
         "yaw_rate_ratio_1_0",
         "1",
         "yaw rate after 1 s, in terms of that on the initial circle at the same speed",
     ),
-    known("yaw_rate_ratio_2_0", "1", "the same after 2 s"),
-    known(
+    describe("yaw_rate_ratio_2_0", "1", "the same after 2 s"),
+    describe(
         "yaw_rate_change_max",
         "rad/s",
         "largest difference from the yaw rate on the initial circle in the first 2 s",
     ),
-    known("sideslip_change_max", "rad", "largest change of the sideslip angle in the first 2 s"),
-    known("path_deviation_2_0", "m", "how far the car is outside of its initial circle after 2 s"),
-    known(
+    describe("sideslip_change_max", "rad", "largest change of the sideslip angle in the first 2 s"),
+    describe(
+        "path_deviation_2_0",
+        "m",
+        "how far the car is outside of its initial circle after 2 s",
+    ),
+    describe(
         "stopping_distance",
         "m",
         "distance from the change to standstill; none of a car that goes on",
     ),
-    known("stopping_time", "s", "time from the change to standstill"),
+    describe("stopping_time", "s", "time from the change to standstill"),
 ];
 
-impl Bend {
-    pub fn needs() -> Vec<Channel> {
+impl BendForceChange {
+    pub fn required_channels() -> Vec<Channel> {
         Channel::ALL.to_vec()
     }
 
-    pub fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    pub fn next_action(
+        &self,
+        common: &CommonParameters,
+        stage: &mut Stage,
+        now: &CarState,
+    ) -> Action {
         if stage.number == CIRCLE {
-            if !lasted(stage, now, self.circle) {
-                return Action::path(Drive::Speed(common.entry_speed));
+            if !stage_lasted(stage, now, self.circle) {
+                return Action::path(DriveCommand::Speed(common.entry_speed));
             }
             stage.angle = now.steer;
             stage.enter(HELD, now.time);
         }
         if stage.number == HELD {
-            if !lasted(stage, now, INITIAL) {
-                return Action::angle(stage.angle, Drive::Hold);
+            if !stage_lasted(stage, now, INITIAL) {
+                return Action::angle(stage.angle, DriveCommand::Hold);
             }
             stage.enter(CHANGE, now.time);
         }
-        if now.v_x < STANDS || lasted(stage, now, self.observe) {
+        if now.v_x < STANDS || stage_lasted(stage, now, self.observe) {
             return stage.end(now.time);
         }
-        Action::angle(stage.angle, Drive::Force(self.force))
+        Action::angle(stage.angle, DriveCommand::Force(self.force))
     }
 
-    pub fn values(&self, log: &Log) -> Result<Values, String> {
+    pub fn evaluate(&self, log: &Log) -> Result<CharacteristicValues, String> {
         let (held, change) = (log.stage(HELD)?, log.stage(CHANGE)?.start);
         let [v0, r0, a0] = [&log.v_x, &log.r, &log.a_y].map(|values| mean(&values[held.clone()]));
         if r0 <= 0.0 || v0 <= 0.0 {
@@ -112,18 +121,18 @@ impl Bend {
         let last = log.t.len() - 1;
         let stands = log.v_x[last] < STANDS;
         let distance = log.distance();
-        Ok(Values::default()
-            .and("lateral_acceleration_0", a0)
-            .and(
+        Ok(CharacteristicValues::default()
+            .with("lateral_acceleration_0", a0)
+            .with(
                 "longitudinal_acceleration",
                 log.at(&log.v_x, t0 + 1.0).map(|v| v - log.v_x[change]),
             )
-            .and("yaw_rate_ratio_1_0", ratio(1.0))
-            .and("yaw_rate_ratio_2_0", ratio(2.0))
-            .and("yaw_rate_change_max", changed(&log.r, &|k| circle[k]))
-            .and("sideslip_change_max", changed(&sideslip, &|_| sideslip[change]))
-            .and("path_deviation_2_0", log.at(&outside, t0 + 2.0))
-            .and("stopping_distance", stands.then(|| distance[last] - distance[change]))
-            .and("stopping_time", stands.then(|| log.t[last] - t0)))
+            .with("yaw_rate_ratio_1_0", ratio(1.0))
+            .with("yaw_rate_ratio_2_0", ratio(2.0))
+            .with("yaw_rate_change_max", changed(&log.r, &|k| circle[k]))
+            .with("sideslip_change_max", changed(&sideslip, &|_| sideslip[change]))
+            .with("path_deviation_2_0", log.at(&outside, t0 + 2.0))
+            .with("stopping_distance", stands.then(|| distance[last] - distance[change]))
+            .with("stopping_time", stands.then(|| log.t[last] - t0)))
     }
 }

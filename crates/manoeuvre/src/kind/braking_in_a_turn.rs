@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Kind;
-use super::bend::{Bend, KNOWN, STAGES};
-use crate::action::{Action, Now, Stage};
+use super::ManoeuvreKind;
+use super::bend::{BendForceChange, DESCRIPTIONS, STAGES};
+use crate::action::{Action, CarState, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::Log;
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// Braking in a turn (ISO 7975): on a circle at the entry speed the steering is held, and the car brakes to standstill.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -34,45 +34,45 @@ impl Default for BrakingInATurn {
 }
 
 impl BrakingInATurn {
-    fn bend(&self) -> Bend {
-        Bend { circle: self.circle, force: -self.force, observe: f64::INFINITY }
+    fn bend(&self) -> BendForceChange {
+        BendForceChange { circle: self.circle, force: -self.force, observe: f64::INFINITY }
     }
 }
 
-impl Kind for BrakingInATurn {
+impl ManoeuvreKind for BrakingInATurn {
     fn title(&self) -> &'static str {
         "braking in a turn (ISO 7975)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
-        Bend::needs()
+    fn required_channels(&self) -> Vec<Channel> {
+        BendForceChange::required_channels()
     }
 
     fn stages(&self) -> &'static [&'static str] {
         STAGES
     }
 
-    fn known(&self) -> &'static [Known] {
-        &KNOWN
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
+        &DESCRIPTIONS
     }
 
     fn path(&self) -> Option<Path> {
         Some(Path::Circle(self.radius))
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("radius", self.radius, "m"),
             ("force", self.force, "N"),
             ("circle", self.circle, "s"),
         ])
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
-        self.bend().act(common, stage, now)
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+        self.bend().next_action(common, stage, now)
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
-        self.bend().values(log)
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+        self.bend().evaluate(log)
     }
 }

@@ -5,12 +5,12 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, Phase, describe};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::Log;
-use crate::value::{Known, Values, Wrong};
 
 /// How the steering is excited.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -80,16 +80,26 @@ const MOST: u32 = 200;
 /// A complex number.
 type Complex = [f64; 2];
 
-fn times([a, b]: Complex, [c, d]: Complex) -> Complex {
+fn complex_product([a, b]: Complex, [c, d]: Complex) -> Complex {
     [a * c - b * d, a * d + b * c]
 }
 
 /// The sum of samples times exp(-j 2 pi f t).
-fn transform(t: &[f64], values: &[f64], frequency: f64) -> Complex {
+fn fourier_sum(t: &[f64], values: &[f64], frequency: f64) -> Complex {
     t.iter().zip(values).fold([0.0; 2], |[re, im], (t, value)| {
         let (sin, cos) = (TAU * frequency * t).sin_cos();
         [re + value * cos, im - value * sin]
     })
+}
+
+/// One sine of the excitation.
+struct Sine {
+    /// [Hz]
+    frequency: f64,
+    /// [s]
+    begin: f64,
+    /// Begin of the measured periods, after the transient [s].
+    measured_from: f64,
 }
 
 /// Sums of products of the spectra of steering and answer.
@@ -104,12 +114,12 @@ impl Spectra {
     fn add(&mut self, u: Complex, y: Complex) {
         self.uu += u[0] * u[0] + u[1] * u[1];
         self.yy += y[0] * y[0] + y[1] * y[1];
-        let [re, im] = times([u[0], -u[1]], y);
+        let [re, im] = complex_product([u[0], -u[1]], y);
         self.uy = [self.uy[0] + re, self.uy[1] + im];
     }
 
     /// Gain, phase [rad] and coherence.
-    fn answer(&self) -> [f64; 3] {
+    fn frequency_response(&self) -> [f64; 3] {
         let size = self.uy[0].hypot(self.uy[1]);
         [size / self.uu, self.uy[1].atan2(self.uy[0]), size * size / (self.uu * self.yy)]
     }
@@ -130,11 +140,11 @@ impl FrequencyResponse {
         }
     }
 
-    /// For each sine: its frequency, when it begins, and when its measured periods do [s].
-    fn sines(&self, step: f64) -> Vec<[f64; 3]> {
+    /// The sines that are steered one after the other.
+    fn sines(&self, step: f64) -> Vec<Sine> {
         let mut begin = 0.0;
         let of = |frequency: f64| {
-            let sine = [frequency, begin, begin + SETTLE];
+            let sine = Sine { frequency, begin, measured_from: begin + SETTLE };
             begin += SETTLE + f64::from(self.periods) / frequency;
             sine
         };
@@ -142,17 +152,18 @@ impl FrequencyResponse {
     }
 
     /// How long the steering is excited [s].
-    fn excited(&self, step: f64) -> f64 {
+    fn excitation_time(&self, step: f64) -> f64 {
         match self.excitation {
-            Excitation::Sine => self.sines(step).last().map_or(0.0, |[frequency, _, measured]| {
-                measured + f64::from(self.periods) / frequency
-            }),
+            Excitation::Sine => self
+                .sines(step)
+                .last()
+                .map_or(0.0, |sine| sine.measured_from + f64::from(self.periods) / sine.frequency),
             _ => self.duration,
         }
     }
 
     /// The steering [rad] at a time after its beginning [s].
-    fn steer(&self, (seed, step): (u64, f64), time: f64) -> f64 {
+    fn steer(&self, seed: u64, step: f64, time: f64) -> f64 {
         let (low, high) = (self.from / BEYOND, self.to * BEYOND);
         let fade = FADE * self.duration;
         let faded = (time / fade).min((self.duration - time) / fade).clamp(0.0, 1.0);
@@ -160,8 +171,8 @@ impl FrequencyResponse {
             * match self.excitation {
                 Excitation::Sine => {
                     let sines = self.sines(step);
-                    let sine = sines.iter().rev().find(|sine| time >= sine[1]);
-                    sine.map_or(0.0, |[frequency, begin, _]| {
+                    let sine = sines.iter().rev().find(|sine| time >= sine.begin);
+                    sine.map_or(0.0, |Sine { frequency, begin, .. }| {
                         (TAU * frequency * (time - begin)).sin()
                     })
                 }
@@ -174,7 +185,7 @@ impl FrequencyResponse {
                     // The root mean square of n cosines of amplitude a is a sqrt(n / 2).
                     let scale = (2.0 / lines.clone().count().max(1) as f64).sqrt() / 3.0;
                     let line =
-                        |k: u64| (TAU * (k as f64 * time / self.duration + random(seed, k))).cos();
+                        |k: u64| (TAU * (k as f64 * time / self.duration + uniform(seed, k))).cos();
                     faded * scale * lines.map(line).sum::<f64>()
                 }
             }
@@ -186,18 +197,18 @@ impl FrequencyResponse {
         let frequency = self.frequencies(step)[place];
         let mut add = |range: std::ops::Range<usize>, frequency: f64| {
             let t = &log.t[range.clone()];
-            let steer = transform(t, &log.steer[range.clone()], frequency);
+            let steer = fourier_sum(t, &log.steer[range.clone()], frequency);
             // The steering is held for a step: sinc(f h), and half a step late.
             let half = PI * frequency * step;
             let (sin, cos) = half.sin_cos();
             let held = if half > 0.0 { sin / half } else { 1.0 };
             spectra.add(
-                times(steer, [held * cos, -held * sin]),
-                transform(t, &answer[range], frequency),
+                complex_product(steer, [held * cos, -held * sin]),
+                fourier_sum(t, &answer[range], frequency),
             );
         };
         if self.excitation == Excitation::Sine {
-            let [_, _, begin] = self.sines(step)[place];
+            let begin = self.sines(step)[place].measured_from;
             for period in 0..self.periods {
                 let at = |k: u32| begin + f64::from(period + k) / frequency;
                 let place = |time: f64| log.t.partition_point(|t| *t < time - 1e-9);
@@ -213,7 +224,7 @@ impl FrequencyResponse {
 }
 
 /// A number from 0 to 1 of a seed and a line (SplitMix64).
-fn random(seed: u64, line: u64) -> f64 {
+fn uniform(seed: u64, line: u64) -> f64 {
     let mut z = seed.wrapping_add(line.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -221,25 +232,25 @@ fn random(seed: u64, line: u64) -> f64 {
 }
 
 /// The frequency at which a curve falls below a level, on the line between two frequencies.
-fn falls_below(frequencies: &[f64], values: &[f64], level: f64) -> Option<f64> {
+fn frequency_below(frequencies: &[f64], values: &[f64], level: f64) -> Option<f64> {
     let after = values.iter().position(|value| *value < level).filter(|it| *it > 0)?;
     let share = (level - values[after - 1]) / (values[after] - values[after - 1]);
     Some(frequencies[after - 1] + share * (frequencies[after] - frequencies[after - 1]))
 }
 
 /// Phases without jumps of a whole turn.
-fn unwrapped(phases: &mut [f64]) {
+fn unwrap_phases(phases: &mut [f64]) {
     for k in 1..phases.len() {
         phases[k] -= TAU * ((phases[k] - phases[k - 1]) / TAU).round();
     }
 }
 
-impl Kind for FrequencyResponse {
+impl ManoeuvreKind for FrequencyResponse {
     fn title(&self) -> &'static str {
         "frequency response (ISO 7401)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         vec![Channel::ForwardSpeed, Channel::YawRate, Channel::LateralAcceleration]
     }
 
@@ -247,60 +258,64 @@ impl Kind for FrequencyResponse {
         &["excitation"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("frequencies", "Hz", "frequencies of the lists"),
-                known("yaw_rate_gain", "1/s", "yaw rate over road-wheel angle"),
-                known("yaw_rate_phase", "rad", "phase of the yaw rate, negative when it is late"),
-                known(
+                describe("frequencies", "Hz", "frequencies of the lists"),
+                describe("yaw_rate_gain", "1/s", "yaw rate over road-wheel angle"),
+                describe(
+                    "yaw_rate_phase",
+                    "rad",
+                    "phase of the yaw rate, negative when it is late",
+                ),
+                describe(
                     "yaw_rate_coherence",
                     "1",
                     "share of the yaw rate that follows the steering linearly",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_gain",
                     "m/s2/rad",
                     "lateral acceleration over road-wheel angle",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_phase",
                     "rad",
                     "phase of the lateral acceleration, negative when it is late",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_coherence",
                     "1",
                     "share of the lateral acceleration that follows the steering linearly",
                 ),
-                known(
+                describe(
                     "yaw_rate_bandwidth",
                     "Hz",
                     "frequency at which the gain is 3 dB below the first one",
                 ),
-                known("yaw_rate_peak_ratio", "1", "largest gain over the first one"),
-                known("yaw_rate_peak_frequency", "Hz", "frequency of the largest gain"),
-                known(
+                describe("yaw_rate_peak_ratio", "1", "largest gain over the first one"),
+                describe("yaw_rate_peak_frequency", "Hz", "frequency of the largest gain"),
+                describe(
                     "yaw_rate_equivalent_time",
                     "s",
                     "1 / (2 pi f) of the frequency at which the phase is -45 deg",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_bandwidth",
                     "Hz",
                     "frequency at which the gain is 3 dB below the first one",
                 ),
-                known("coherence_min", "1", "lowest coherence of both"),
+                describe("coherence_min", "1", "lowest coherence of both"),
             ]
         }
     }
 
-    fn shortest(&self) -> Option<(&'static str, f64)> {
-        Some(("to", 1.0 / self.to))
+    fn shortest_phase(&self) -> Option<Phase> {
+        Some(Phase { key: "to", duration: 1.0 / self.to })
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("amplitude", self.amplitude, "rad"),
             ("from", self.from, "Hz"),
             ("to", self.to, "Hz"),
@@ -311,7 +326,7 @@ impl Kind for FrequencyResponse {
                 "expected a frequency above `from` = {} Hz, found {} Hz",
                 self.from, self.to
             );
-            return Err(Wrong::at("to", message));
+            return Err(ParameterError::at("to", message));
         }
         if self.duration * self.from < 4.0 {
             let message = format!(
@@ -320,38 +335,42 @@ impl Kind for FrequencyResponse {
                 4.0 / self.from,
                 self.duration
             );
-            return Err(Wrong::at("duration", message));
+            return Err(ParameterError::at("duration", message));
         }
         for (key, count, least) in [("count", self.count, 2), ("periods", self.periods, 1)] {
             if !(least..=MOST).contains(&count) {
                 let message = format!("expected {least} to {MOST} for `{key}`, found {count}");
-                return Err(Wrong::at(key, message));
+                return Err(ParameterError::at(key, message));
             }
         }
         Ok(())
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         let time = now.time - stage.since;
-        let excited = self.excited(common.step);
+        let excited = self.excitation_time(common.step);
         if time > excited + SETTLE {
             return stage.end(now.time);
         }
-        let steer = if time < excited { self.steer((common.seed, common.step), time) } else { 0.0 };
-        Action::angle(steer, Drive::Speed(common.entry_speed))
+        let steer = if time < excited { self.steer(common.seed, common.step, time) } else { 0.0 };
+        Action::angle(steer, DriveCommand::Speed(common.entry_speed))
     }
 
-    fn values(&self, common: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(
+        &self,
+        common: &CommonParameters,
+        log: &Log,
+    ) -> Result<CharacteristicValues, String> {
         let frequencies = self.frequencies(common.step);
         let mut lists = Vec::new();
         for answer in [&log.r, &log.a_y] {
             let moved: Vec<f64> = answer.iter().map(|value| value - answer[0]).collect();
-            let answers =
-                (0..frequencies.len()).map(|k| self.spectra(log, &moved, k, common.step).answer());
+            let answers = (0..frequencies.len())
+                .map(|k| self.spectra(log, &moved, k, common.step).frequency_response());
             let answers: Vec<_> = answers.collect();
             let mut list: [Vec<f64>; 3] =
                 [0, 1, 2].map(|part| answers.iter().map(|it| it[part]).collect());
-            unwrapped(&mut list[1]);
+            unwrap_phases(&mut list[1]);
             lists.push(list);
         }
         let Ok([r, a_y]) = <[[Vec<f64>; 3]; 2]>::try_from(lists) else {
@@ -360,25 +379,25 @@ impl Kind for FrequencyResponse {
         if r.iter().chain(&a_y).flatten().any(|value| !value.is_finite()) {
             return Err("the car does not answer the steering: its yaw rate or its lateral acceleration stays".to_owned());
         }
-        let bandwidth = |gain: &[f64]| falls_below(&frequencies, gain, gain[0] * FRAC_1_SQRT_2);
-        let top = crate::log::peak(&r[0]).unwrap_or(0);
-        let late = falls_below(&frequencies, &r[1], -FRAC_PI_4);
+        let bandwidth = |gain: &[f64]| frequency_below(&frequencies, gain, gain[0] * FRAC_1_SQRT_2);
+        let top = crate::log::peak_index(&r[0]).unwrap_or(0);
+        let late = frequency_below(&frequencies, &r[1], -FRAC_PI_4);
         let coherence = r[2].iter().chain(&a_y[2]).copied().fold(1.0, f64::min);
         let [[r_gain, r_phase, r_coherence], [a_gain, a_phase, a_coherence]] =
             [r.clone(), a_y.clone()];
-        Ok(Values::default()
-            .list("frequencies", frequencies.clone())
-            .list("yaw_rate_gain", r_gain)
-            .list("yaw_rate_phase", r_phase)
-            .list("yaw_rate_coherence", r_coherence)
-            .list("lateral_acceleration_gain", a_gain)
-            .list("lateral_acceleration_phase", a_phase)
-            .list("lateral_acceleration_coherence", a_coherence)
-            .and("yaw_rate_bandwidth", bandwidth(&r[0]))
-            .and("yaw_rate_peak_ratio", r[0][top] / r[0][0])
-            .and("yaw_rate_peak_frequency", frequencies[top])
-            .and("yaw_rate_equivalent_time", late.map(|frequency| 1.0 / (TAU * frequency)))
-            .and("lateral_acceleration_bandwidth", bandwidth(&a_y[0]))
-            .and("coherence_min", coherence))
+        Ok(CharacteristicValues::default()
+            .with_list("frequencies", frequencies.clone())
+            .with_list("yaw_rate_gain", r_gain)
+            .with_list("yaw_rate_phase", r_phase)
+            .with_list("yaw_rate_coherence", r_coherence)
+            .with_list("lateral_acceleration_gain", a_gain)
+            .with_list("lateral_acceleration_phase", a_phase)
+            .with_list("lateral_acceleration_coherence", a_coherence)
+            .with("yaw_rate_bandwidth", bandwidth(&r[0]))
+            .with("yaw_rate_peak_ratio", r[0][top] / r[0][0])
+            .with("yaw_rate_peak_frequency", frequencies[top])
+            .with("yaw_rate_equivalent_time", late.map(|frequency| 1.0 / (TAU * frequency)))
+            .with("lateral_acceleration_bandwidth", bandwidth(&a_y[0]))
+            .with("coherence_min", coherence))
     }
 }

@@ -3,13 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, describe};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::{Log, largest};
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// The course of a lane change.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -125,12 +125,13 @@ impl LaneChange {
 
     /// How far a point is inside of the car at a moment [m]; negative outside.
     fn inside(&self, log: &Log, k: usize, [x, y]: [f64; 2]) -> f64 {
-        let [along, across] = crate::frame::turned([x - log.x[k], y - log.y[k]], log.psi[k]);
+        let [along, across] =
+            crate::frame::to_rotated_frame([x - log.x[k], y - log.y[k]], log.psi[k]);
         (self.front - along).min(along + self.rear).min(0.5 * self.width - across.abs())
     }
 }
 
-impl Kind for LaneChange {
+impl ManoeuvreKind for LaneChange {
     fn title(&self) -> &'static str {
         match self.course {
             Course::DoubleLaneChange => "double lane change (ISO 3888-1)",
@@ -138,7 +139,7 @@ impl Kind for LaneChange {
         }
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         Channel::ALL.to_vec()
     }
 
@@ -146,22 +147,22 @@ impl Kind for LaneChange {
         &["lane change"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("cones_hit", "1", "number of cones that the car hits"),
-                known("passed", "1", "1 when it hits none, else 0"),
-                known(
+                describe("cones_hit", "1", "number of cones that the car hits"),
+                describe("passed", "1", "1 when it hits none, else 0"),
+                describe(
                     "clearance",
                     "m",
                     "smallest distance between car and cones; how deep it is in the worst one when negative",
                 ),
-                known("entry_speed", "m/s", "speed at the first cones"),
-                known("exit_speed", "m/s", "speed at the last cones"),
-                known("steer_max", "rad", "largest road-wheel angle"),
-                known("yaw_rate_max", "rad/s", "largest yaw rate"),
-                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
-                known("sideslip_max", "rad", "largest sideslip angle"),
+                describe("entry_speed", "m/s", "speed at the first cones"),
+                describe("exit_speed", "m/s", "speed at the last cones"),
+                describe("steer_max", "rad", "largest road-wheel angle"),
+                describe("yaw_rate_max", "rad/s", "largest yaw rate"),
+                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                describe("sideslip_max", "rad", "largest sideslip angle"),
             ]
         }
     }
@@ -172,8 +173,8 @@ impl Kind for LaneChange {
         Some(Path::Gates(ends.collect()))
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("width", self.width, "m"),
             ("front", self.front, "m"),
             ("rear", self.rear, "m"),
@@ -181,17 +182,21 @@ impl Kind for LaneChange {
         ])
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         let end = self.lead + self.lanes()[2].along[1];
         // A car that stands or turns round never comes to the end.
         if now.x - self.rear > end + BEHIND || now.v_x < 1.0 || now.psi.cos() < 0.0 {
             return stage.end(now.time);
         }
         let off = self.course == Course::ObstacleAvoidance && now.x + self.front > self.lead + OFF;
-        Action::path(if off { Drive::Force(0.0) } else { Drive::Speed(common.entry_speed) })
+        Action::path(if off {
+            DriveCommand::Force(0.0)
+        } else {
+            DriveCommand::Speed(common.entry_speed)
+        })
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
         let places = 0..log.t.len();
         let deepest = |cone: [f64; 2]| {
             places.clone().map(|k| self.inside(log, k, cone)).fold(f64::NEG_INFINITY, f64::max)
@@ -205,15 +210,15 @@ impl Kind for LaneChange {
             let last = log.t.len() - 1;
             format!("the car did not come to the end of the course: at {:.2} s it turned round or stood, {:.1} m behind its beginning", log.t[last], log.x[last] - self.lead)
         })?;
-        Ok(Values::default()
-            .and("cones_hit", hit as f64)
-            .and("passed", f64::from(u8::from(hit == 0)))
-            .and("clearance", -depths.iter().copied().fold(f64::NEG_INFINITY, f64::max))
-            .and("entry_speed", speed(self.lead))
-            .and("exit_speed", exit)
-            .and("steer_max", largest(&log.steer))
-            .and("yaw_rate_max", largest(&log.r))
-            .and("lateral_acceleration_max", largest(&log.a_y))
-            .and("sideslip_max", largest(&log.sideslip())))
+        Ok(CharacteristicValues::default()
+            .with("cones_hit", hit as f64)
+            .with("passed", f64::from(u8::from(hit == 0)))
+            .with("clearance", -depths.iter().copied().fold(f64::NEG_INFINITY, f64::max))
+            .with("entry_speed", speed(self.lead))
+            .with("exit_speed", exit)
+            .with("steer_max", largest(&log.steer))
+            .with("yaw_rate_max", largest(&log.r))
+            .with("lateral_acceleration_max", largest(&log.a_y))
+            .with("sideslip_max", largest(&log.sideslip())))
     }
 }

@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bend::STANDS;
-use super::{Kind, known};
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, describe};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::{Log, largest};
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// What the driver does with the steering wheel while the car brakes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -45,14 +45,14 @@ impl Default for MuSplitBraking {
 /// The mean fully developed deceleration is that between these shares of the initial speed (UN R13-H).
 const DEVELOPED: [f64; 2] = [0.8, 0.1];
 
-impl Kind for MuSplitBraking {
+impl ManoeuvreKind for MuSplitBraking {
     fn title(&self) -> &'static str {
         "braking straight ahead on a road with two frictions (ISO 14512)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         let mut needs = vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate];
-        needs.extend(Channel::PLACE);
+        needs.extend(Channel::POSE);
         needs
     }
 
@@ -60,22 +60,22 @@ impl Kind for MuSplitBraking {
         &["braking"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("entry_speed", "m/s", "speed at which the braking begins"),
-                known("stopping_distance", "m", "distance to standstill"),
-                known("stopping_time", "s", "time to standstill"),
-                known(
+                describe("entry_speed", "m/s", "speed at which the braking begins"),
+                describe("stopping_distance", "m", "distance to standstill"),
+                describe("stopping_time", "s", "time to standstill"),
+                describe(
                     "mean_deceleration",
                     "m/s2",
                     "mean fully developed deceleration, between 80 % and 10 % of the speed",
                 ),
-                known("lateral_deviation_max", "m", "largest distance from the straight way"),
-                known("heading_max", "rad", "largest change of the heading"),
-                known("yaw_rate_max", "rad/s", "largest yaw rate"),
-                known("sideslip_max", "rad", "largest sideslip angle above 10 % of the speed"),
-                known("steer_max", "rad", "largest road-wheel angle of the driver"),
+                describe("lateral_deviation_max", "m", "largest distance from the straight way"),
+                describe("heading_max", "rad", "largest change of the heading"),
+                describe("yaw_rate_max", "rad/s", "largest yaw rate"),
+                describe("sideslip_max", "rad", "largest sideslip angle above 10 % of the speed"),
+                describe("steer_max", "rad", "largest road-wheel angle of the driver"),
             ]
         }
     }
@@ -84,22 +84,22 @@ impl Kind for MuSplitBraking {
         Some(Path::Straight)
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([("force", self.force, "N")])
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([("force", self.force, "N")])
     }
 
-    fn act(&self, _: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         if now.v_x < STANDS {
             return stage.end(now.time);
         }
-        let drive = Drive::Force(-self.force);
+        let drive = DriveCommand::Force(-self.force);
         match self.steering {
             Steering::Corrected => Action::path(drive),
             Steering::Fixed => Action::angle(0.0, drive),
         }
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
         let (last, entry, distance) = (log.t.len() - 1, log.v_x[0], log.distance());
         let [fast, slow] = DEVELOPED.map(|share| log.reaches(&log.v_x, share * entry, false, 0));
         let at = |time: Option<f64>| time.and_then(|time| log.at(&distance, time));
@@ -109,15 +109,15 @@ impl Kind for MuSplitBraking {
             (v1 * v1 - v2 * v2) / (2.0 * (slow - fast))
         });
         let moving = log.v_x.iter().position(|v| *v < DEVELOPED[1] * entry).unwrap_or(last);
-        Ok(Values::default()
-            .and("entry_speed", entry)
-            .and("stopping_distance", distance[last])
-            .and("stopping_time", log.t[last])
-            .and("mean_deceleration", developed)
-            .and("lateral_deviation_max", largest(&log.y))
-            .and("heading_max", largest(&log.psi))
-            .and("yaw_rate_max", largest(&log.r))
-            .and("sideslip_max", largest(&log.sideslip()[..moving]))
-            .and("steer_max", largest(&log.steer)))
+        Ok(CharacteristicValues::default()
+            .with("entry_speed", entry)
+            .with("stopping_distance", distance[last])
+            .with("stopping_time", log.t[last])
+            .with("mean_deceleration", developed)
+            .with("lateral_deviation_max", largest(&log.y))
+            .with("heading_max", largest(&log.psi))
+            .with("yaw_rate_max", largest(&log.r))
+            .with("sideslip_max", largest(&log.sideslip()[..moving]))
+            .with("steer_max", largest(&log.steer)))
     }
 }

@@ -6,12 +6,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::slowly_increasing_steer::{AT, SlowlyIncreasingSteer};
-use super::{Kind, known};
-use crate::action::{Action, Drive, EDGE, Now, Stage};
+use super::{ManoeuvreKind, Phase, describe};
+use crate::action::{Action, CarState, DriveCommand, EDGE, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
-use crate::log::{Log, largest, peak};
-use crate::value::{Known, Values, Wrong};
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
+use crate::log::{Log, largest, peak_index};
 
 /// Sine with dwell (FMVSS 126, ISO 19365): off the pedals one period of steering that rests at its second peak. Its amplitude is an
 /// angle, or a multiple of A, which the test finds before, by slowly increasing steer, unless it is given.
@@ -90,15 +90,15 @@ impl SineWithDwell {
     }
 }
 
-impl Kind for SineWithDwell {
+impl ManoeuvreKind for SineWithDwell {
     fn title(&self) -> &'static str {
         "sine with dwell (FMVSS 126, ISO 19365)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         let mut needs = vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate];
         needs.push(Channel::LateralAcceleration);
-        needs.extend(Channel::PLACE);
+        needs.extend(Channel::POSE);
         needs
     }
 
@@ -106,65 +106,72 @@ impl Kind for SineWithDwell {
         &["slowly increasing steer", "back to the entry speed", "sine with dwell"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("A", "rad", "road-wheel angle at 0.3 g"),
-                known("amplitude", "rad", "amplitude of the road-wheel angle"),
-                known("entry_speed", "m/s", "speed at the beginning of steer"),
-                known(
+                describe("A", "rad", "road-wheel angle at 0.3 g"),
+                describe("amplitude", "rad", "amplitude of the road-wheel angle"),
+                describe("entry_speed", "m/s", "speed at the beginning of steer"),
+                describe(
                     "yaw_rate_peak",
                     "rad/s",
                     "second peak of the yaw rate, against the first steering",
                 ),
-                known(
+                describe(
                     "yaw_rate_ratio_1_00",
                     "1",
                     "yaw rate 1.00 s after the completion of steer, in terms of its peak",
                 ),
-                known(
+                describe(
                     "yaw_rate_ratio_1_75",
                     "1",
                     "yaw rate 1.75 s after the completion of steer, in terms of its peak",
                 ),
-                known(
+                describe(
                     "lateral_displacement",
                     "m",
                     "displacement 1.07 s after the beginning of steer",
                 ),
-                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
-                known("sideslip_max", "rad", "largest sideslip angle"),
+                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                describe("sideslip_max", "rad", "largest sideslip angle"),
             ]
         }
     }
 
-    fn shortest(&self) -> Option<(&'static str, f64)> {
+    fn shortest_phase(&self) -> Option<Phase> {
         let quarter = 0.25 / self.frequency;
-        Some(if quarter < self.dwell { ("frequency", quarter) } else { ("dwell", self.dwell) })
+        Some(match quarter < self.dwell {
+            true => Phase { key: "frequency", duration: quarter },
+            false => Phase { key: "dwell", duration: self.dwell },
+        })
     }
 
-    fn check(&self, common: &Common) -> Result<(), Wrong> {
-        Wrong::positive([("frequency", self.frequency, "Hz"), ("dwell", self.dwell, "s")])?;
+    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
+            ("frequency", self.frequency, "Hz"),
+            ("dwell", self.dwell, "s"),
+        ])?;
         match (self.amplitude, self.times_A) {
             (Some(_), Some(_)) => {
                 let message = "expected `amplitude` or `times_A`, found both".to_owned();
-                return Err(Wrong::at("times_A", message));
+                return Err(ParameterError::at("times_A", message));
             }
             (None, None) => {
                 let message =
                     "expected an `amplitude` [rad], or `times_A`, found neither".to_owned();
-                return Err(Wrong::at("amplitude", message));
+                return Err(ParameterError::at("amplitude", message));
             }
-            (Some(amplitude), None) => Wrong::positive([("amplitude", amplitude, "rad")])?,
-            (None, Some(times)) => Wrong::positive([("times_A", times, "1")])?,
+            (Some(amplitude), None) => ParameterError::positive([("amplitude", amplitude, "rad")])?,
+            (None, Some(times)) => ParameterError::positive([("times_A", times, "1")])?,
         }
-        Wrong::positive([("A", self.A.unwrap_or(1.0), "rad")])?;
-        let inner = |it: Wrong| Wrong::at("search", format!("`search`: {}", it.message));
+        ParameterError::positive([("A", self.A.unwrap_or(1.0), "rad")])?;
+        let inner =
+            |it: ParameterError| ParameterError::at("search", format!("`search`: {}", it.message));
         self.search.check(common).map_err(inner)
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
-        let drive = Drive::Speed(common.entry_speed);
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+        let drive = DriveCommand::Speed(common.entry_speed);
         if stage.number == SEARCH {
             if let (true, Some(steer)) = (self.searches(), self.search.steer(stage, now)) {
                 return Action::angle(steer, drive);
@@ -185,11 +192,11 @@ impl Kind for SineWithDwell {
         if time > self.duration() + JUDGED[1] + common.step {
             return stage.end(now.time);
         }
-        Action::angle(stage.angle * self.shape(time + EDGE), Drive::Force(0.0))
+        Action::angle(stage.angle * self.shape(time + EDGE), DriveCommand::Force(0.0))
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
-        let A = if self.searches() { Some(self.search.found(log, SEARCH)?.0) } else { self.A };
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+        let A = if self.searches() { Some(self.search.fit(log, SEARCH)?.A) } else { self.A };
         let begin = log.stage(SINE)?.start;
         let completed = log.t[begin] + self.duration();
         // The peak after the steering has changed its sign, which happens after half a period.
@@ -200,7 +207,7 @@ impl Kind for SineWithDwell {
             .zip(&log.r)
             .map(|(t, r)| if *t >= changed { -r } else { f64::NEG_INFINITY })
             .collect();
-        let peak = peak(&against).map_or(0.0, |place| against[place]);
+        let peak = peak_index(&against).map_or(0.0, |place| against[place]);
         if peak <= 0.0 {
             return Err("the car did not yaw against its first steering, so there is no peak of the yaw rate".to_owned());
         }
@@ -208,15 +215,15 @@ impl Kind for SineWithDwell {
         let (sin, cos) = log.psi[begin].sin_cos();
         let side = |k: usize| cos * log.y[k] - sin * log.x[k];
         let sides: Vec<f64> = (0..log.t.len()).map(|k| side(k) - side(begin)).collect();
-        Ok(Values::default()
-            .and("A", A)
-            .and("amplitude", self.angle(A.unwrap_or(0.0)))
-            .and("entry_speed", log.v_x[begin])
-            .and("yaw_rate_peak", -peak)
-            .and("yaw_rate_ratio_1_00", ratio(JUDGED[0]))
-            .and("yaw_rate_ratio_1_75", ratio(JUDGED[1]))
-            .and("lateral_displacement", log.at(&sides, log.t[begin] + DISPLACED))
-            .and("lateral_acceleration_max", largest(&log.a_y[begin..]))
-            .and("sideslip_max", largest(&log.sideslip()[begin..])))
+        Ok(CharacteristicValues::default()
+            .with("A", A)
+            .with("amplitude", self.angle(A.unwrap_or(0.0)))
+            .with("entry_speed", log.v_x[begin])
+            .with("yaw_rate_peak", -peak)
+            .with("yaw_rate_ratio_1_00", ratio(JUDGED[0]))
+            .with("yaw_rate_ratio_1_75", ratio(JUDGED[1]))
+            .with("lateral_displacement", log.at(&sides, log.t[begin] + DISPLACED))
+            .with("lateral_acceleration_max", largest(&log.a_y[begin..]))
+            .with("sideslip_max", largest(&log.sideslip()[begin..])))
     }
 }

@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
+use super::{ManoeuvreKind, describe};
 use crate::GRAVITY;
-use crate::action::{Action, Drive, Now, Stage};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
-use crate::line::Line;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
+use crate::line_fit::LineFit;
 use crate::log::{Log, largest};
-use crate::value::{Known, Values, Wrong};
 
 /// Slowly increasing steer (FMVSS 126, ISO 19365) at a constant speed, until the lateral acceleration is reached. A straight line
 /// through the angles between 0.1 g and 0.375 g gives A, the angle at 0.3 g.
@@ -35,6 +35,14 @@ impl Default for SlowlyIncreasingSteer {
     }
 }
 
+/// The straight line of the road-wheel angle over the lateral acceleration.
+pub(super) struct SteerFit {
+    /// The angle at 0.3 g [rad].
+    pub A: f64,
+    /// [rad.s2/m]
+    pub gradient: f64,
+}
+
 /// The lateral acceleration that A belongs to [m/s2].
 pub(super) const AT: f64 = 0.3 * GRAVITY;
 /// The lateral accelerations of the straight line [m/s2].
@@ -42,7 +50,7 @@ const LINEAR: std::ops::RangeInclusive<f64> = 0.1 * GRAVITY..=0.375 * GRAVITY;
 
 impl SlowlyIncreasingSteer {
     /// The steering at a moment of the stage, whose line takes the moment; none when the test is over.
-    pub(super) fn steer(&self, stage: &mut Stage, now: &Now) -> Option<f64> {
+    pub(super) fn steer(&self, stage: &mut Stage, now: &CarState) -> Option<f64> {
         // The angle of the last step has acted until now.
         if LINEAR.contains(&now.a_y) {
             stage.line.add(now.a_y, now.steer);
@@ -51,8 +59,8 @@ impl SlowlyIncreasingSteer {
         (now.a_y < self.until && steer <= self.max_steer).then_some(steer)
     }
 
-    /// A [rad], and the slope of the angle over the acceleration [rad.s2/m], in a stage of a log.
-    pub(super) fn found(&self, log: &Log, number: i8) -> Result<(f64, f64), String> {
+    /// Fits the straight line through road-wheel angle and lateral acceleration in a stage of a log.
+    pub(super) fn fit(&self, log: &Log, number: i8) -> Result<SteerFit, String> {
         let range = log.stage(number)?;
         let reached = largest(&log.a_y[range.start..=range.end.min(log.a_y.len() - 1)]);
         if reached < *LINEAR.end() {
@@ -64,17 +72,17 @@ impl SlowlyIncreasingSteer {
         }
         let places = (range.start + 1..=range.end.min(log.a_y.len() - 1))
             .filter(|k| LINEAR.contains(&log.a_y[*k]));
-        let line = Line::through(places.map(|k| (log.a_y[k], log.steer[k - 1])));
-        line.at(AT).zip(line.slope()).ok_or_else(|| "the communication steps are too long for the lateral acceleration between 0.1 g and 0.375 g to be seen twice".to_owned())
+        let line = LineFit::through(places.map(|k| (log.a_y[k], log.steer[k - 1])));
+        line.at(AT).zip(line.slope()).map(|(A, gradient)| SteerFit { A, gradient }).ok_or_else(|| "the communication steps are too long for the lateral acceleration between 0.1 g and 0.375 g to be seen twice".to_owned())
     }
 }
 
-impl Kind for SlowlyIncreasingSteer {
+impl ManoeuvreKind for SlowlyIncreasingSteer {
     fn title(&self) -> &'static str {
         "slowly increasing steer (FMVSS 126, ISO 19365)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         vec![Channel::ForwardSpeed, Channel::LateralAcceleration]
     }
 
@@ -82,22 +90,22 @@ impl Kind for SlowlyIncreasingSteer {
         &["slowly increasing steer"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("A", "rad", "road-wheel angle at 0.3 g"),
-                known(
+                describe("A", "rad", "road-wheel angle at 0.3 g"),
+                describe(
                     "steer_gradient",
                     "rad.s2/m",
                     "slope of the road-wheel angle over the lateral acceleration",
                 ),
-                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
             ]
         }
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("rate", self.rate, "rad/s"),
             ("until", self.until, "m/s2"),
             ("max_steer", self.max_steer, "rad"),
@@ -110,19 +118,19 @@ impl Kind for SlowlyIncreasingSteer {
             LINEAR.end(),
             self.until
         );
-        Err(Wrong::at("until", message))
+        Err(ParameterError::at("until", message))
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         match self.steer(stage, now) {
-            Some(steer) => Action::angle(steer, Drive::Speed(common.entry_speed)),
+            Some(steer) => Action::angle(steer, DriveCommand::Speed(common.entry_speed)),
             None => stage.end(now.time),
         }
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
-        let (A, slope) = self.found(log, 1)?;
-        let values = Values::default().and("A", A).and("steer_gradient", slope);
-        Ok(values.and("lateral_acceleration_max", largest(&log.a_y)))
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+        let SteerFit { A, gradient } = self.fit(log, 1)?;
+        let values = CharacteristicValues::default().with("A", A).with("steer_gradient", gradient);
+        Ok(values.with("lateral_acceleration_max", largest(&log.a_y)))
     }
 }

@@ -3,15 +3,15 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
-use crate::action::lasted;
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, describe};
+use crate::action::stage_lasted;
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
-use crate::line::Line;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
+use crate::line_fit::LineFit;
 use crate::log::{Log, largest};
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// What a steady circle keeps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -80,12 +80,12 @@ const FASTER: i8 = 2;
 /// A car that is farther from its circle has left it [m].
 const LEFT: f64 = 2.0;
 
-impl Kind for SteadyCircle {
+impl ManoeuvreKind for SteadyCircle {
     fn title(&self) -> &'static str {
         "steady circle (ISO 4138)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         let mut needs = vec![
             Channel::ForwardSpeed,
             Channel::SideSpeed,
@@ -93,7 +93,7 @@ impl Kind for SteadyCircle {
             Channel::LateralAcceleration,
         ];
         if self.constant == Constant::Radius {
-            needs.extend(Channel::PLACE);
+            needs.extend(Channel::POSE);
         }
         needs
     }
@@ -102,31 +102,31 @@ impl Kind for SteadyCircle {
         &["onto the circle", "growing lateral acceleration"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known(
+                describe(
                     "understeer_gradient",
                     "rad.s2/m",
                     "growth of the road-wheel angle over the lateral acceleration beyond that of a car without slip angles",
                 ),
-                known(
+                describe(
                     "characteristic_speed",
                     "m/s",
                     "speed of the largest yaw rate gain; none of a car that oversteers",
                 ),
-                known(
+                describe(
                     "critical_speed",
                     "m/s",
                     "speed at which the car gets unstable; none of a car that understeers",
                 ),
-                known(
+                describe(
                     "sideslip_gradient",
                     "rad.s2/m",
                     "growth of the sideslip angle over the lateral acceleration",
                 ),
-                known("yaw_rate_gain_max", "1/s", "largest yaw rate over the road-wheel angle"),
-                known("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
+                describe("yaw_rate_gain_max", "1/s", "largest yaw rate over the road-wheel angle"),
+                describe("lateral_acceleration_max", "m/s2", "largest lateral acceleration"),
             ]
         }
     }
@@ -135,9 +135,9 @@ impl Kind for SteadyCircle {
         (self.constant == Constant::Radius).then_some(Path::Circle(self.radius))
     }
 
-    fn check(&self, common: &Common) -> Result<(), Wrong> {
+    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
         let [low, high] = self.linear;
-        Wrong::positive([
+        ParameterError::positive([
             ("radius", self.radius, "m"),
             ("steer", self.steer, "rad"),
             ("speed_rate", self.speed_rate, "m/s2"),
@@ -151,20 +151,20 @@ impl Kind for SteadyCircle {
                 "expected growing lateral accelerations up to `until` = {} m/s2, found {low} and {high}",
                 self.until
             );
-            return Err(Wrong::at("linear", message));
+            return Err(ParameterError::at("linear", message));
         }
         match common.wheelbase {
             Some(_) => Ok(()),
-            None => Err(Wrong::common("wheelbase", "a steady circle needs the `wheelbase` [m] of the car: the understeer gradient is what exceeds its angle".to_owned())),
+            None => Err(ParameterError::common("wheelbase", "a steady circle needs the `wheelbase` [m] of the car: the understeer gradient is what exceeds its angle".to_owned())),
         }
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         let speed = common.entry_speed;
         let grown = |rate: f64, number: i8| {
             if number == FASTER { rate * (now.time - stage.since) } else { 0.0 }
         };
-        let faster = Drive::Speed(speed + grown(self.speed_rate, stage.number));
+        let faster = DriveCommand::Speed(speed + grown(self.speed_rate, stage.number));
         let action = match self.constant {
             Constant::Radius => Action::path(faster),
             // The step of the steering would shake the car: it takes a second.
@@ -173,11 +173,11 @@ impl Kind for SteadyCircle {
             }
             Constant::Steer => Action::angle(self.steer, faster),
             Constant::Speed => {
-                Action::angle(grown(self.steer_rate, stage.number), Drive::Speed(speed))
+                Action::angle(grown(self.steer_rate, stage.number), DriveCommand::Speed(speed))
             }
         };
         if stage.number == CIRCLE {
-            let waits = self.constant != Constant::Speed && !lasted(stage, now, self.circle);
+            let waits = self.constant != Constant::Speed && !stage_lasted(stage, now, self.circle);
             if !waits {
                 stage.enter(FASTER, now.time);
             }
@@ -187,7 +187,11 @@ impl Kind for SteadyCircle {
         if left || now.a_y >= self.until { stage.end(now.time) } else { action }
     }
 
-    fn values(&self, common: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(
+        &self,
+        common: &CommonParameters,
+        log: &Log,
+    ) -> Result<CharacteristicValues, String> {
         let range = log.stage(FASTER)?;
         let [low, high] = self.linear;
         let reached = largest(&log.a_y);
@@ -202,18 +206,18 @@ impl Kind for SteadyCircle {
         let end = range.clone().find(|k| log.a_y[*k] > high).unwrap_or(range.end);
         let places: Vec<usize> = (range.start + 1..end).filter(|k| log.a_y[*k] >= low).collect();
         let extra = |k: usize| log.steer[k - 1] - wheelbase * log.r[k] / log.v_x[k];
-        let gradient = Line::through(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
+        let gradient = LineFit::through(places.iter().map(|k| (log.a_y[*k], extra(*k)))).slope();
         let gradient = gradient.ok_or("the communication steps are too long for the lateral acceleration to be seen twice on the line")?;
         let sideslip = log.sideslip();
-        let slope = Line::through(places.iter().map(|k| (log.a_y[*k], sideslip[*k]))).slope();
+        let slope = LineFit::through(places.iter().map(|k| (log.a_y[*k], sideslip[*k]))).slope();
         let gains: Vec<f64> = places.iter().map(|k| log.r[*k] / log.steer[k - 1]).collect();
         let speed = |gradient: f64| (gradient > 0.0).then(|| (wheelbase / gradient).sqrt());
-        Ok(Values::default()
-            .and("understeer_gradient", gradient)
-            .and("characteristic_speed", speed(gradient))
-            .and("critical_speed", speed(-gradient))
-            .and("sideslip_gradient", slope)
-            .and("yaw_rate_gain_max", largest(&gains))
-            .and("lateral_acceleration_max", reached))
+        Ok(CharacteristicValues::default()
+            .with("understeer_gradient", gradient)
+            .with("characteristic_speed", speed(gradient))
+            .with("critical_speed", speed(-gradient))
+            .with("sideslip_gradient", slope)
+            .with("yaw_rate_gain_max", largest(&gains))
+            .with("lateral_acceleration_max", reached))
     }
 }

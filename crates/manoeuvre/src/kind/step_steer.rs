@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Kind, known};
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, Phase, describe};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
-use crate::log::{Log, largest, mean, peak};
-use crate::value::{Known, Values, Wrong};
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
+use crate::log::{Log, largest, mean, peak_index};
 
 /// Step steer (ISO 7401) with the driving force held. Times count from the moment at which half of the step is steered.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,12 +37,12 @@ impl Default for StepSteer {
 /// In the steady state a value may differ from its mean by this share.
 const STEADY: f64 = 0.1;
 
-impl Kind for StepSteer {
+impl ManoeuvreKind for StepSteer {
     fn title(&self) -> &'static str {
         "step steer (ISO 7401)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         vec![
             Channel::ForwardSpeed,
             Channel::SideSpeed,
@@ -55,44 +55,44 @@ impl Kind for StepSteer {
         &["step"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("steady_yaw_rate", "rad/s", "yaw rate in the steady state"),
-                known(
+                describe("steady_yaw_rate", "rad/s", "yaw rate in the steady state"),
+                describe(
                     "steady_lateral_acceleration",
                     "m/s2",
                     "lateral acceleration in the steady state",
                 ),
-                known("steady_sideslip", "rad", "sideslip angle in the steady state"),
-                known("yaw_rate_gain", "1/s", "steady yaw rate over the road-wheel angle"),
-                known(
+                describe("steady_sideslip", "rad", "sideslip angle in the steady state"),
+                describe("yaw_rate_gain", "1/s", "steady yaw rate over the road-wheel angle"),
+                describe(
                     "yaw_rate_response_time",
                     "s",
                     "until the yaw rate has 90 % of its steady state",
                 ),
-                known("yaw_rate_peak_time", "s", "until the peak of the yaw rate"),
-                known(
+                describe("yaw_rate_peak_time", "s", "until the peak of the yaw rate"),
+                describe(
                     "yaw_rate_overshoot",
                     "1",
                     "by which share the peak exceeds the steady state",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_response_time",
                     "s",
                     "until the lateral acceleration has 90 % of its steady state",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_peak_time",
                     "s",
                     "until the peak of the lateral acceleration",
                 ),
-                known(
+                describe(
                     "lateral_acceleration_overshoot",
                     "1",
                     "by which share the peak exceeds the steady state",
                 ),
-                known(
+                describe(
                     "TB",
                     "s.rad",
                     "TB factor: time of the peak of the yaw rate times the steady sideslip angle",
@@ -101,12 +101,12 @@ impl Kind for StepSteer {
         }
     }
 
-    fn shortest(&self) -> Option<(&'static str, f64)> {
-        Some(("steady", self.steady))
+    fn shortest_phase(&self) -> Option<Phase> {
+        Some(Phase { key: "steady", duration: self.steady })
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("amplitude", self.amplitude, "rad"),
             ("rate", self.rate, "rad/s"),
             ("hold", self.hold, "s"),
@@ -120,18 +120,18 @@ impl Kind for StepSteer {
             "expected less than the {left:.3} s between the step and the end of the test, found {} s",
             self.steady
         );
-        Err(Wrong::at("steady", message))
+        Err(ParameterError::at("steady", message))
     }
 
-    fn act(&self, _: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, _: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         let time = now.time - stage.since;
         if time > self.hold {
             return stage.end(now.time);
         }
-        Action::angle(self.amplitude.min(self.rate * time), Drive::Hold)
+        Action::angle(self.amplitude.min(self.rate * time), DriveCommand::Hold)
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
         let half = 0.5 * self.amplitude / self.rate;
         let last = log.t.len() - 1;
         let steady = log.t.iter().position(|t| *t >= self.hold - self.steady).unwrap_or(0);
@@ -153,24 +153,24 @@ impl Kind for StepSteer {
                 ));
             }
             let time = log.reaches(&scaled, 0.9, true, 0).map(|t| t - half);
-            let top = peak(&scaled).filter(|place| scaled[*place] > 1.0 && *place < steady);
+            let top = peak_index(&scaled).filter(|place| scaled[*place] > 1.0 && *place < steady);
             let overshoot = top.map_or(0.0, |place| scaled[place] - 1.0);
             Ok([Some(end), time, top.map(|place| log.t[place] - half), Some(overshoot)])
         };
         let [r, r_time, r_peak, r_over] = response(&log.r, "yaw rate")?;
         let [a_y, a_time, a_peak, a_over] = response(&log.a_y, "lateral acceleration")?;
         let sideslip = mean(&log.sideslip()[steady..last]);
-        Ok(Values::default()
-            .and("steady_yaw_rate", r)
-            .and("steady_lateral_acceleration", a_y)
-            .and("steady_sideslip", sideslip)
-            .and("yaw_rate_gain", r.map(|r| r / self.amplitude))
-            .and("yaw_rate_response_time", r_time)
-            .and("yaw_rate_peak_time", r_peak)
-            .and("yaw_rate_overshoot", r_over)
-            .and("lateral_acceleration_response_time", a_time)
-            .and("lateral_acceleration_peak_time", a_peak)
-            .and("lateral_acceleration_overshoot", a_over)
-            .and("TB", r_peak.map(|time| time * sideslip)))
+        Ok(CharacteristicValues::default()
+            .with("steady_yaw_rate", r)
+            .with("steady_lateral_acceleration", a_y)
+            .with("steady_sideslip", sideslip)
+            .with("yaw_rate_gain", r.map(|r| r / self.amplitude))
+            .with("yaw_rate_response_time", r_time)
+            .with("yaw_rate_peak_time", r_peak)
+            .with("yaw_rate_overshoot", r_over)
+            .with("lateral_acceleration_response_time", a_time)
+            .with("lateral_acceleration_peak_time", a_peak)
+            .with("lateral_acceleration_overshoot", a_over)
+            .with("TB", r_peak.map(|time| time * sideslip)))
     }
 }

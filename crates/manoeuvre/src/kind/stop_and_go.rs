@@ -4,13 +4,13 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::bend::STANDS;
-use super::{Kind, known};
-use crate::action::lasted;
-use crate::action::{Action, Drive, Now, Stage};
+use super::{ManoeuvreKind, describe};
+use crate::action::stage_lasted;
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::{Log, largest};
-use crate::value::{Known, Values, Wrong};
 
 /// Stop and go: the car stands, starts to the entry speed, stops, stands, and starts again. Nobody drives or brakes it at the first
 /// standstill; at the second one the driver keeps it there.
@@ -41,12 +41,12 @@ const STARTED: f64 = 0.95;
 /// Before the test the car stands; the speed controller keeps it there.
 const STANDSTILL: f64 = 0.0;
 
-impl Kind for StopAndGo {
+impl ManoeuvreKind for StopAndGo {
     fn title(&self) -> &'static str {
         "stop and go"
     }
 
-    fn needs(&self) -> Vec<Channel> {
+    fn required_channels(&self) -> Vec<Channel> {
         vec![Channel::ForwardSpeed, Channel::SideSpeed, Channel::YawRate]
     }
 
@@ -54,26 +54,26 @@ impl Kind for StopAndGo {
         &["standstill", "start", "stop", "standstill again", "start again"]
     }
 
-    fn known(&self) -> &'static [Known] {
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
         const {
             &[
-                known("drift", "m", "way that the car makes at both standstills"),
-                known("creep_speed", "m/s", "largest speed at the first standstill"),
-                known("start_time", "s", "time to 95 % of the entry speed"),
-                known("stopping_distance", "m", "distance of the stop"),
-                known("stopping_time", "s", "time of the stop"),
-                known("restart_time", "s", "time of the second start"),
-                known("yaw_rate_max", "rad/s", "largest yaw rate of all"),
+                describe("drift", "m", "way that the car makes at both standstills"),
+                describe("creep_speed", "m/s", "largest speed at the first standstill"),
+                describe("start_time", "s", "time to 95 % of the entry speed"),
+                describe("stopping_distance", "m", "distance of the stop"),
+                describe("stopping_time", "s", "time of the stop"),
+                describe("restart_time", "s", "time of the second start"),
+                describe("yaw_rate_max", "rad/s", "largest yaw rate of all"),
             ]
         }
     }
 
-    fn run_up(&self, _: &Common) -> f64 {
+    fn run_up_speed(&self, _: &CommonParameters) -> f64 {
         STANDSTILL
     }
 
-    fn check(&self, common: &Common) -> Result<(), Wrong> {
-        Wrong::positive([("wait", self.wait, "s"), ("force", self.force, "N")])?;
+    fn check(&self, common: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([("wait", self.wait, "s"), ("force", self.force, "N")])?;
         if common.entry_speed > 0.0 {
             return Ok(());
         }
@@ -81,12 +81,12 @@ impl Kind for StopAndGo {
             "expected the speed [m/s] that the car starts to, above 0, found {}",
             common.entry_speed
         );
-        Err(Wrong::common("entry_speed", message))
+        Err(ParameterError::common("entry_speed", message))
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
         let next = match stage.number {
-            STANDS_FIRST | STANDS_AGAIN => lasted(stage, now, self.wait),
+            STANDS_FIRST | STANDS_AGAIN => stage_lasted(stage, now, self.wait),
             STARTS | STARTS_AGAIN => now.v_x >= STARTED * common.entry_speed,
             _ => now.v_x < STANDS,
         };
@@ -97,15 +97,15 @@ impl Kind for StopAndGo {
             stage.enter(stage.number + 1, now.time);
         }
         let drive = match stage.number {
-            STARTS | STARTS_AGAIN => Drive::Speed(common.entry_speed),
-            STOPS => Drive::Force(-self.force),
-            STANDS_AGAIN => Drive::Speed(STANDSTILL),
-            _ => Drive::Force(0.0),
+            STARTS | STARTS_AGAIN => DriveCommand::Speed(common.entry_speed),
+            STOPS => DriveCommand::Force(-self.force),
+            STANDS_AGAIN => DriveCommand::Speed(STANDSTILL),
+            _ => DriveCommand::Force(0.0),
         };
         Action::angle(0.0, drive)
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
         let distance = log.distance();
         let [first, start, stop, second, again] =
             [STANDS_FIRST, STARTS, STOPS, STANDS_AGAIN, STARTS_AGAIN]
@@ -113,13 +113,13 @@ impl Kind for StopAndGo {
         let way = |stage: &std::ops::Range<usize>| distance[stage.end] - distance[stage.start];
         let time = |stage: &std::ops::Range<usize>| log.t[stage.end] - log.t[stage.start];
         let (first, second, stop) = (first?, second?, stop?);
-        Ok(Values::default()
-            .and("drift", way(&first) + way(&second))
-            .and("creep_speed", largest(&log.v_x[first]))
-            .and("start_time", time(&start?))
-            .and("stopping_distance", way(&stop))
-            .and("stopping_time", time(&stop))
-            .and("restart_time", time(&again?))
-            .and("yaw_rate_max", largest(&log.r)))
+        Ok(CharacteristicValues::default()
+            .with("drift", way(&first) + way(&second))
+            .with("creep_speed", largest(&log.v_x[first]))
+            .with("start_time", time(&start?))
+            .with("stopping_distance", way(&stop))
+            .with("stopping_time", time(&stop))
+            .with("restart_time", time(&again?))
+            .with("yaw_rate_max", largest(&log.r)))
     }
 }

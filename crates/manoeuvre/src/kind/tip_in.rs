@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Kind;
-use super::bend::{Bend, KNOWN, STAGES};
-use crate::action::{Action, Now, Stage};
+use super::bend::{BendForceChange, DESCRIPTIONS, STAGES};
+use super::{ManoeuvreKind, Phase};
+use crate::action::{Action, CarState, Stage};
 use crate::channel::Channel;
-use crate::common::Common;
+use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
+use crate::common::CommonParameters;
 use crate::log::Log;
 use crate::path::Path;
-use crate::value::{Known, Values, Wrong};
 
 /// Power on or off in a bend (power off: ISO 9816): on a circle at the entry speed the steering is held and the driving force changes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -37,38 +37,38 @@ impl Default for TipIn {
 }
 
 impl TipIn {
-    fn bend(&self) -> Bend {
-        Bend { circle: self.circle, force: self.force, observe: self.observe }
+    fn bend(&self) -> BendForceChange {
+        BendForceChange { circle: self.circle, force: self.force, observe: self.observe }
     }
 }
 
-impl Kind for TipIn {
+impl ManoeuvreKind for TipIn {
     fn title(&self) -> &'static str {
         "power on or off in a bend (ISO 9816)"
     }
 
-    fn needs(&self) -> Vec<Channel> {
-        Bend::needs()
+    fn required_channels(&self) -> Vec<Channel> {
+        BendForceChange::required_channels()
     }
 
     fn stages(&self) -> &'static [&'static str] {
         STAGES
     }
 
-    fn known(&self) -> &'static [Known] {
-        &KNOWN
+    fn value_descriptions(&self) -> &'static [ValueDescription] {
+        &DESCRIPTIONS
     }
 
     fn path(&self) -> Option<Path> {
         Some(Path::Circle(self.radius))
     }
 
-    fn shortest(&self) -> Option<(&'static str, f64)> {
-        Some(("observe", self.observe))
+    fn shortest_phase(&self) -> Option<Phase> {
+        Some(Phase { key: "observe", duration: self.observe })
     }
 
-    fn check(&self, _: &Common) -> Result<(), Wrong> {
-        Wrong::positive([
+    fn check(&self, _: &CommonParameters) -> Result<(), ParameterError> {
+        ParameterError::positive([
             ("radius", self.radius, "m"),
             ("circle", self.circle, "s"),
             ("observe", self.observe, "s"),
@@ -76,14 +76,17 @@ impl Kind for TipIn {
         if self.force.is_finite() {
             return Ok(());
         }
-        Err(Wrong::at("force", format!("expected a finite force [N], found {}", self.force)))
+        Err(ParameterError::at(
+            "force",
+            format!("expected a finite force [N], found {}", self.force),
+        ))
     }
 
-    fn act(&self, common: &Common, stage: &mut Stage, now: &Now) -> Action {
-        self.bend().act(common, stage, now)
+    fn next_action(&self, common: &CommonParameters, stage: &mut Stage, now: &CarState) -> Action {
+        self.bend().next_action(common, stage, now)
     }
 
-    fn values(&self, _: &Common, log: &Log) -> Result<Values, String> {
-        self.bend().values(log)
+    fn evaluate(&self, _: &CommonParameters, log: &Log) -> Result<CharacteristicValues, String> {
+        self.bend().evaluate(log)
     }
 }

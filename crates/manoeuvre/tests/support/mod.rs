@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use manoeuvre::kind::Kind;
+use manoeuvre::kind::ManoeuvreKind;
 use manoeuvre::{
-    Channel, Common, Direction, Driver, Log, Manoeuvre, PathFollower, SpeedController, Values,
+    Channel, CharacteristicValues, CommonParameters, Direction, Driver, Log, Manoeuvre,
+    PathFollower, SpeedController,
 };
 
 /// The linear single-track car: lateral forces are proportional to slip angles.
@@ -96,8 +97,8 @@ impl Car {
     }
 }
 
-pub fn common(entry_speed: f64) -> Common {
-    Common {
+pub fn common(entry_speed: f64) -> CommonParameters {
+    CommonParameters {
         entry_speed,
         speed_tolerance: 0.3,
         settle: 1.0,
@@ -110,7 +111,7 @@ pub fn common(entry_speed: f64) -> Common {
     }
 }
 
-pub fn manoeuvre(common: Common, kind: impl Kind + 'static) -> Arc<Manoeuvre> {
+pub fn manoeuvre(common: CommonParameters, kind: impl ManoeuvreKind + 'static) -> Arc<Manoeuvre> {
     let manoeuvre = Manoeuvre { common, kind: Arc::new(kind) };
     manoeuvre.check().expect("a sound manoeuvre");
     Arc::new(manoeuvre)
@@ -122,7 +123,7 @@ pub fn manoeuvre(common: Common, kind: impl Kind + 'static) -> Arc<Manoeuvre> {
 /// When the test did not take place.
 pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<Log, String> {
     let (mut driver, h) = (Driver::new(Arc::clone(manoeuvre)), manoeuvre.common.step);
-    let channels = manoeuvre.kind.needs();
+    let channels = manoeuvre.kind.required_channels();
     let (mut time, mut commands, mut inputs) =
         (Vec::new(), [const { Vec::new() }; 3], vec![Vec::new(); channels.len()]);
     let mut steer = 0.0;
@@ -146,11 +147,16 @@ pub fn log(manoeuvre: &Arc<Manoeuvre>, mut car: Car, stop: f64) -> Result<Log, S
 ///
 /// # Errors
 /// When the test did not take place.
-pub fn values(manoeuvre: &Arc<Manoeuvre>, car: Car, stop: f64) -> Result<Values, String> {
+pub fn values(
+    manoeuvre: &Arc<Manoeuvre>,
+    car: Car,
+    stop: f64,
+) -> Result<CharacteristicValues, String> {
     let log = log(manoeuvre, car, stop)?;
-    let values = manoeuvre.kind.values(&manoeuvre.common, &log)?;
+    let values = manoeuvre.kind.evaluate(&manoeuvre.common, &log)?;
     let names: Vec<_> = values.0.iter().map(|(name, _)| *name).collect();
-    let known: Vec<_> = manoeuvre.kind.known().iter().map(|known| known.name).collect();
+    let known: Vec<_> =
+        manoeuvre.kind.value_descriptions().iter().map(|known| known.name).collect();
     assert_eq!(names, known, "{}", manoeuvre.kind.title());
     Ok(values)
 }

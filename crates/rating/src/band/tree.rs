@@ -1,6 +1,6 @@
 //! Finds the nearest part of a curve by boxes around parts in a row, so that most parts are never looked at.
 
-use super::{Corner, least_on, over};
+use super::{BandPoint, in_tolerances, segment_deviation};
 
 /// Lines of the curve in a box at the bottom.
 const LINES: usize = 8;
@@ -22,7 +22,7 @@ impl Bounds {
         dy: 0.0,
     };
 
-    fn joined(self, other: Self) -> Self {
+    fn union(self, other: Self) -> Self {
         let both = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
         Bounds {
             x: both(self.x, other.x),
@@ -32,14 +32,14 @@ impl Bounds {
         }
     }
 
-    fn of(point: &Corner) -> Self {
+    fn of(point: &BandPoint) -> Self {
         Bounds { x: [point.x; 2], y: [point.y; 2], dx: point.dx, dy: point.dy }
     }
 
     /// No point inside has a smaller deviation.
-    fn least(&self, [x, y]: [f64; 2]) -> f64 {
+    fn least_deviation(&self, [x, y]: [f64; 2]) -> f64 {
         let outside = |[low, high]: [f64; 2], at: f64| (low - at).max(at - high).max(0.0);
-        over(outside(self.x, x), self.dx).max(over(outside(self.y, y), self.dy))
+        in_tolerances(outside(self.x, x), self.dx).max(in_tolerances(outside(self.y, y), self.dy))
     }
 }
 
@@ -51,12 +51,12 @@ pub(super) struct Tree {
 
 impl Tree {
     /// That of a curve with at least one point.
-    pub(super) fn of(curve: &[Corner]) -> Self {
-        let joined = |all: &[Bounds]| all.iter().copied().fold(Bounds::NONE, Bounds::joined);
+    pub(super) fn of(curve: &[BandPoint]) -> Self {
+        let joined = |all: &[Bounds]| all.iter().copied().fold(Bounds::NONE, Bounds::union);
         let lines = curve.len().saturating_sub(1).max(1);
         let bottom = (0..lines).step_by(LINES).map(|first| {
             let points = &curve[first..curve.len().min(first + LINES + 1)];
-            points.iter().map(Bounds::of).fold(Bounds::NONE, Bounds::joined)
+            points.iter().map(Bounds::of).fold(Bounds::NONE, Bounds::union)
         });
         let mut levels = vec![bottom.collect::<Vec<_>>()];
         while let Some(below) = levels.last().filter(|below| below.len() > 1) {
@@ -68,45 +68,51 @@ impl Tree {
 
     /// The least deviation of a point from the curve that it was made of, if it is less than `best`, which some point of it has. One
     /// that is `enough` need not be the least.
-    pub(super) fn least(&self, curve: &[Corner], at: [f64; 2], best: f64, enough: f64) -> f64 {
+    pub(super) fn least_deviation(
+        &self,
+        curve: &[BandPoint],
+        at: [f64; 2],
+        best: f64,
+        enough: f64,
+    ) -> f64 {
         let mut search = Search { tree: self, curve, at, best, enough };
-        search.below(self.levels.len() - 1, 0);
+        search.descend(self.levels.len() - 1, 0);
         search.best
     }
 }
 
 struct Search<'a> {
     tree: &'a Tree,
-    curve: &'a [Corner],
+    curve: &'a [BandPoint],
     at: [f64; 2],
     best: f64,
     enough: f64,
 }
 
 impl Search<'_> {
-    fn below(&mut self, level: usize, place: usize) {
+    fn descend(&mut self, level: usize, place: usize) {
         if self.best <= self.enough || self.bound(level, place) >= self.best {
             return;
         }
-        let Some(next) = level.checked_sub(1) else { return self.lines(place) };
+        let Some(next) = level.checked_sub(1) else { return self.visit_segments(place) };
         let (one, other) = (2 * place, 2 * place + 1);
         if other == self.tree.levels[next].len() {
-            return self.below(next, one);
+            return self.descend(next, one);
         }
         let in_order = self.bound(next, one) <= self.bound(next, other);
         for nearer_first in if in_order { [one, other] } else { [other, one] } {
-            self.below(next, nearer_first);
+            self.descend(next, nearer_first);
         }
     }
 
     fn bound(&self, level: usize, place: usize) -> f64 {
-        self.tree.levels[level][place].least(self.at)
+        self.tree.levels[level][place].least_deviation(self.at)
     }
 
-    fn lines(&mut self, place: usize) {
+    fn visit_segments(&mut self, place: usize) {
         let lines = self.curve.len().saturating_sub(1).max(1);
         for line in place * LINES..lines.min((place + 1) * LINES) {
-            self.best = self.best.min(least_on(self.curve, line, self.at));
+            self.best = self.best.min(segment_deviation(self.curve, line, self.at));
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-use crate::{Band, Tolerance, Unrated};
+use crate::{Band, RatingError, Tolerance};
 
 const fn constant(offset: f64) -> Tolerance {
     Tolerance { offset, gain: 0.0 }
@@ -28,7 +28,7 @@ fn a_straight_line_has_parallel_edges() {
     for slope in [0.0, 0.3, -2.0, 50.0] {
         for count in [2, 3, 400] {
             let (x, y) = line(slope, -10.0, 10.0, count);
-            let band = Band::around(&x, &y, constant(0.2), constant(0.5)).expect("a band");
+            let band = Band::around_curve(&x, &y, constant(0.2), constant(0.5)).expect("a band");
             for at in [-3.0, 0.1, 7.0] {
                 let half = 0.5 + f64::abs(slope) * 0.2;
                 for (share, side) in [(0.0, 1.0), (0.4, 1.0), (1.0, -1.0), (3.0, 1.0)] {
@@ -46,7 +46,7 @@ fn tolerances_grow_with_the_quantity() {
     let [of_x, of_y] =
         [Tolerance { offset: 0.1, gain: 0.06 }, Tolerance { offset: 5.0, gain: 0.03 }];
     let (x, y) = line(10.0, 0.0, 8.0, 41);
-    let band = Band::around(&x, &y, of_x, of_y).expect("a band");
+    let band = Band::around_curve(&x, &y, of_x, of_y).expect("a band");
     for at in [1.0, 3.03, 5.5] {
         close(band.deviation(0.94 * at - 0.1, 10.3 * at + 5.0), 1.0);
         close(band.deviation(1.06 * at + 0.1, 9.7 * at - 5.0), 1.0);
@@ -63,13 +63,13 @@ fn a_mirrored_axis_mirrors_the_band() {
     let [of_x, of_y] =
         [Tolerance { offset: 0.1, gain: 0.1 }, Tolerance { offset: 0.3, gain: 0.05 }];
     let minus = |values: &[f64]| values.iter().map(|value| -value).collect::<Vec<_>>();
-    let plain = Band::around(&x, &y, of_x, of_y).expect("a band");
-    let mirrored = Band::around(&x, &minus(&y), of_x, of_y).expect("a band");
+    let plain = Band::around_curve(&x, &y, of_x, of_y).expect("a band");
+    let mirrored = Band::around_curve(&x, &minus(&y), of_x, of_y).expect("a band");
     let backwards = {
         let (mut x, mut y) = (minus(&x), y.clone());
         x.reverse();
         y.reverse();
-        Band::around(&x, &y, of_x, of_y).expect("a band")
+        Band::around_curve(&x, &y, of_x, of_y).expect("a band")
     };
     for (at, height) in [(0.3, 1.7), (1.9, 4.0), (-0.4, -1.0), (2.6, 7.0)] {
         let expected = plain.deviation(at, height);
@@ -81,7 +81,7 @@ fn a_mirrored_axis_mirrors_the_band() {
 #[test]
 fn a_vertical_part_has_an_edge_beside_it() {
     let band =
-        Band::around(&[1.0, 1.0], &[0.0, 5.0], constant(0.1), constant(2.0)).expect("a band");
+        Band::around_curve(&[1.0, 1.0], &[0.0, 5.0], constant(0.1), constant(2.0)).expect("a band");
     close(band.deviation(1.1, 3.0), 1.0);
     close(band.deviation(0.8, 3.0), 2.0);
     close(band.deviation(1.0, 8.0), 1.5);
@@ -91,7 +91,7 @@ fn a_vertical_part_has_an_edge_beside_it() {
 #[test]
 fn a_circle_is_a_ring_whose_middle_is_outside() {
     let (x, y) = circle(4.0, 4000);
-    let band = Band::around(&x, &y, constant(0.5), constant(0.5)).expect("a band");
+    let band = Band::around_curve(&x, &y, constant(0.5), constant(0.5)).expect("a band");
     let near =
         |found: f64, expected: f64| assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     near(band.deviation(4.5, 0.0), 1.0);
@@ -109,7 +109,7 @@ fn a_curve_that_crosses_itself_has_both_branches() {
         .map(|k| PI * f64::from(k) / 1000.0)
         .map(|angle| (3.0 * angle.cos(), (2.0 * angle).sin()))
         .unzip();
-    let band = Band::around(&x, &y, constant(0.01), constant(0.05)).expect("a band");
+    let band = Band::around_curve(&x, &y, constant(0.01), constant(0.05)).expect("a band");
     let inside = band.judge(&x, &y).expect("judged");
     assert_eq!((inside.share, inside.first_outside, inside.deviation), (1.0, None, 0.0));
     let height = (2.0 * f64::acos(2.0 / 3.0)).sin();
@@ -154,7 +154,7 @@ fn boxes_find_what_a_look_at_all_lines_finds() {
 #[test]
 fn the_first_and_the_worst_point_outside_are_told() {
     let (x, y) = line(1.0, 0.0, 10.0, 11);
-    let band = Band::around(&x, &y, constant(0.0), constant(1.0)).expect("a band");
+    let band = Band::around_curve(&x, &y, constant(0.0), constant(1.0)).expect("a band");
     let mut other = y.clone();
     (other[3], other[6], other[8]) = (4.5, 8.0, 7.1);
     let inside = band.judge(&x, &other).expect("judged");
@@ -176,7 +176,7 @@ fn a_judgement_is_that_of_each_point() {
         let [x, y] = [0.0, 1.3].map(|phase| (0..500).map(|k| wave(k, phase)).collect::<Vec<_>>());
         let [other_x, other_y] = [shift, 1.3 + 2.0 * shift]
             .map(|phase| (0..600).map(|k| wave(7 * k, phase)).collect::<Vec<_>>());
-        let band = Band::around(&x, &y, constant(0.1), constant(0.2)).expect("a band");
+        let band = Band::around_curve(&x, &y, constant(0.1), constant(0.2)).expect("a band");
         let each: Vec<_> =
             other_x.iter().zip(&other_y).map(|(x, y)| band.deviation(*x, *y)).collect();
         let judged = band.judge(&other_x, &other_y).expect("judged");
@@ -190,13 +190,17 @@ fn a_judgement_is_that_of_each_point() {
 
 #[test]
 fn edges_go_through_the_corners_and_both_corners_of_a_turn() {
-    let band =
-        Band::around(&[0.0, 1.0, 2.0, 2.0], &[0.0, 2.0, 0.0, 0.0], constant(0.1), constant(0.5))
-            .expect("a band");
+    let band = Band::around_curve(
+        &[0.0, 1.0, 2.0, 2.0],
+        &[0.0, 2.0, 0.0, 0.0],
+        constant(0.1),
+        constant(0.5),
+    )
+    .expect("a band");
     let [left, right] = band.edges();
     assert_eq!(left, [[-0.1, 0.5], [0.9, 2.5], [1.1, 2.5], [2.1, 0.5]]);
     assert_eq!(right, [[0.1, -0.5], [1.1, 1.5], [0.9, 1.5], [1.9, -0.5]]);
-    let [upper, lower] = Band::around(&[0.0, 1.0], &[3.0, 3.0], constant(0.1), constant(0.5))
+    let [upper, lower] = Band::around_curve(&[0.0, 1.0], &[3.0, 3.0], constant(0.1), constant(0.5))
         .expect("a band")
         .edges();
     assert_eq!((upper, lower), (vec![[0.0, 3.5], [1.0, 3.5]], vec![[0.0, 2.5], [1.0, 2.5]]));
@@ -208,18 +212,21 @@ fn what_makes_no_band_is_refused() {
     let band = |x: &[f64], y: &[f64], dx: &[f64]| Band::new(x, y, dx, &[1.0, 1.0]).map(|_| ());
     assert_eq!(
         band(&two, &two, &[0.0, -1.0]),
-        Err(Unrated::Negative { what: "the tolerance of x", index: 1 })
+        Err(RatingError::Negative { what: "the tolerance of x", index: 1 })
     );
-    assert_eq!(band(&[0.0, f64::NAN], &two, &two), Err(Unrated::NotFinite { what: "x", index: 1 }));
+    assert_eq!(
+        band(&[0.0, f64::NAN], &two, &two),
+        Err(RatingError::NotFinite { what: "x", index: 1 })
+    );
     assert_eq!(
         band(&two, &[f64::INFINITY, 0.0], &two),
-        Err(Unrated::NotFinite { what: "y", index: 0 })
+        Err(RatingError::NotFinite { what: "y", index: 0 })
     );
     assert_eq!(
         band(&two, &[0.0], &two),
-        Err(Unrated::Lengths { what: "y", reference: 2, found: 1 })
+        Err(RatingError::Lengths { what: "y", reference: 2, found: 1 })
     );
-    assert_eq!(band(&[], &[], &[]), Err(Unrated::Short { least: 1, found: 0 }));
+    assert_eq!(band(&[], &[], &[]), Err(RatingError::Short { least: 1, found: 0 }));
     let good = Band::new(&two, &two, &two, &two).expect("a band");
     assert!(good.judge(&two, &[1.0]).is_err() && good.judge(&[], &[]).is_err());
     assert!(good.deviation(f64::NAN, 0.0).is_nan());

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::objective::MOST;
-use crate::{Grade, Unrated, rating};
+use crate::{Grade, RatingError, rating};
 
 struct Pair {
     name: &'static str,
@@ -222,14 +222,14 @@ fn what_cannot_be_rated_is_refused() {
     let signal = sampled(f64::sin, 50, 0.1);
     let mut broken = signal.clone();
     broken[7] = f64::NAN;
-    let not_finite = |what| Err(Unrated::NotFinite { what, index: 7 });
+    let not_finite = |what| Err(RatingError::NotFinite { what, index: 7 });
     assert_eq!(rating(&signal, &broken, 0.1), not_finite("the candidate"));
     assert_eq!(rating(&broken, &signal, 0.1), not_finite("the reference"));
-    let lengths = Unrated::Lengths { what: "the candidate", reference: 50, found: 49 };
+    let lengths = RatingError::Lengths { what: "the candidate", reference: 50, found: 49 };
     assert_eq!(rating(&signal, &signal[1..], 0.1), Err(lengths));
     assert_eq!(
         rating(&signal[..10], &signal[..10], 0.1),
-        Err(Unrated::Short { least: 11, found: 10 })
+        Err(RatingError::Short { least: 11, found: 10 })
     );
     assert!(rating(&signal[..11], &signal[..11], 0.1).is_ok());
     assert!(rating(&[], &[], 0.1).is_err());

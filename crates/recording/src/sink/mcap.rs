@@ -194,7 +194,7 @@ fn begin(file: &mut McapFile, header: &RunHeader) -> io::Result<()> {
         ("trackside", env!("CARGO_PKG_VERSION").to_owned()),
     ];
     metadata(file, RUN, entries)?;
-    let [scenario, kept] = header.source.to_keep();
+    let [scenario, kept] = header.source.recorded_files();
     let scenario = scenario.iter().map(|it| (it, SCENARIO));
     for (it, media_type) in scenario.chain(kept.iter().map(|it| (it, KEPT))) {
         file.attach(&it.path.display().to_string(), media_type, it.text.as_bytes())?;

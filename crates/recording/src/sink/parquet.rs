@@ -267,7 +267,7 @@ mod tests {
         RunHeader {
             scenario: "made".to_owned(),
             title: "A made run".to_owned(),
-            source: diagnostics::Source::made(diagnostics::TextFile::default()),
+            source: diagnostics::Source::generated(diagnostics::TextFile::default()),
             given: Vec::new(),
             step: 0.5,
             stop: 1.0,

@@ -91,7 +91,7 @@ pub(super) fn unit(word: &str, title: &str) -> Option<String> {
         return Some("1".to_owned());
     }
     let of_loggers = LOGGERS.iter().find(|(it, _)| *it == small);
-    of_loggers.map(|(_, unit)| (*unit).to_owned()).or_else(|| units::respelled(word))
+    of_loggers.map(|(_, unit)| (*unit).to_owned()).or_else(|| units::normalized(word))
 }
 
 /// The unit in the name of a time that has no other: `timestamp_ms`, `t_us`.

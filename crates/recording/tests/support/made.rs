@@ -59,7 +59,7 @@ pub fn header(folder: &Path, columns: Columns<Recorded>, step: f64, ticks: u64) 
     RunHeader {
         scenario: "made".to_owned(),
         title: "A recording to be damaged".to_owned(),
-        source: Source::made(diagnostics::TextFile::new(
+        source: Source::generated(diagnostics::TextFile::new(
             "made.toml",
             "title = \"made\"\n".repeat(40),
         )),

@@ -7,7 +7,7 @@ use re_sdk_types::blueprint::components::{BackgroundKind, Eye3DKind};
 use super::arrows;
 use super::properties::Properties;
 use super::run_slot::OTHER;
-use super::trace::Bounds;
+use super::trace::{Bounds, MapExtent};
 
 /// Half the viewer's vertical field of view: tan(55 deg / 2).
 const HALF_VIEW: f32 = 0.5206;
@@ -54,8 +54,8 @@ pub(super) fn map(properties: &mut Properties, bounds: Option<Bounds>) -> Contai
 
 /// Looks straight down at all of `bounds`, with the longer edge of them from left to right.
 fn above(eye: EyeControls3D, bounds: Bounds) -> EyeControls3D {
-    let ([x, y], up, half) = bounds.map();
-    let distance = half / HALF_VIEW;
+    let MapExtent { centre: [x, y], up, half_height } = bounds.map();
+    let distance = half_height / HALF_VIEW;
     // Exactly above its target the eye would have no upward direction.
     let aside = -1e-3 * distance;
     eye.with_eye_up([up[0], up[1], 0.0])

@@ -3,8 +3,10 @@
 use re_sdk_types::archetypes::TextDocument;
 use recording::RunHeader;
 
+use super::trace::SpeedRange;
+
 /// The facts of a run.
-pub(super) struct Card {
+pub(super) struct RunCard {
     title: String,
     scenario: String,
     /// Communication step [s].
@@ -15,7 +17,7 @@ pub(super) struct Card {
     pub end: f64,
 }
 
-impl Card {
+impl RunCard {
     pub fn new(header: &RunHeader) -> Self {
         Self {
             title: header.title.clone(),
@@ -38,9 +40,9 @@ impl Card {
         &self,
         summary: &str,
         completed: bool,
-        speeds: Option<(f32, f32)>,
+        speeds: Option<SpeedRange>,
     ) -> TextDocument {
-        let colors = speeds.map_or(String::new(), |(slow, fast)| {
+        let colors = speeds.map_or(String::new(), |SpeedRange { slow, fast }| {
             let (slow, fast) = (slow * 3.6, fast * 3.6);
             format!("| Driven line | blue {slow:.0} km/h to yellow {fast:.0} km/h |\n")
         });

@@ -10,12 +10,12 @@ use re_sdk_types::archetypes::{Scalars, TextDocument};
 use recording::view::Role;
 use recording::{Event, Recorded, Row, Sink};
 
-use super::course::Course;
+use super::arrival_times::ArrivalTimes;
 use super::diagrams::Diagrams;
-use super::drawing::Drawing;
+use super::drawing::RunDrawing;
 use super::layout::Layout;
 use super::run_slot::{OTHER, RunSlot};
-use super::signals::{Chart, Line};
+use super::signals::{Chart, ChartLine};
 use super::target::Target;
 use super::time_gap::TimeGap;
 use super::timeline::TimePoints;
@@ -40,10 +40,11 @@ impl Comparison {
         let builder = RecordingStreamBuilder::new(application.clone()).send_properties(false);
         let mut transport = Transport::open(builder, &Target::File(path.to_owned()))?;
         let Some(stream) = transport.stream() else { return Ok(()) };
-        let mut pair = Pair::new([a, b], application);
+        let mut pair = RunPair::new([a, b], application);
         let described = pair.describe(&stream, [a, b]).map_err(|error| error.to_string());
         transport.begun(described)?;
-        let Played { courses, begins, time_gap } = pair.play(&stream, &mut transport, [a, b])?;
+        let DrawnRuns { arrivals, begins, time_gap } =
+            pair.play(&stream, &mut transport, [a, b])?;
         if let [Some(a), Some(b)] = begins
             && (a[0] - b[0]).hypot(a[1] - b[1]) > APART
         {
@@ -53,7 +54,7 @@ impl Comparison {
                     .to_owned(),
             );
         }
-        let card = self.card(&facts(pair.timed, courses, time_gap.last()));
+        let card = self.card(&facts(pair.timed, arrivals, time_gap.last()));
         let ended = pair.finish(&stream, &time_gap, card).map_err(|error| error.to_string());
         drop(stream);
         let ended = ended.and_then(|()| transport.end());
@@ -62,10 +63,10 @@ impl Comparison {
 }
 
 /// The drawings of both runs and their common layout.
-struct Pair {
+struct RunPair {
     slots: [RunSlot; 2],
-    first: Drawing,
-    other: Drawing,
+    first: RunDrawing,
+    other: RunDrawing,
     layout: Layout,
     /// Whether both runs have a distance.
     timed: bool,
@@ -74,25 +75,25 @@ struct Pair {
 }
 
 /// The outcome of drawing both runs.
-struct Played {
-    courses: [Course; 2],
+struct DrawnRuns {
+    arrivals: [ArrivalTimes; 2],
     /// The first position of each body [m].
     begins: [Option<[f64; 2]>; 2],
     time_gap: TimeGap,
 }
 
-impl Pair {
+impl RunPair {
     fn new([a, b]: [&RecordedRun; 2], application: ApplicationId) -> Self {
         let slots = [RunSlot::default(), RunSlot(Some(b.name.clone()))];
         let [(first, charts), (other, more)] = [(a, &slots[0]), (b, &slots[1])]
-            .map(|(run, slot)| Drawing::new(&run.header, slot, &run.lacks()));
+            .map(|(run, slot)| RunDrawing::new(&run.header, slot, &run.lacks()));
         let timed = [a, b].iter().all(|run| run.header.view.distance.is_some());
         let title = format!("{} behind {} at the same distance", b.name, a.name);
         let layout = Layout {
             application,
             charts: overlaid(timed.then_some(&title), charts, more),
             derived: Vec::new(),
-            xy_plots: first.xy_plots.shown_with(&other.xy_plots),
+            xy_plots: first.xy_plots.views_with(&other.xy_plots),
             diagrams: Diagrams::default(),
             states: a.header.columns.texts().len() > 0,
             texts: [&first, &other].iter().flat_map(|it| it.texts.paths()).collect(),
@@ -113,7 +114,7 @@ impl Pair {
         self.layout.send(stream, None)?;
         stream.send_recording_name(format!("{} / {}", runs[0].name, runs[1].name))?;
         for (run, slot) in runs.iter().zip(&self.slots) {
-            let text = TextDocument::new(run.header.source.whole());
+            let text = TextDocument::new(run.header.source.concatenated());
             stream.log_static(slot.path("scenario"), &text)?;
         }
         self.first.describe(stream)?;
@@ -126,17 +127,17 @@ impl Pair {
         stream: &RecordingStream,
         transport: &mut Transport,
         [a, b]: [&RecordedRun; 2],
-    ) -> Result<Played, Error> {
+    ) -> Result<DrawnRuns, Error> {
         let mut sink = DrawingSink::new(stream, transport, &mut self.other);
         b.play(&mut sink)?;
         sink.finish("", true)?;
-        let (of_b, begin_b) = (sink.course, sink.begin);
+        let (of_b, begin_b) = (sink.arrivals, sink.begin);
         let mut sink = DrawingSink::new(stream, transport, &mut self.first);
         sink.reference = self.timed.then_some(&of_b);
         a.play(&mut sink)?;
         sink.finish("", true)?;
-        let (of_a, begin_a, time_gap) = (sink.course, sink.begin, sink.time_gap);
-        Ok(Played { courses: [of_a, of_b], begins: [begin_a, begin_b], time_gap })
+        let (of_a, begin_a, time_gap) = (sink.arrivals, sink.begin, sink.time_gap);
+        Ok(DrawnRuns { arrivals: [of_a, of_b], begins: [begin_a, begin_b], time_gap })
     }
 
     /// Sends the parts that depend on all rows, the layout again among them.
@@ -170,7 +171,7 @@ fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> 
         .collect();
     charts.retain(|chart| !chart.lines.is_empty());
     if let Some(title) = time_gap {
-        let line = Line {
+        let line = ChartLine {
             path: EntityPath::from(TIME_GAP),
             slot: RunSlot::default(),
             label: "Δt".to_owned(),
@@ -188,12 +189,16 @@ fn overlaid(time_gap: Option<&String>, charts: Vec<Chart>, more: Vec<Chart>) -> 
 }
 
 /// Facts for the run card: distances [m], and the time gap [s] at the last common one.
-fn facts(timed: bool, courses: [Course; 2], last: Option<[f64; 2]>) -> Vec<(String, [String; 2])> {
+fn facts(
+    timed: bool,
+    arrivals: [ArrivalTimes; 2],
+    last: Option<[f64; 2]>,
+) -> Vec<(String, [String; 2])> {
     if !timed {
         let why = "unknown: [view] has no pose, distance or speed for both";
         return vec![("Distance".to_owned(), [why.to_owned(), String::new()])];
     }
-    let ends = courses.map(|course| course.furthest().map(|it| format!("{it:.1} m")));
+    let ends = arrivals.map(|run| run.furthest().map(|it| format!("{it:.1} m")));
     let mut facts = vec![("Distance".to_owned(), ends.map(Option::unwrap_or_default))];
     if let Some([distance, gap]) = last {
         let gap = format!("{gap:+.3} s");
@@ -202,16 +207,16 @@ fn facts(timed: bool, courses: [Course; 2], last: Option<[f64; 2]>) -> Vec<(Stri
     facts
 }
 
-/// Draws the rows of a run, and keeps its course.
+/// Draws the rows of a run, and keeps its arrivals.
 struct DrawingSink<'a> {
     stream: &'a RecordingStream,
     transport: &'a mut Transport,
-    drawing: &'a mut Drawing,
-    course: Course,
+    drawing: &'a mut RunDrawing,
+    arrivals: ArrivalTimes,
     /// The first position of the body [m].
     begin: Option<[f64; 2]>,
-    /// The course of the run to compare with.
-    reference: Option<&'a Course>,
+    /// The arrivals of the run to compare with.
+    reference: Option<&'a ArrivalTimes>,
     time_points: TimePoints,
     /// Unsent time gaps [s].
     gaps: Vec<f64>,
@@ -222,15 +227,15 @@ impl<'a> DrawingSink<'a> {
     fn new(
         stream: &'a RecordingStream,
         transport: &'a mut Transport,
-        drawing: &'a mut Drawing,
+        drawing: &'a mut RunDrawing,
     ) -> Self {
-        let (course, time_points) = (Course::default(), TimePoints::default());
+        let (arrivals, time_points) = (ArrivalTimes::default(), TimePoints::default());
         let (begin, reference, time_gap) = (None, None, TimeGap::default());
         Self {
             stream,
             transport,
             drawing,
-            course,
+            arrivals,
             begin,
             reference,
             time_points,
@@ -257,8 +262,8 @@ impl Sink for DrawingSink<'_> {
         }
         let time_point = self.drawing.row(tick, time, row);
         if let Some(distance) = self.drawing.clock.distance() {
-            let reached = self.course.push(time, distance);
-            let other = self.reference.and_then(|course| course.reached(distance));
+            let reached = self.arrivals.push(time, distance);
+            let other = self.reference.and_then(|reference| reference.time_at(distance));
             if let (Some(time_point), Some(reached), Some(other)) = (time_point, reached, other) {
                 self.time_points.push(time_point);
                 self.gaps.push(other - reached);

@@ -9,7 +9,7 @@ use recording::view::Role;
 use super::frame::{Frame, Strip};
 use super::palette::{Palette, dimmed, faded};
 use super::signals::entity;
-use super::xy_plots::Shown;
+use super::xy_plots::DiagramView;
 
 /// Of the first diagram of a group, and of the others: width by height, height of a line of text, and spaces between ticks.
 const FIRST: (f64, f32, f64) = (2.8, 0.065, 6.0);
@@ -19,22 +19,22 @@ const COLUMNS: usize = 240;
 
 /// Groups of diagrams, in the order of their arrival.
 #[derive(Default)]
-pub(super) struct Diagrams(Vec<Group>);
+pub(super) struct Diagrams(Vec<DiagramGroup>);
 
 /// Diagrams that belong together.
-pub(super) struct Group {
+pub(super) struct DiagramGroup {
     pub analysis: String,
     pub name: String,
     /// The first one is the largest, and has the legend.
-    pub shown: Vec<Shown>,
+    pub views: Vec<DiagramView>,
     /// Colours in use: one label has one colour in all diagrams of the group.
     known: Vec<(Role, String)>,
 }
 
 impl Diagrams {
     /// The groups of each analysis.
-    pub fn analyses(&self) -> Vec<(&str, Vec<&Group>)> {
-        let mut analyses: Vec<(&str, Vec<&Group>)> = Vec::new();
+    pub fn analyses(&self) -> Vec<(&str, Vec<&DiagramGroup>)> {
+        let mut analyses: Vec<(&str, Vec<&DiagramGroup>)> = Vec::new();
         for group in &self.0 {
             match analyses.iter_mut().find(|(name, _)| *name == group.analysis) {
                 Some((_, groups)) => groups.push(group),
@@ -52,22 +52,23 @@ impl Diagrams {
     pub fn draw(
         &mut self,
         stream: &RecordingStream,
-        (analysis, name): (&str, &str),
+        analysis: &str,
+        name: &str,
         diagram: &Diagram,
     ) -> RecordingStreamResult<()> {
         let known = self.0.iter().position(|it| it.analysis == analysis && it.name == name);
         let index = known.unwrap_or_else(|| {
             let (analysis, name) = (analysis.to_owned(), name.to_owned());
-            self.0.push(Group { analysis, name, shown: Vec::new(), known: Vec::new() });
+            self.0.push(DiagramGroup { analysis, name, views: Vec::new(), known: Vec::new() });
             self.0.len() - 1
         });
         self.0[index].draw(stream, diagram)
     }
 }
 
-impl Group {
+impl DiagramGroup {
     fn draw(&mut self, stream: &RecordingStream, diagram: &Diagram) -> RecordingStreamResult<()> {
-        let number = self.shown.len() + 1;
+        let number = self.views.len() + 1;
         let (width, line, ticks) = if number == 1 { FIRST } else { OTHERS };
         let root = entity(["diagrams", &self.analysis, &self.name, &number.to_string()]);
         let frame = Frame {
@@ -107,7 +108,7 @@ impl Group {
         }
         let (title, root) = (diagram.title, frame.root);
         let title = if number == 1 { format!("{}: {title}", self.name) } else { title.to_owned() };
-        self.shown.push(Shown { title, root, width, line, trails: Vec::new(), trail: 0.0 });
+        self.views.push(DiagramView { title, root, width, line, trails: Vec::new(), trail: 0.0 });
         Ok(())
     }
 }

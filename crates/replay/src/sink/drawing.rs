@@ -14,7 +14,7 @@ use super::xy_plots::XyPlots;
 use super::{FRAME_RATE, RATE};
 
 /// The drawing of a run, with its unsent rows.
-pub(super) struct Drawing {
+pub(super) struct RunDrawing {
     pub signals: Signals,
     pub texts: Texts,
     pub states: StatusTracks,
@@ -30,7 +30,7 @@ pub(super) struct Drawing {
     last: u64,
 }
 
-impl Drawing {
+impl RunDrawing {
     /// Plans the drawing and its plots. The run lacks the columns `lacks`.
     pub fn new(
         header: &RunHeader,

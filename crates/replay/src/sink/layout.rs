@@ -19,15 +19,15 @@ use recording::Derived;
 use recording::view::Role;
 
 use super::cameras::{chase, map};
-use super::diagrams::{Diagrams, Group};
+use super::diagrams::{DiagramGroup, Diagrams};
 use super::legend::Legend;
 use super::palette::{Palette, faded};
 use super::properties::Properties;
 use super::run_slot::OTHER;
-use super::signals::{Chart, Line, derived_charts};
+use super::signals::{Chart, ChartLine, derived_charts};
 use super::timeline::{DISTANCE, TIME};
 use super::trace::Bounds;
-use super::xy_plots::Shown;
+use super::xy_plots::DiagramView;
 use super::{axis, graph, status_tracks};
 
 /// Plots that are visible at once; the last slot holds the rest as tabs.
@@ -47,7 +47,7 @@ pub(super) struct Layout {
     /// Columns of analyses: the plots of each group, by analysis and group.
     pub derived: Vec<(String, Vec<NamedCharts>)>,
     /// Diagrams of one quantity over another.
-    pub xy_plots: Vec<Shown>,
+    pub xy_plots: Vec<DiagramView>,
     /// Diagrams of analyses.
     pub diagrams: Diagrams,
     /// Whether there is a status track or a text.
@@ -270,8 +270,8 @@ fn stacked(mut plots: Vec<ContainerLike>, visible: usize) -> Vertical {
 }
 
 /// The first diagram of a group above the others.
-fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
-    let mut views = group.shown.iter().map(|it| xy_plot(properties, it)).collect::<Vec<_>>();
+fn group(properties: &mut Properties, group: &DiagramGroup) -> ContainerLike {
+    let mut views = group.views.iter().map(|it| xy_plot(properties, it)).collect::<Vec<_>>();
     let others = views.split_off(views.len().min(1));
     let mut shares = vec![1.0];
     if !others.is_empty() {
@@ -282,7 +282,7 @@ fn group(properties: &mut Properties, group: &Group) -> ContainerLike {
 }
 
 /// A diagram with a margin for the numbers of its axes.
-fn xy_plot(properties: &mut Properties, shown: &Shown) -> ContainerLike {
+fn xy_plot(properties: &mut Properties, shown: &DiagramView) -> ContainerLike {
     let view = Spatial2DView::new(shown.title.as_str())
         .with_origin(format!("/{}", shown.root))
         .with_contents([format!("+ /{}/**", shown.root)]);
@@ -329,7 +329,7 @@ fn plot(properties: &mut Properties, chart: &Chart) -> ContainerLike {
     properties.add(view, [("PlotLegend", &legend), ("TimeAxis", &linked), ("ScalarAxis", &axis)])
 }
 
-fn style(line: &Line, color: Color) -> SeriesLines {
+fn style(line: &ChartLine, color: Color) -> SeriesLines {
     let width = match line.role {
         Role::Plant => 2.0,
         Role::Measurement => 0.75,

@@ -5,7 +5,7 @@ use re_sdk_types::archetypes::Points2D;
 use re_sdk_types::components::{Color, Radius};
 
 use super::palette::Palette;
-use super::signals::{Chart, Line};
+use super::signals::{Chart, ChartLine};
 
 /// Entries in a column; more of them would overlap in a plot of usual height.
 const ROWS: usize = 5;
@@ -24,7 +24,7 @@ impl Legend {
         let mut entries: Vec<(Color, String)> = Vec::new();
         for line in &chart.lines {
             let color = line.slot.color(palette.color(line.role, &line.label));
-            let same = |it: &Line| it.bound && it.label == line.label;
+            let same = |it: &ChartLine| it.bound && it.label == line.label;
             let band = if chart.lines.iter().any(same) { " ± 2σ" } else { "" };
             let entry = (color, line.slot.label(&format!("{}{band}", line.label)));
             if !entries.contains(&entry) {

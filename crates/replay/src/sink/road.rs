@@ -5,7 +5,7 @@ use re_sdk_types::archetypes::LineStrips3D;
 use recording::view::{Track, edges};
 use recording::{Recorded, Row};
 
-use super::thinned::Thinned;
+use super::thinned_samples::ThinnedSamples;
 
 const EDGE: [u8; 3] = [205, 205, 205];
 /// Half the width of the line that marks an edge [m].
@@ -15,12 +15,12 @@ const RADIUS: f32 = 0.08;
 pub(super) struct Road {
     track: Track,
     /// Points from rows: of the left and the right edge, or of the centre line and zeros [m].
-    points: Thinned<[[f64; 2]; 2]>,
+    points: ThinnedSamples<[[f64; 2]; 2]>,
 }
 
 impl Road {
     pub fn new(track: Track) -> Self {
-        Self { track, points: Thinned::default() }
+        Self { track, points: ThinnedSamples::default() }
     }
 
     pub fn push(&mut self, time: f64, row: &Row<Recorded>) {
@@ -38,7 +38,7 @@ impl Road {
 
     /// Sends the known edges.
     pub fn draw(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let points = self.points.kept().iter();
+        let points = self.points.samples().iter();
         let edges = match &self.track {
             Track::Edges(edges) => edges.clone(),
             Track::Sides(_) => [0, 1].map(|side| points.clone().map(|it| it[side]).collect()),

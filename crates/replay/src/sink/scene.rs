@@ -16,7 +16,9 @@ use super::palette::faded;
 use super::road::Road;
 use super::run_slot::RunSlot;
 use super::timeline::TimePoint;
-use super::trace::{Bounds, STRIP_SAMPLES, Trace, speed_color};
+use super::trace::{
+    Bounds, ColoredStrips, DistanceMarks, STRIP_SAMPLES, SpeedRange, Trace, speed_color,
+};
 use super::{PLANT, WHITE};
 
 /// Length of the heading's arrow on a map that follows the car [m].
@@ -151,8 +153,8 @@ impl Scene {
         if !self.slot.is_first() {
             return Ok(());
         }
-        let (marks, labels) = self.trace.marks();
-        let marks = Points3D::new(marks)
+        let DistanceMarks { points, labels } = self.trace.marks();
+        let marks = Points3D::new(points)
             .with_labels(labels)
             .with_show_labels(true)
             .with_colors([MARK])
@@ -163,7 +165,7 @@ impl Scene {
 
     /// Draws the scale of the driven line's colours below the line.
     fn draw_scale(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
-        let (Some((slow, fast)), Some(bounds)) = (self.speeds(), self.bounds()) else {
+        let (Some(SpeedRange { slow, fast }), Some(bounds)) = (self.speeds(), self.bounds()) else {
             return Ok(());
         };
         let [from, to] = bounds.below();
@@ -187,7 +189,7 @@ impl Scene {
 
     fn draw_line(&self, stream: &RecordingStream) -> RecordingStreamResult<()> {
         let colored = self.pose.speed.is_some() && self.slot.is_first();
-        let (strips, mut colors) = self.trace.strips(colored);
+        let ColoredStrips { strips, mut colors } = self.trace.strips(colored);
         let mut radius = Radius::new_ui_points(2.0);
         if !self.slot.is_first() {
             // Where the lines coincide, both stay visible.
@@ -277,7 +279,7 @@ impl Scene {
     }
 
     /// The lowest and the highest speed of the driven line [m/s].
-    pub fn speeds(&self) -> Option<(f32, f32)> {
+    pub fn speeds(&self) -> Option<SpeedRange> {
         self.pose.speed.and_then(|_| self.trace.speeds())
     }
 }

@@ -8,12 +8,12 @@ use recording::{
     Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
 
-use super::outline::{self, Course, Span};
+use super::decimation::{self, Interpolation, ValueRange};
 use super::run_slot::RunSlot;
 use super::timeline::{Clock, TimePoints};
 
 /// One curve of a plot, as the layout needs it.
-pub(super) struct Line {
+pub(super) struct ChartLine {
     /// The entity that holds its values.
     pub path: EntityPath,
     /// Its run.
@@ -41,14 +41,14 @@ pub(super) struct Chart {
     /// The entity of its legend.
     pub legend: EntityPath,
     /// Its curves.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ChartLine>,
 }
 
 impl Chart {
     /// Makes room for values up to these ends.
     pub fn widen(&mut self, ends: Option<[f64; 2]>) {
         let known = [self.span, ends].into_iter().flatten().flatten();
-        self.span = Span::default().with(known).ends();
+        self.span = ValueRange::default().with(known).ends();
     }
 }
 
@@ -58,10 +58,10 @@ struct Curve {
     quantity: Quantity,
     factor: f64,
     offset: f64,
-    course: Course,
+    interpolation: Interpolation,
     samples: Vec<f64>,
     /// The range of all samples so far.
-    span: Span,
+    span: ValueRange,
 }
 
 /// Every scalar entity of a recording.
@@ -69,11 +69,11 @@ pub(super) struct Signals {
     curves: Vec<Curve>,
     /// Names of the curves of columns, which come first.
     names: Vec<String>,
-    limits: Vec<Level>,
+    limits: Vec<LimitLine>,
 }
 
 /// A limit in a plot.
-struct Level {
+struct LimitLine {
     path: EntityPath,
     value: f64,
     /// Its ends [s].
@@ -93,17 +93,17 @@ impl Signals {
         let mut curves: Vec<Curve> = own()
             .map(|(column, it)| {
                 let path = slot.path(signal_path(it));
-                Curve::new(path, Quantity::Column(column), (1.0, 0.0), course(it.kind))
+                Curve::new(path, Quantity::Column(column), 1.0, 0.0, interpolation(it.kind))
             })
             .collect();
         let names = own().map(|(_, it)| slot.label(&name_with_unit(it))).collect();
         let mut limits = Vec::new();
         let plots = header.view.plots.iter().enumerate();
         let charts = plots.map(|(number, plot)| {
-            let mut chart = chart((number, plot), columns, slot, &mut curves);
+            let mut chart = chart(number, plot, columns, slot, &mut curves);
             // Of two runs the first one has the limits.
             if slot.is_first() {
-                add_limits(&mut chart, (number, plot), &header.view.limits, &mut limits);
+                add_limits(&mut chart, number, plot, &header.view.limits, &mut limits);
             }
             chart
         });
@@ -137,9 +137,14 @@ impl Signals {
         let times = time_points.seconds();
         for curve in &mut self.curves {
             curve.span = curve.span.with(curve.samples.iter().copied());
-            let kept = outline::kept(&times, &curve.samples, curve.course, curve.span);
-            let scalars = Scalars::new(kept.iter().map(|&index| curve.samples[index]));
-            let axes = time_points.axes_of(&kept);
+            let indices = decimation::retained_indices(
+                &times,
+                &curve.samples,
+                curve.interpolation,
+                curve.span,
+            );
+            let scalars = Scalars::new(indices.iter().map(|&index| curve.samples[index]));
+            let axes = time_points.axes_of(&indices);
             curve.samples.clear();
             stream.send_columns(curve.path.clone(), axes, scalars.columns_of_unit_batches()?)?;
         }
@@ -178,10 +183,11 @@ pub(super) fn add(
         let path = entity(["signals", derived.analysis, derived.group, signal.name]);
         let name = name_with_unit(&column);
         stream.log_static(path.clone(), &SeriesLines::new().with_names([name.as_str()]))?;
-        let span = Span::default().with(signal.values.iter().copied());
-        let kept = outline::kept(&times, signal.values, Course::Straight, span);
-        let scalars = Scalars::new(kept.iter().map(|&index| signal.values[index]));
-        let axes = time_points.axes_of(&kept);
+        let span = ValueRange::default().with(signal.values.iter().copied());
+        let indices =
+            decimation::retained_indices(&times, signal.values, Interpolation::Linear, span);
+        let scalars = Scalars::new(indices.iter().map(|&index| signal.values[index]));
+        let axes = time_points.axes_of(&indices);
         stream.send_columns(path, axes, scalars.columns_of_unit_batches()?)?;
     }
     Ok(())
@@ -192,7 +198,7 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     for signal in derived.columns {
         let title = if signal.unit.is_empty() { "-" } else { signal.unit };
-        let line = Line {
+        let line = ChartLine {
             path: entity(["signals", derived.analysis, derived.group, signal.name]),
             slot: RunSlot::default(),
             label: signal.name.to_owned(),
@@ -209,7 +215,7 @@ pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
             charts.len() - 1
         });
         let chart = &mut charts[index];
-        chart.widen(Span::default().with(signal.values.iter().copied()).ends());
+        chart.widen(ValueRange::default().with(signal.values.iter().copied()).ends());
         chart.lines.push(line);
     }
     charts
@@ -219,10 +225,19 @@ impl Curve {
     fn new(
         path: EntityPath,
         quantity: Quantity,
-        (factor, offset): (f64, f64),
-        course: Course,
+        factor: f64,
+        offset: f64,
+        interpolation: Interpolation,
     ) -> Self {
-        Self { path, quantity, factor, offset, course, samples: Vec::new(), span: Span::default() }
+        Self {
+            path,
+            quantity,
+            factor,
+            offset,
+            interpolation,
+            samples: Vec::new(),
+            span: ValueRange::default(),
+        }
     }
 }
 
@@ -251,7 +266,8 @@ fn name_with_unit(column: &Column) -> String {
 /// A measurement is noisy and must lie below the others: its path comes first, if need be as an entity
 /// of its own. A band lies between them.
 fn chart(
-    (number, plot): (usize, &Plot),
+    number: usize,
+    plot: &Plot,
     columns: &Columns<Recorded>,
     slot: &RunSlot,
     curves: &mut Vec<Curve>,
@@ -272,17 +288,18 @@ fn chart(
         let path = if covered { plot_path(number, rank) } else { natural };
         let made = path == plot_path(number, rank);
         let path = slot.path(path);
-        let course = column(it).map_or(Course::Straight, |index| course(columns[index].kind));
+        let interpolation =
+            column(it).map_or(Interpolation::Linear, |index| interpolation(columns[index].kind));
         if made {
-            let scale = (it.factor, it.offset);
-            curves.push(Curve::new(path.clone(), it.quantity.clone(), scale, course));
+            let quantity = it.quantity.clone();
+            curves.push(Curve::new(path.clone(), quantity, it.factor, it.offset, interpolation));
         }
-        lines.push(Line {
+        lines.push(ChartLine {
             path,
             slot: slot.clone(),
             label: it.label.clone(),
             role: it.role,
-            stepped: course == Course::Stepped,
+            stepped: interpolation == Interpolation::Hold,
             bound: it.bound,
         });
     }
@@ -294,9 +311,10 @@ fn chart(
 /// Draws the limits of checks in a plot of their signals, below the curves.
 fn add_limits(
     chart: &mut Chart,
-    (number, plot): (usize, &Plot),
+    number: usize,
+    plot: &Plot,
     known: &[Limit],
-    limits: &mut Vec<Level>,
+    limits: &mut Vec<LimitLine>,
 ) {
     for series in plot.series.iter().filter(|series| !series.bound) {
         let own = known.iter().filter(|limit| Some(limit.column) == column(series));
@@ -304,8 +322,8 @@ fn add_limits(
             let rank = format!("limit{:03}", limits.len() + 1);
             let path = entity(["plots", &(number + 1).to_string(), &rank]);
             let value = limit.value * series.factor + series.offset;
-            limits.push(Level { path: path.clone(), value, during: limit.during });
-            chart.lines.push(Line {
+            limits.push(LimitLine { path: path.clone(), value, during: limit.during });
+            chart.lines.push(ChartLine {
                 path,
                 slot: RunSlot::default(),
                 label: "limit".to_owned(),
@@ -317,10 +335,10 @@ fn add_limits(
     }
 }
 
-fn course(kind: ValueKind) -> Course {
+fn interpolation(kind: ValueKind) -> Interpolation {
     match kind {
-        ValueKind::Real => Course::Straight,
-        _ => Course::Stepped,
+        ValueKind::Real => Interpolation::Linear,
+        _ => Interpolation::Hold,
     }
 }
 

@@ -12,9 +12,9 @@ use super::{ESTIMATE, LIMIT, MEASUREMENT, REFERENCE};
 pub(super) const GROUPS: [&str; 2] = ["checks", "faults"];
 
 /// The tracks, with their unsent changes.
-pub(super) struct StatusTracks(Vec<Track>);
+pub(super) struct StatusTracks(Vec<TrackDrawing>);
 
-struct Track {
+struct TrackDrawing {
     of: StatusTrack,
     path: EntityPath,
     time_points: TimePoints,
@@ -23,7 +23,7 @@ struct Track {
 
 impl StatusTracks {
     pub fn new(tracks: &[StatusTrack]) -> Self {
-        let track = |(index, of): (usize, &StatusTrack)| Track {
+        let track = |(index, of): (usize, &StatusTrack)| TrackDrawing {
             of: of.clone(),
             path: path(index + 1, of),
             time_points: TimePoints::default(),

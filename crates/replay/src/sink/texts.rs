@@ -10,7 +10,7 @@ use super::signals::signal_path;
 use super::timeline::{TimePoint, TimePoints};
 
 /// One text with its unsent changes.
-struct Track {
+struct TextTrack {
     path: EntityPath,
     name: String,
     /// Its value in the last row.
@@ -20,12 +20,12 @@ struct Track {
 }
 
 /// Every recorded text.
-pub(super) struct Texts(Vec<Track>);
+pub(super) struct Texts(Vec<TextTrack>);
 
 impl Texts {
     /// One entity for each text, beside those of numbers.
     pub fn new(header: &RunHeader, slot: &RunSlot) -> Self {
-        let tracks = header.columns.texts().map(|(_, column)| Track {
+        let tracks = header.columns.texts().map(|(_, column)| TextTrack {
             path: slot.path(signal_path(column)),
             name: slot.label(&column.name()),
             now: None,

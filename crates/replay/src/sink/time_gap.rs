@@ -10,7 +10,7 @@ use super::palette::Palette;
 use super::round_number;
 use super::run_slot::RunSlot;
 use super::timeline::{TimePoint, TimePoints};
-use super::xy_plots::{Shown, XyPlots};
+use super::xy_plots::{DiagramView, XyPlots};
 
 /// Points of the line at most: more than any screen shows.
 const POINTS: usize = 4_000;
@@ -43,7 +43,7 @@ impl TimeGap {
         stream: &RecordingStream,
         number: usize,
         title: &str,
-    ) -> RecordingStreamResult<Vec<Shown>> {
+    ) -> RecordingStreamResult<Vec<DiagramView>> {
         if self.points.is_empty() {
             return Ok(Vec::new());
         }
@@ -64,9 +64,9 @@ impl TimeGap {
         let mut xy_plots = XyPlots::numbered(&[plot], &RunSlot::default(), number);
         xy_plots.describe(stream)?;
         let every = self.points.len().div_ceil(POINTS);
-        let line: Vec<_> = self.points.iter().step_by(every).chain(self.points.last()).collect();
-        let line = line.into_iter().map(|point| xy_plots.position(0, *point));
-        let line = LineStrips2D::new([line.collect::<Vec<_>>()])
+        let drawn = self.points.iter().step_by(every).chain(self.points.last());
+        let positions: Vec<_> = drawn.map(|point| xy_plots.position(0, *point)).collect();
+        let line = LineStrips2D::new([positions])
             .with_colors([Palette::default().color(Role::Other, LABEL)])
             .with_radii([Radius::new_ui_points(1.0)])
             .with_draw_order(20.0);
@@ -76,7 +76,7 @@ impl TimeGap {
             xy_plots.push(*time_point, 0.0, &row);
         }
         xy_plots.send(stream, &self.time_points.iter().copied().collect::<TimePoints>().axes())?;
-        Ok(xy_plots.shown())
+        Ok(xy_plots.views())
     }
 
     /// The ends of an axis at round numbers. A division is at least `finest`.

@@ -4,7 +4,7 @@ use re_sdk::log::TimeColumn;
 use recording::view::Distance;
 use recording::{Recorded, Row};
 
-use super::thinned::Thinned;
+use super::thinned_samples::ThinnedSamples;
 
 /// Timeline of the simulated time.
 pub(super) const TIME: &str = "sim_time";
@@ -118,12 +118,12 @@ struct Odometer {
     /// Time [s], distance [m], and what the next distance is computed from.
     last: Option<(f64, f64, [f64; 2])>,
     /// Times [s] and distances [m].
-    passed: Thinned<(f64, f64)>,
+    passed: ThinnedSamples<(f64, f64)>,
 }
 
 impl Odometer {
     fn new(source: Distance) -> Self {
-        Self { source, last: None, passed: Thinned::default() }
+        Self { source, last: None, passed: ThinnedSamples::default() }
     }
 
     fn push(&mut self, time: f64, row: &Row<Recorded>) {
@@ -152,7 +152,7 @@ impl Odometer {
         if time >= end {
             return distance;
         }
-        let passed = self.passed.kept();
+        let passed = self.passed.samples();
         let after = passed.partition_point(|(t, _)| *t <= time);
         let (t0, s0) = passed[after.saturating_sub(1)];
         let (t1, s1) = passed.get(after).copied().unwrap_or((end, distance));

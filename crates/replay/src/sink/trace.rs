@@ -2,7 +2,7 @@
 
 use re_sdk_types::components::Color;
 
-use super::thinned::Thinned;
+use super::thinned_samples::ThinnedSamples;
 use super::{WHITE, round_number};
 
 /// Strips of the driven line at most; each has one colour.
@@ -21,24 +21,54 @@ pub(super) struct Bounds {
     pub high: [f32; 2],
 }
 
+/// The extent of a map of the driven line.
+pub(super) struct MapExtent {
+    /// [m]
+    pub centre: [f32; 2],
+    /// The direction that points up on the map.
+    pub up: [f32; 2],
+    /// [m]
+    pub half_height: f32,
+}
+
+/// The lowest and the highest speed of the driven line [m/s].
+#[derive(Clone, Copy)]
+pub(super) struct SpeedRange {
+    pub slow: f32,
+    pub fast: f32,
+}
+
+/// The driven line as short strips of one colour each.
+pub(super) struct ColoredStrips {
+    pub strips: Vec<Vec<[f32; 3]>>,
+    pub colors: Vec<Color>,
+}
+
+/// Points at round distances along the driven line, with their labels.
+pub(super) struct DistanceMarks {
+    pub points: Vec<[f32; 3]>,
+    pub labels: Vec<String>,
+}
+
 /// Width by height of the map, which decides how high its camera is.
 const MAP_ASPECT: f32 = 2.2;
 
 impl Bounds {
-    /// A map of the rectangle, with its longer edge from left to right: the middle, what points up, and half the height
-    /// [m]. A margin is around the rectangle, most of it below for the scale of colours.
-    pub fn map(self) -> ([f32; 2], [f32; 2], f32) {
+    /// A map of the rectangle, with its longer edge from left to right. A margin is around the rectangle, most of it below for the
+    /// scale of colours.
+    pub fn map(self) -> MapExtent {
         let [width, depth] = [0, 1].map(|axis: usize| self.high[axis] - self.low[axis]);
         let [x, y] = [0, 1].map(|axis: usize| 0.5 * (self.high[axis] + self.low[axis]));
         let (wide, tall) = (width.max(depth), width.min(depth));
-        let half = 0.5 * (1.5 * tall.max(wide / MAP_ASPECT) + 10.0);
+        let half_height = 0.5 * (1.5 * tall.max(wide / MAP_ASPECT) + 10.0);
         let up = if depth > width { [-1.0, 0.0] } else { [0.0, 1.0] };
-        ([x - 0.2 * half * up[0], y - 0.2 * half * up[1]], up, half)
+        let centre = [x - 0.2 * half_height * up[0], y - 0.2 * half_height * up[1]];
+        MapExtent { centre, up, half_height }
     }
 
     /// The ends of a line from left to right in the lower part of the map.
     pub fn below(self) -> [[f32; 3]; 2] {
-        let ([x, y], up, half) = self.map();
+        let MapExtent { centre: [x, y], up, half_height: half } = self.map();
         let right = [up[1], -up[0]];
         [-0.8, 0.8].map(|aside| {
             let at = |axis: usize, from: f32| from + half * (aside * right[axis] - 0.72 * up[axis]);
@@ -58,7 +88,7 @@ impl Bounds {
 
 /// The driven line, thinned out as it grows.
 #[derive(Default)]
-pub(super) struct Trace(Thinned<Sample>);
+pub(super) struct Trace(ThinnedSamples<Sample>);
 
 /// A position [m] and the speed there [m/s].
 struct Sample {
@@ -74,47 +104,47 @@ impl Trace {
         }
     }
 
-    /// All rows, kept or not.
+    /// The number of all rows, retained or not.
     pub fn rows(&self) -> usize {
-        self.0.taken()
+        self.0.count()
     }
 
     fn points(&self) -> impl Iterator<Item = [f32; 3]> {
-        self.0.kept().iter().map(|it| it.point)
+        self.0.samples().iter().map(|it| it.point)
     }
 
     /// The line as short strips of one colour each, from slow to fast when it is `colored`.
-    pub fn strips(&self, colored: bool) -> (Vec<Vec<[f32; 3]>>, Vec<Color>) {
-        let kept = self.0.kept();
-        let last = kept.len().saturating_sub(1);
-        let samples = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
-        let (slow, fast) = self.speeds().unwrap_or((0.0, 0.0));
+    pub fn strips(&self, colored: bool) -> ColoredStrips {
+        let samples = self.0.samples();
+        let last = samples.len().saturating_sub(1);
+        let strip_length = STRIP_SAMPLES.max(last.div_ceil(STRIP_LIMIT));
+        let SpeedRange { slow, fast } =
+            self.speeds().unwrap_or(SpeedRange { slow: 0.0, fast: 0.0 });
         let (mut strips, mut colors) = (Vec::new(), Vec::new());
-        for start in (0..last).step_by(samples) {
-            let end = (start + samples).min(last);
+        for start in (0..last).step_by(strip_length) {
+            let end = (start + strip_length).min(last);
             // 2 cm above the ground, so that the ground does not shine through.
-            let strip = kept[start..=end].iter().map(|it| [it.point[0], it.point[1], 0.02]);
+            let strip = samples[start..=end].iter().map(|it| [it.point[0], it.point[1], 0.02]);
             strips.push(strip.collect());
-            let share = (kept[start].speed - slow) / (fast - slow).max(0.1);
+            let share = (samples[start].speed - slow) / (fast - slow).max(0.1);
             colors.push(if colored { speed_color(share) } else { Color::from(WHITE) });
         }
-        (strips, colors)
+        ColoredStrips { strips, colors }
     }
 
-    /// Points at round distances along the line, and what to write there.
-    pub fn marks(&self) -> (Vec<[f32; 3]>, Vec<String>) {
+    pub fn marks(&self) -> DistanceMarks {
         let distances = self.distances();
         let spacing = round_number(distances.last().copied().unwrap_or(0.0) / MARK_LIMIT).max(10.0);
-        let (mut marks, mut labels) = (Vec::new(), Vec::new());
+        let (mut points, mut labels) = (Vec::new(), Vec::new());
         let mut next = 0.0;
         for (point, &distance) in self.points().zip(&distances) {
             if distance >= next {
-                marks.push(point);
+                points.push(point);
                 labels.push(format!("{next:.0} m"));
                 next += spacing;
             }
         }
-        (marks, labels)
+        DistanceMarks { points, labels }
     }
 
     fn distances(&self) -> Vec<f64> {
@@ -137,10 +167,9 @@ impl Trace {
         Some(bounds)
     }
 
-    /// The lowest and the highest speed.
-    pub fn speeds(&self) -> Option<(f32, f32)> {
-        let finite = || self.0.kept().iter().map(|it| it.speed).filter(|it| it.is_finite());
-        Some((finite().reduce(f32::min)?, finite().reduce(f32::max)?))
+    pub fn speeds(&self) -> Option<SpeedRange> {
+        let finite = || self.0.samples().iter().map(|it| it.speed).filter(|it| it.is_finite());
+        Some(SpeedRange { slow: finite().reduce(f32::min)?, fast: finite().reduce(f32::max)? })
     }
 }
 

@@ -28,9 +28,9 @@ const TRAILS: &str = "trails";
 const REDRAW: i64 = 100_000_000;
 
 /// The diagrams, with their unsent changes.
-pub(super) struct XyPlots(Vec<Drawing>);
+pub(super) struct XyPlots(Vec<PlotDrawing>);
 
-struct Drawing {
+struct PlotDrawing {
     slot: RunSlot,
     plot: XyPlot,
     frame: Frame,
@@ -42,7 +42,7 @@ struct Drawing {
 }
 
 /// A diagram, as the layout needs it.
-pub(super) struct Shown {
+pub(super) struct DiagramView {
     pub title: String,
     pub root: String,
     /// Width of a diagram of height 1.
@@ -66,7 +66,7 @@ impl XyPlots {
             // Of the second run only the points are drawn; more would hide those of the first one.
             let shown = |(_, it): &(usize, &Function)| it.moves && slot.is_first();
             let moving = plot.curves.iter().enumerate().filter(shown);
-            Drawing {
+            PlotDrawing {
                 slot: slot.clone(),
                 points: Vec::new(),
                 curves: moving.map(|(it, _)| (it, TimePoints::default(), Vec::new())).collect(),
@@ -89,8 +89,8 @@ impl XyPlots {
     }
 
     /// The diagrams, as the layout needs them.
-    pub fn shown(&self) -> Vec<Shown> {
-        let shown = |it: &Drawing| Shown {
+    pub fn views(&self) -> Vec<DiagramView> {
+        let view = |it: &PlotDrawing| DiagramView {
             title: it.plot.title.clone(),
             root: it.frame.root.clone(),
             width: it.frame.width,
@@ -98,16 +98,16 @@ impl XyPlots {
             trails: vec![it.below(TRAILS)],
             trail: it.plot.trail,
         };
-        self.0.iter().map(shown).collect()
+        self.0.iter().map(view).collect()
     }
 
     /// The diagrams with the points of a second run.
-    pub fn shown_with(&self, other: &XyPlots) -> Vec<Shown> {
-        let mut shown = self.shown();
-        for (shown, other) in shown.iter_mut().zip(other.shown()) {
-            shown.trails.extend(other.trails);
+    pub fn views_with(&self, other: &XyPlots) -> Vec<DiagramView> {
+        let mut views = self.views();
+        for (view, other) in views.iter_mut().zip(other.views()) {
+            view.trails.extend(other.trails);
         }
-        shown
+        views
     }
 
     /// Sends the static parts.
@@ -157,7 +157,7 @@ impl XyPlots {
     }
 }
 
-impl Drawing {
+impl PlotDrawing {
     fn below(&self, what: &str) -> EntityPath {
         self.slot.below(&self.frame.root, what)
     }

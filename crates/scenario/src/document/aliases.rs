@@ -67,7 +67,7 @@ impl Aliases {
             source.error(error.span().unwrap_or(0..0), error.message(), "here")
         };
         let words: BTreeMap<Spanned<String>, Spanned<Candidates>> =
-            toml::from_str(&source.whole()).map_err(wrong)?;
+            toml::from_str(&source.concatenated()).map_err(wrong)?;
         let mut entries = BTreeMap::new();
         for (name, word) in words {
             let span = word.span();

@@ -10,6 +10,7 @@ use toml::de::{DeString, DeTable, DeValue, Deserializer};
 use units::Unit;
 
 use super::{Connect, Document, Scenario, read};
+use crate::override_value::OverrideValue;
 use crate::schema;
 
 /// Another value for something that a scenario has.
@@ -18,8 +19,8 @@ pub(crate) struct Edit {
     /// `driver.delta`, `driver.delta.step.after`, `estimator.a_y.noise.std`, `estimator.a_y.fault.value`, `test.entry_speed` or
     /// `plant.path`.
     pub name: String,
-    /// The value as it is typed.
-    pub value: String,
+    /// The value.
+    pub value: OverrideValue,
 }
 
 /// An edit that does not fit the scenario.
@@ -110,7 +111,7 @@ impl Scenario {
     pub(crate) fn with_edits(&self, edits: &[Edit]) -> Result<Scenario, Vec<EditError>> {
         let error =
             |index, message: &str| EditError { index, message: message.to_owned(), help: None };
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         // The table borrows from the texts and the values.
         let values: Vec<_> = edits.iter().map(|edit| self.toml_value(edit)).collect();
         let mut table = read::merge_files(&self.source, &texts)
@@ -183,11 +184,14 @@ impl Scenario {
             Some(Target { list: "signal", index, keys }) if keys.is_empty() => {
                 self.document.signal[index].get_ref()
             }
-            _ => return Ok(edit.value.clone()),
+            _ => return Ok(edit.value.to_string()),
         };
-        let Some((number, unit)) = split_quantity(&edit.value) else {
-            return Ok(edit.value.clone());
+        let quantity = match &edit.value {
+            OverrideValue::Number { value, unit: Some(unit) } => Some((*value, unit.as_str())),
+            OverrideValue::Typed(text) => split_quantity(text),
+            _ => None,
         };
+        let Some((number, unit)) = quantity else { return Ok(edit.value.to_string()) };
         let own = signal.unit.as_ref().map(|word| word.get_ref().as_str());
         let number = convert_quantity(number, unit, own, None, false)?;
         Ok(toml::Value::Float(number).to_string())
@@ -236,7 +240,7 @@ pub(crate) fn convert_quantity(
     let mut to = definition.map_or_else(|| parse_unit(name), Ok)?;
     let mut from = parse_unit(unit)?;
     if is_difference {
-        (from, to) = (from.of_differences(), to.of_differences());
+        (from, to) = (from.difference_unit(), to.difference_unit());
     }
     let (factor, offset) = Unit::conversion(&from, &to)
         .ok_or_else(|| format!("expected a value in [{name}], found one in [{unit}]"))?;

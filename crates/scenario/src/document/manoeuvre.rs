@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use diagnostics::Spanned;
-use manoeuvre::kind::Kind;
+use manoeuvre::kind::ManoeuvreKind;
 use manoeuvre::{Direction, PathFollower, SpeedController, for_each_kind};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -77,10 +77,10 @@ macro_rules! manoeuvre {
 
             /// The given kinds, each with its key and its place.
             #[must_use]
-            pub fn kinds(&self) -> Vec<(&'static str, Spanned<Arc<dyn Kind>>)> {
-                let mut kinds: Vec<(_, Spanned<Arc<dyn Kind>>)> = Vec::new();
+            pub fn kinds(&self) -> Vec<(&'static str, Spanned<Arc<dyn ManoeuvreKind>>)> {
+                let mut kinds: Vec<(_, Spanned<Arc<dyn ManoeuvreKind>>)> = Vec::new();
                 $(kinds.extend(self.$key.as_ref().map(|it| {
-                    let kind: Arc<dyn Kind> = Arc::new(it.get_ref().clone());
+                    let kind: Arc<dyn ManoeuvreKind> = Arc::new(it.get_ref().clone());
                     (stringify!($key), Spanned::new(it.span(), kind))
                 }));)*
                 kinds

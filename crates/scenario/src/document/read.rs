@@ -39,7 +39,7 @@ impl Scenario {
     pub fn read_variant(path: &Path, variant: Option<&str>) -> Result<Self, Error> {
         if system::is_system(path) {
             let (file, import) = system::import_system(path, variant)?;
-            return read(Source::made(file), &[], vec![Arc::new(import)]);
+            return read(Source::generated(file), &[], vec![Arc::new(import)]);
         }
         if let Some(variant) = variant {
             let message = format!(
@@ -51,7 +51,7 @@ impl Scenario {
         }
         if standalone::is_fmu(path) {
             let (file, import) = standalone::import_fmu(path)?;
-            return read(Source::made(file), &[], vec![Arc::new(import)]);
+            return read(Source::generated(file), &[], vec![Arc::new(import)]);
         }
         read(Source::read(path).map_err(Error::input)?, &[], Vec::new())
     }
@@ -62,7 +62,7 @@ impl Scenario {
     /// As for a file.
     pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
         let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
-        read(Source::made(file), &[], Vec::new())
+        read(Source::generated(file), &[], Vec::new())
     }
 
     /// The scenario that was kept with a recording, without those that it is validated by.
@@ -81,7 +81,7 @@ impl Scenario {
     /// # Errors
     /// As when it was read.
     pub fn values(&self) -> Result<BTreeMap<String, String>, Error> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let mut values = BTreeMap::new();
         collect_values(
             &self.source,
@@ -105,7 +105,7 @@ fn collect_values(
             collect_values(source, value.get_ref(), &under(key), values);
         }
         _ => {
-            values.insert(under(key), source.letters(value.span()).to_owned());
+            values.insert(under(key), source.text_at(value.span()).to_owned());
         }
     };
     match value {
@@ -154,7 +154,7 @@ fn read_validation(
 fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
     let mut paths = vec![source.path().to_owned()];
     loop {
-        let text = source.shifted().pop().unwrap_or_default();
+        let text = source.padded_texts().pop().unwrap_or_default();
         let table = parse(source, &text)?;
         let variant = table.get_ref().get("variant");
         let Some(extends) = table.get_ref().get("extends") else {
@@ -178,7 +178,7 @@ fn read_bases(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Resu
         }
         if system::is_system(&path) {
             let (file, import) = extended_system(source, &path, span, variant)?;
-            source.add_made(file);
+            source.add_generated(file);
             systems.push(Arc::new(import));
         } else {
             if let Some(variant) = variant {
@@ -209,12 +209,12 @@ fn extended_system(
 
 /// Adds the systems of `[[system]]` behind the files.
 fn add_subsystems(source: &mut Source, systems: &mut Vec<Arc<SystemImport>>) -> Result<(), Error> {
-    let texts = source.shifted();
+    let texts = source.padded_texts();
     // What names a part of a system fits nothing yet; what is wrong in the end is told when the document is read.
     let table = merge(source, &texts, &mut Mistakes::default())?;
     // The first system is the deepest one, so that its nodes come first.
     for (file, import) in subsystem_import::import_subsystems(source, &table)?.into_iter().rev() {
-        source.add_made(file);
+        source.add_generated(file);
         systems.push(Arc::new(import));
     }
     Ok(())
@@ -260,7 +260,7 @@ fn parse<'t>(source: &Source, text: &'t str) -> Result<Spanned<DeTable<'t>>, Err
 
 /// The merged document of all files.
 fn document(source: &Source) -> Result<Document, Error> {
-    let (texts, mut mistakes) = (source.shifted(), Mistakes::default());
+    let (texts, mut mistakes) = (source.padded_texts(), Mistakes::default());
     let merged = merge(source, &texts, &mut mistakes)?;
     for (span, message) in magnitudes::out_of_range(&merged).into_iter().take(MOST_ERRORS) {
         mistakes.push(source.error(span, message, "here"));
@@ -318,7 +318,7 @@ mod tests {
     fn a_place_is_found_by_the_keys_that_lead_to_it() {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
         let file = TextFile::new("case.toml", text);
-        let source = Source::recorded(file, Vec::new(), Vec::new());
+        let source = Source::from_recording(file, Vec::new(), Vec::new());
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         for (path, word) in [
             (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),

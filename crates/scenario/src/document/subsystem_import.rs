@@ -205,7 +205,7 @@ impl OuterSettings {
         let at = |span: &Range<usize>| source.position(span.start);
         let inner = |list: &str, key: &str| {
             let value = table.get(list)?.get_ref().as_table()?.get(key)?;
-            Some((source.letters(value.span()).to_owned(), at(&value.span())))
+            Some((source.text_at(value.span()).to_owned(), at(&value.span())))
         };
         let step = inner("time", "step");
         let stop = inner("time", "stop");

@@ -9,7 +9,7 @@ mod part;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use diagnostics::{Error, Origins, TextFile, suggest, summary};
+use diagnostics::{Error, SourceMap, TextFile, group_similar, suggest};
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Fmu, Value};
 use ssp::{Connection, Place, Port, Start};
@@ -40,7 +40,7 @@ impl SystemImport {
         stepping: Option<Stepping>,
         system: Option<ssp::System>,
     ) -> Self {
-        SystemImport { notes: summary(notes), stepping, _system: system }
+        SystemImport { notes: group_similar(notes), stepping, _system: system }
     }
 
     /// The sentence about times and algorithm of a run, as far as the system decides them.
@@ -87,9 +87,9 @@ pub(super) fn import_system(
     }
     let mut writer = Writer::new(&system, None)?;
     let stepping = writer.write(is_ours)?;
-    let Writer { text, origins, notes: more, .. } = writer;
+    let Writer { text, source_map, notes: more, .. } = writer;
     let notes = notes.into_iter().chain(system.notes.iter().cloned()).chain(more).collect();
-    let file = TextFile { origins, ..TextFile::new(path, text) };
+    let file = TextFile { source_map, ..TextFile::new(path, text) };
     Ok((file, SystemImport::new(notes, Some(stepping), Some(system))))
 }
 
@@ -141,7 +141,7 @@ struct Writer<'a> {
     fmus: Vec<Fmu>,
     text: String,
     /// Where what the text says stands in the system.
-    origins: Origins,
+    source_map: SourceMap,
     notes: Vec<String>,
 }
 
@@ -163,13 +163,13 @@ impl<'a> Writer<'a> {
             }
             names.push(name);
         }
-        let mut origins = Origins::default();
-        origins.begin(0, system.description.display().to_string());
+        let mut source_map = SourceMap::default();
+        source_map.map_from(0, system.description.display().to_string());
         for component in &system.components {
             let source = std::path::absolute(&component.source);
-            origins.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
+            source_map.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
         }
-        Ok(Writer { system, names, fmus, text: String::new(), origins, notes: Vec::new() })
+        Ok(Writer { system, names, fmus, text: String::new(), source_map, notes: Vec::new() })
     }
 
     /// Writes the whole scenario; `is_ours` says that annotations for other tools come from this program.
@@ -183,7 +183,7 @@ impl<'a> Writer<'a> {
 
     /// Says where what follows stands in the system.
     fn begin(&mut self, place: &Place) {
-        self.origins.begin(self.text.len(), place.clone());
+        self.source_map.map_from(self.text.len(), place.clone());
     }
 
     fn nodes(&mut self) -> Result<(), Error> {

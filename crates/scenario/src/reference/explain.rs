@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use diagnostics::suggest::{self, Unknown, shortened};
+use diagnostics::suggest::{self, UnknownName, shortened};
 use serde_json::Value;
 
 use super::entry::{Entry, entries};
@@ -11,7 +11,7 @@ use super::entry::{Entry, entries};
 ///
 /// # Errors
 /// When no key is called so, or several are.
-pub fn explain(schema: &Value, key: &str) -> Result<String, Unknown> {
+pub fn explain(schema: &Value, key: &str) -> Result<String, UnknownName> {
     let entries = entries(schema);
     let wanted = key.trim().trim_matches(['[', ']']).trim();
     let same = entries.iter().filter(|it| it.path == wanted || table_path(it) == wanted);
@@ -35,7 +35,7 @@ pub fn explain(schema: &Value, key: &str) -> Result<String, Unknown> {
             let paths: Vec<_> = found.iter().map(|entry| entry.path.as_str()).collect();
             let message = format!("several keys are called `{wanted}`");
             let help = Some(format!("known: {}", shortened(&paths)));
-            Err(Unknown { message, help, name: wanted.to_owned() })
+            Err(UnknownName { message, help, name: wanted.to_owned() })
         }
     }
 }

@@ -257,7 +257,7 @@ pub(super) fn span_within(
     part: std::ops::Range<usize>,
 ) -> std::ops::Range<usize> {
     let whole = word.span();
-    let written = scenario.source.letters(whole.clone());
+    let written = scenario.source.text_at(whole.clone());
     match written.find(word.get_ref().as_str()) {
         Some(quotes) => whole.start + quotes + part.start..whole.start + quotes + part.end,
         None => whole,

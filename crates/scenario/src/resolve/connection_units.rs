@@ -38,7 +38,7 @@ fn match_units(from: &Port, to: &Port) -> UnitMatch {
             // A signal and a column of a table are what they are connected to.
             let relative = from.relative.is_some() || to.relative.is_some();
             if relative && !(from.typed && to.typed) {
-                (a, b) = (a.of_differences(), b.of_differences());
+                (a, b) = (a.difference_unit(), b.difference_unit());
             } else if from.relative.is_some() != to.relative.is_some()
                 && (shifted(from) || shifted(to))
             {

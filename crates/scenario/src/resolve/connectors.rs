@@ -129,7 +129,7 @@ fn connector(
         ..inner
     };
     if let Some((unit, word)) = own.zip(word.unit.as_ref()) {
-        let unit = if port.relative.is_some() { unit.of_differences() } else { unit };
+        let unit = if port.relative.is_some() { unit.difference_unit() } else { unit };
         (port.dimension, port.unit) = (Some(unit), Some(word.get_ref().clone()));
     }
     Ok((body, port))

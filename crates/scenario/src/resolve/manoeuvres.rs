@@ -9,7 +9,7 @@ use cosim::clock::Clock;
 use cosim::effect::stream_seed;
 use cosim::system::{Body, DriverPlan, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use manoeuvre::{Common, Manoeuvre, Output, Wrong};
+use manoeuvre::{CommonParameters, Manoeuvre, OutputDescription, ParameterError};
 use recording::{Columns, Full, NumberIndex};
 use units::Unit;
 
@@ -75,7 +75,7 @@ fn driver(
     let clock = run.clock.ok_or_else(Error::follow_up)?;
     let number =
         |word: &Option<Spanned<f64>>, usual| word.as_ref().map_or(usual, |it| *it.get_ref());
-    let common = Common {
+    let common = CommonParameters {
         entry_speed: *word.entry_speed.get_ref(),
         speed_tolerance: number(&word.speed_tolerance, 0.3),
         settle: number(&word.settle, 1.0),
@@ -91,15 +91,16 @@ fn driver(
         seed: stream_seed(run.seed, word.name.get_ref()),
     };
     let manoeuvre = Arc::new(Manoeuvre { common, kind: Arc::clone(kind.get_ref()) });
-    let wrong = |wrong: Wrong| {
+    let wrong = |wrong: ParameterError| {
         let span = span_of_number(scenario, word, kind, &wrong);
         scenario.source.error(span, format!("`{key}`: {}", wrong.message), "")
     };
     let steering_ratio = steering_ratio(scenario, word);
     let ((), steering_ratio) = Mistakes::both(manoeuvre.check().map_err(wrong), steering_ratio)?;
-    let inputs = manoeuvre.kind.needs().into_iter();
+    let inputs = manoeuvre.kind.required_channels().into_iter();
     let inputs = inputs.map(|it| port(it.name(), it.unit(), it.about())).collect();
-    let outputs = DriverPlan::outputs().map(|Output { name, unit, about }| port(name, unit, about));
+    let outputs = DriverPlan::outputs()
+        .map(|OutputDescription { name, unit, about }| port(name, unit, about));
     Ok(NodeDraft {
         name: word.node().to_owned(),
         body: Body::Driver(DriverPlan { manoeuvre, steering_ratio }),
@@ -125,8 +126,8 @@ fn steering_ratio(scenario: &Scenario, word: &document::Manoeuvre) -> Result<f64
 fn span_of_number(
     scenario: &Scenario,
     word: &document::Manoeuvre,
-    kind: &Spanned<Arc<dyn manoeuvre::kind::Kind>>,
-    wrong: &Wrong,
+    kind: &Spanned<Arc<dyn manoeuvre::kind::ManoeuvreKind>>,
+    wrong: &ParameterError,
 ) -> Range<usize> {
     let numbers = [
         ("entry_speed", Some(&word.entry_speed)),
@@ -143,7 +144,7 @@ fn span_of_number(
     let table = kind.span();
     let own = own.and_then(|(_, word)| Some(word?.span())).or(gains.filter(|_| !wrong.of_kind));
     own.unwrap_or_else(|| {
-        span_in_table(scenario.source.letters(table.clone()), wrong.key, table.start)
+        span_in_table(scenario.source.text_at(table.clone()), wrong.key, table.start)
             .unwrap_or(table)
     })
 }
@@ -255,7 +256,7 @@ pub(super) fn check_result_names(
         let Some(word) = words.iter().find(|word| word.name.get_ref() == of) else { continue };
         let [(_, kind)] = &word.kinds()[..] else { return Err(Error::follow_up()) };
         let first = path.split(['.', '[']).next().unwrap_or(path);
-        let known = kind.get_ref().known().iter().map(|it| it.name);
+        let known = kind.get_ref().value_descriptions().iter().map(|it| it.name);
         if !known.clone().any(|name| name == first) {
             let unknown = suggest::unknown(&format!("value of `{of}`"), first, known);
             return Err(unknown.at(&scenario.source, at.span()));

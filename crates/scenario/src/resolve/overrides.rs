@@ -3,33 +3,40 @@
 use std::path::{Path, PathBuf};
 
 use cosim::system::WordPlace;
-use diagnostics::suggest::{self, Unknown};
+use diagnostics::suggest::{UnknownName, self};
 use diagnostics::{Error, Mistakes};
+use serde::{Deserialize, Serialize};
 
 use super::Overrides;
 use super::starts::flatten;
 use crate::document::{Edit, EditError, Scenario};
+use crate::override_value::OverrideValue;
 use crate::text_of;
 
 /// The most letters of a value that reports repeat: the text of a file is longer.
 const LONGEST: usize = 400;
 
-/// A value from the command line, or from the scenario that this one validates: a start value, or a word about a signal, a
+/// A value from the command line, from a sweep, or from the scenario that this one validates: a start value, or a word about a signal, a
 /// sensor effect or a fault.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Override {
-    /// The node.
-    pub node: String,
-    /// Its variable.
-    pub variable: String,
-    /// The value as typed.
-    pub value: String,
+    /// What it sets: `plant.body.m`, `driver.delta.step.after`. Its first part is the node.
+    pub name: String,
+    /// The value.
+    pub value: OverrideValue,
     /// Its place in a scenario; none when the command line gives it.
+    #[serde(skip)]
     pub place: Option<WordPlace>,
 }
 
 impl Override {
-    /// Reads `node.variable=value`, or the file of `@FILE`; `find` turns the name of the file into its path.
+    /// A value that the command line or a sweep gives.
+    #[must_use]
+    pub fn new(name: impl Into<String>, value: OverrideValue) -> Self {
+        Override { name: name.into(), value, place: None }
+    }
+
+    /// Reads `node.variable=value`, or the file of `@FILE`; `find` turns the name of a file into its path.
     ///
     /// # Errors
     /// In words, when it has another form, or the file cannot be read.
@@ -37,43 +44,91 @@ impl Override {
         if let Some(file) = entry.strip_prefix('@') {
             return read_file(&find(file));
         }
-        let parts =
-            entry.split_once('=').and_then(|(name, value)| Some((name.split_once('.')?, value)));
-        let Some(((node, variable), value)) = parts else {
-            return Err(format!("expected node.variable=value or @FILE, found `{entry}`"));
-        };
-        // An archive, or a file whose text is a value, lies where its giver is, not where the scenario is.
-        let is_archive = variable == "path" && value.ends_with(".fmu");
-        let absolute = |file: &str| std::path::absolute(find(file)).ok();
-        let value = match value.parse::<toml::Value>().ok().as_ref().and_then(text_of::path_of) {
-            Some(file) => absolute(file).map(|path| text_of::literal(&path)),
-            None if is_archive => absolute(value).map(|path| path.to_string_lossy().into_owned()),
-            None => None,
+        match entry.split_once('=') {
+            Some((name, value)) if name.contains('.') => {
+                Ok(vec![Override::new(name, OverrideValue::parse(value)).with_paths(find)])
+            }
+            _ => Err(malformed(entry)),
         }
-        .unwrap_or_else(|| value.to_owned());
-        let (node, variable) = (node.to_owned(), variable.to_owned());
-        Ok(vec![Override { node, variable, value, place: None }])
+    }
+
+    /// With the paths of archives and of texts as `find` gives them: they lie where their giver is, not where the scenario is.
+    #[must_use]
+    pub fn with_paths(self, find: impl Fn(&str) -> PathBuf) -> Self {
+        let absolute = |file: &str| std::path::absolute(find(file)).ok();
+        let is_archive = self.variable() == "path";
+        let value = match &self.value {
+            OverrideValue::TextOf(file) => {
+                file.to_str().and_then(absolute).map(OverrideValue::TextOf)
+            }
+            OverrideValue::Typed(file) if is_archive && file.ends_with(".fmu") => {
+                absolute(file).map(|path| OverrideValue::Typed(path.to_string_lossy().into_owned()))
+            }
+            _ => None,
+        };
+        match value {
+            Some(value) => Override { value, ..self },
+            None => self,
+        }
+    }
+
+    /// The node that it is about.
+    #[must_use]
+    pub fn node(&self) -> &str {
+        self.name.split_once('.').map_or(&self.name, |(node, _)| node)
+    }
+
+    /// What it sets of the node: a variable, or keys of a word.
+    #[must_use]
+    pub fn variable(&self) -> &str {
+        self.name.split_once('.').map_or("", |(_, variable)| variable)
     }
 
     /// As it is written on the command line; of a long text, its beginning.
     pub(super) fn text(&self) -> String {
-        let value: String = self.value.chars().take(LONGEST).collect();
-        let more = if value.len() < self.value.len() { "..." } else { "" };
-        format!("{}={value}{more}", self.name())
-    }
-
-    fn name(&self) -> String {
-        format!("{}.{}", self.node, self.variable)
+        let text = self.value.to_string();
+        let value: String = text.chars().take(LONGEST).collect();
+        let more = if value.len() < text.len() { "..." } else { "" };
+        format!("{}={value}{more}", self.name)
     }
 
     pub(super) fn error(&self, message: &str) -> Error {
-        let Override { node, variable, .. } = self;
+        let name = &self.name;
         match &self.place {
-            Some((source, place)) => {
-                source.error(place.clone(), format!("{node}.{variable}: {message}"), "")
-            }
-            None => Error::input(format!("--set {node}.{variable}: {message}")),
+            Some((source, place)) => source.error(place.clone(), format!("{name}: {message}"), ""),
+            None => Error::input(format!("--set {name}: {message}")),
         }
+    }
+}
+
+/// The error of an entry that is none.
+fn malformed(entry: &str) -> String {
+    format!("expected node.variable=value or @FILE, found `{entry}`")
+}
+
+/// The name of the seed among the names that vary in a sweep.
+pub const SEED: &str = "seed";
+
+impl Overrides {
+    /// These overrides with those of a variant of a sweep behind them, among which [`SEED`] is the seed. Files lie in `folder`.
+    ///
+    /// # Errors
+    /// In words, when a value has no form that a scenario takes.
+    pub fn with_variant(&self, variant: &[Override], folder: &Path) -> Result<Self, String> {
+        let mut overrides = self.clone();
+        for value in variant {
+            if value.name == SEED {
+                let seed = value.value.to_string();
+                overrides.seed = Some(seed.parse().map_err(|_| {
+                    format!("seed: expected a whole number from 0 on, found {seed}")
+                })?);
+            } else if value.name.contains('.') {
+                overrides.starts.push(value.clone().with_paths(|file| folder.join(file)));
+            } else {
+                return Err(malformed(&format!("{}={}", value.name, value.value)));
+            }
+        }
+        Ok(overrides)
     }
 }
 
@@ -84,15 +139,15 @@ pub(super) fn apply(
     mistakes: &mut Mistakes,
 ) -> (Option<Scenario>, Overrides) {
     let is_word = |given: &Override| {
-        let name = given.name();
-        scenario.has_target(&name) || scenario.is_archive(&name, &given.value)
+        let archive = matches!(&given.value, OverrideValue::Typed(path) if scenario.is_archive(&given.name, path));
+        archive || scenario.has_target(&given.name)
     };
     let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
     let rest = Overrides { starts, ..overrides.clone() };
     if words.is_empty() && overrides.coupling.is_none() {
         return (None, rest);
     }
-    let edit = |given: &Override| Edit { name: given.name(), value: given.value.clone() };
+    let edit = |given: &Override| Edit { name: given.name.clone(), value: given.value.clone() };
     let edits: Vec<_> = words.iter().map(edit).collect();
     let mut changed = scenario.with_edits(&edits).map_err(|errors| {
         let located = |it: EditError| words[it.index].error(&it.message).hint(it.help);
@@ -112,18 +167,18 @@ pub(super) fn check_node_names(scenario: &Scenario, overrides: &Overrides) -> Re
         document.signal.iter().filter_map(|part| part.get_ref().name.as_ref()).collect();
     let signals: Vec<_> = signals.into_iter().map(|name| name.get_ref().as_str()).collect();
     let tables: Vec<_> = document.table.iter().map(|table| table.name.get_ref().as_str()).collect();
-    let foreign = overrides.all().filter(|given| !fmus.contains(&given.node.as_str()));
+    let foreign = overrides.all().filter(|given| !fmus.contains(&given.node()));
     let errors = foreign.map(|given| {
         let sources = signals.iter().filter_map(|name| Some(name.split_once('.')?.0));
-        let Unknown { message, help, .. } = if tables.contains(&given.node.as_str()) {
+        let UnknownName { message, help, .. } = if tables.contains(&given.node()) {
             return given.error(&format!(
                 "`{}` is a table, which has its values from its file",
-                given.node
+                given.node()
             ));
-        } else if sources.clone().any(|node| node == given.node) {
-            suggest::unknown("signal", &given.name(), signals.iter().copied())
+        } else if sources.clone().any(|node| node == given.node()) {
+            suggest::unknown("signal", &given.name, signals.iter().copied())
         } else {
-            suggest::unknown("node", &given.node, fmus.iter().copied().chain(sources))
+            suggest::unknown("node", given.node(), fmus.iter().copied().chain(sources))
         };
         given.error(&message).hint(help)
     });
@@ -143,22 +198,79 @@ fn read_file(path: &Path) -> Result<Vec<Override>, String> {
     let mut starts = Vec::new();
     for (name, value) in &tables {
         flatten(name, value, &mut |name, value| {
-            let Some((node, variable)) = name.split_once('.') else {
+            if !name.contains('.') {
                 let found = value.type_str();
                 return Err(wrong(format!(
                     "expected a table [{name}] or a key `{name}.variable`, found {found}"
                 )));
-            };
-            let (node, variable) = (node.to_owned(), variable.to_owned());
+            }
             let beside = |file: &str| {
                 std::path::absolute(path.parent().unwrap_or(Path::new("")).join(file)).ok()
             };
-            let text = text_of::path_of(value).and_then(beside).map(|path| text_of::literal(&path));
-            let text = text.or_else(|| value.as_str().map(str::to_owned));
-            let value = text.unwrap_or_else(|| value.to_string());
-            starts.push(Override { node, variable, value, place: None });
+            let value = match (text_of::path_of(value).and_then(beside), value) {
+                (Some(path), _) => OverrideValue::TextOf(path),
+                // A quoted number is a number here, as on the command line.
+                (None, toml::Value::String(text)) => OverrideValue::parse(text),
+                (None, value) => OverrideValue::Toml(value.clone()),
+            };
+            starts.push(Override::new(name, value));
             Ok(())
         })?;
     }
     Ok(starts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_entry_is_a_name_and_a_value() {
+        let parsed = Override::parse("plant.body.m=800 kg", |file| file.into()).expect("an entry");
+        let [mass] = parsed.as_slice() else { panic!("{parsed:?}") };
+        assert_eq!((mass.node(), mass.variable()), ("plant", "body.m"));
+        assert_eq!(mass.value, OverrideValue::Typed("800 kg".to_owned()));
+        for entry in ["plant.body.m", "mass=3", ""] {
+            let message = Override::parse(entry, |file| file.into()).expect_err("no entry");
+            assert_eq!(message, format!("expected node.variable=value or @FILE, found `{entry}`"));
+        }
+    }
+
+    #[test]
+    fn files_of_values_lie_where_their_giver_is() {
+        let find = |file: &str| Path::new("/variants").join(file);
+        let text = Override::new("tire.data", OverrideValue::TextOf("front.tir".into()));
+        assert_eq!(
+            text.with_paths(find).value,
+            OverrideValue::TextOf("/variants/front.tir".into())
+        );
+        let archive = Override::new("plant.path", OverrideValue::Typed("fast.fmu".to_owned()));
+        let path = OverrideValue::Typed("/variants/fast.fmu".to_owned());
+        assert_eq!(archive.with_paths(find).value, path);
+        let other = Override::new("plant.name", OverrideValue::Typed("fast.fmu".to_owned()));
+        assert_eq!(other.clone().with_paths(find).value, other.value);
+    }
+
+    #[test]
+    fn a_variant_adds_start_values_and_the_seed() {
+        let all = Overrides { seed: Some(1), ..Overrides::default() };
+        let mass = OverrideValue::Number { value: 0.1 + 0.2, unit: Some("t".to_owned()) };
+        let seed = Override::new(SEED, OverrideValue::Integer(7));
+        let variant = [Override::new("plant.m", mass.clone()), seed];
+        let overrides = all.with_variant(&variant, Path::new("")).expect("a variant");
+        assert_eq!(overrides.seed, Some(7));
+        assert_eq!(overrides.starts[0].value, mass);
+        let wrong = [
+            (SEED, OverrideValue::Integer(-1), "seed: expected a whole number from 0 on, found -1"),
+            (
+                "mass",
+                OverrideValue::Integer(3),
+                "expected node.variable=value or @FILE, found `mass=3`",
+            ),
+        ];
+        for (name, value, expected) in wrong {
+            let message = all.with_variant(&[Override::new(name, value)], Path::new(""));
+            assert_eq!(message.expect_err("no variant"), expected);
+        }
+    }
 }

@@ -166,7 +166,7 @@ fn parse_file(
     // A byte order mark is as long as three blanks.
     let text = text.replacen('\u{feff}', "   ", 1);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let source = Source::made(TextFile::new(path.clone(), text.clone()));
+    let source = Source::generated(TextFile::new(path.clone(), text.clone()));
     let (table, errors) = DeTable::parse_recoverable(&text);
     let end = text.len();
     if let Some(error) = errors.first() {

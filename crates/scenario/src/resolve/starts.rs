@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
-use std::path::Path;
 use std::sync::Arc;
 
 use cosim::system::{Start, WordPlace};
@@ -11,9 +10,9 @@ use fmu_import::description::{Storage, Type, Variable, list};
 use fmu_import::{Causality, Value, Variability, bytes};
 
 use super::parameters::{Parameter, Parameters};
-use super::{Override, Overrides};
 use crate::document::{Scenario, convert_quantity, self, split_quantity};
 use crate::text_of::{TextCache, self};
+use super::{Override, OverrideValue, Overrides};
 
 /// Where start values come from besides the entries of FMUs.
 #[derive(Clone, Copy)]
@@ -33,15 +32,9 @@ pub(super) fn start_values(
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
     let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
-    let of_this = |given: &&Override| given.node == *node.name.get_ref();
-    let outer = |given: &Override, starts: &mut StartTable, mistakes: &mut Mistakes| {
-        let value = parse_typed(variables, texts, &given.variable, &given.value);
-        let added =
-            value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));
-        mistakes.take(added.map_err(|message| given.error(&message)));
-    };
+    let of_this = |given: &&Override| given.node() == node.name.get_ref();
     for given in overrides.defaults.iter().filter(of_this) {
-        outer(given, &mut starts, mistakes);
+        mistakes.take(starts.add_override(given, texts).map_err(|message| given.error(&message)));
     }
     for file in parameters.of(scenario, &node.parameters) {
         let has = |it: &&Parameter| starts.first(&it.name).is_some();
@@ -68,7 +61,7 @@ pub(super) fn start_values(
         });
     }
     for given in overrides.starts.iter().filter(of_this) {
-        outer(given, &mut starts, mistakes);
+        mistakes.take(starts.add_override(given, texts).map_err(|message| given.error(&message)));
     }
     let written = starts.written.keys();
     let inputs = written.filter(|index| variables[**index].causality == Causality::Input);
@@ -91,8 +84,8 @@ pub(super) fn structural_parameters(
         let of_overrides = |list: &[Override]| {
             let mut latest_first = list.iter().rev();
             let value =
-                latest_first.find(|it| it.node == *node_name && it.variable == variable.name)?;
-            value.value.parse::<u64>().ok()
+                latest_first.find(|it| it.node() == node_name && it.variable() == variable.name)?;
+            value.value.to_string().parse::<u64>().ok()
         };
         let of_scenario = || {
             let mut entries = node.start.iter();
@@ -210,34 +203,60 @@ impl<'a> StartTable<'a> {
         value: &toml::Value,
         place: Option<WordPlace>,
     ) -> Result<(), String> {
-        let variable = &self.variables[index];
+        self.set(index, start_value(&self.variables[index], value), place)
+    }
+
+    /// Sets the value of a variable; a wrong one takes the place of an earlier one, too.
+    fn set(
+        &mut self,
+        index: usize,
+        value: Result<Value, String>,
+        place: Option<WordPlace>,
+    ) -> Result<(), String> {
         self.written.insert(index, None);
-        let value = start_value(variable, value)?;
-        let Variable { name, reference, storage, element, causality, .. } = variable.clone();
+        let value = value?;
+        let Variable { name, reference, storage, element, causality, .. } =
+            self.variables[index].clone();
         let start = Start { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
         Ok(())
     }
+
+    /// Adds a value from outside the scenario.
+    fn add_override(&mut self, given: &Override, texts: &TextCache) -> Result<(), String> {
+        let (name, place) = (given.variable(), given.place.clone());
+        let index = self.names.get(name).copied();
+        let kind = index.map(|index| self.variables[index].kind);
+        if let (Some(index), Some(Type::Real), OverrideValue::Number { value, unit: Some(unit) }) =
+            (index, kind, &given.value)
+        {
+            return self.set(index, start_in_unit(&self.variables[index], *value, unit), place);
+        }
+        self.add(name, &toml_value(&given.value, kind, texts)?, place)
+    }
 }
 
-/// The value of a text on the command line: TOML, or else the letters themselves. A text needs no quotes, so
-/// that `3` and `true` are texts too where the variable is one.
-fn parse_typed(
-    variables: &[Variable],
+/// A value from outside as TOML, for a variable of this type: a text needs no quotes, so that `3` and `true` are texts too where the
+/// variable is one.
+fn toml_value(
+    value: &OverrideValue,
+    kind: Option<Type>,
     texts: &TextCache,
-    name: &str,
-    written: &str,
 ) -> Result<toml::Value, String> {
-    let value = written.parse::<toml::Value>();
-    if let Some(file) = value.as_ref().ok().and_then(text_of::path_of) {
-        return texts.read(Path::new(file)).map(toml::Value::String);
-    }
-    let variable = variables.iter().find(|variable| variable.name == name);
-    let kind = variable.map(|variable| variable.kind);
-    Ok(match (value, kind) {
-        (Ok(toml::Value::String(quoted)), _) => toml::Value::String(quoted),
-        (Ok(value), kind) if kind != Some(Type::String) => value,
-        _ => toml::Value::String(written.to_owned()),
+    let is_text = kind == Some(Type::String);
+    let typed = match value {
+        OverrideValue::TextOf(path) => return texts.read(path).map(toml::Value::String),
+        OverrideValue::Number { value, unit: None } => Some(toml::Value::Float(*value)),
+        OverrideValue::Number { unit: Some(_), .. } => None,
+        OverrideValue::Integer(value) => Some(toml::Value::Integer(*value)),
+        OverrideValue::Boolean(value) => Some(toml::Value::Boolean(*value)),
+        OverrideValue::Typed(text) => text.parse().ok(),
+        OverrideValue::Toml(value) => Some(value.clone()),
+    };
+    Ok(match typed {
+        Some(toml::Value::String(text)) => toml::Value::String(text),
+        Some(value) if !is_text => value,
+        _ => toml::Value::String(value.to_string()),
     })
 }
 
@@ -277,8 +296,8 @@ pub(super) fn flatten<E>(
     }
 }
 
-fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
-    let name = &variable.name;
+/// Refuses a start value for a variable that takes none.
+fn check_settable(variable: &Variable) -> Result<(), String> {
     // Some tools write no start value where one must be.
     let given = matches!(
         variable.causality,
@@ -286,9 +305,25 @@ fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String
     );
     let settable =
         (given || variable.start.is_some()) && variable.variability != Variability::Constant;
-    if !settable {
-        return Err(format!("`{name}` is computed by the FMU and takes no start value"));
+    match settable {
+        true => Ok(()),
+        false => {
+            Err(format!("`{}` is computed by the FMU and takes no start value", variable.name))
+        }
     }
+}
+
+/// The start value of a real variable that is given in a unit.
+fn start_in_unit(variable: &Variable, number: f64, unit: &str) -> Result<Value, String> {
+    check_settable(variable)?;
+    let (own, is_difference) = (variable.unit.as_deref(), variable.relative.is_some());
+    let number = convert_quantity(number, unit, own, variable.dimension, is_difference);
+    number.map(Value::Real).map_err(|message| format!("`{}`: {message}", variable.name))
+}
+
+fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
+    check_settable(variable)?;
+    let name = &variable.name;
     let wrong_type =
         || format!("`{name}` is {:?}, found {} {value}", variable.kind, value.type_str());
     let value = match (variable.kind, value) {
@@ -296,10 +331,7 @@ fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String
         (Type::Real, toml::Value::Integer(value)) => Value::Real(*value as f64),
         (Type::Real, toml::Value::String(text)) => {
             let (number, unit) = split_quantity(text).ok_or_else(wrong_type)?;
-            let (own, is_difference) = (variable.unit.as_deref(), variable.relative.is_some());
-            let number =
-                convert_quantity(number, unit, own, variable.dimension, is_difference);
-            Value::Real(number.map_err(|message| format!("`{name}`: {message}"))?)
+            start_in_unit(variable, number, unit)?
         }
         (Type::Integer, toml::Value::Integer(value)) => integer(variable, (*value).into())?,
         // TOML has no integer beyond 2^63.
@@ -352,4 +384,86 @@ fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, Str
     found.map(|item| item.value).ok_or_else(|| {
         format!("`{name}` is an Enumeration, expected one of {}, found {value}", list(items))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn variable(name: &str, kind: Type, storage: Storage, unit: Option<&str>) -> Variable {
+        Variable {
+            name: name.to_owned(),
+            reference: 0,
+            kind,
+            storage,
+            element: (0, 1),
+            items: Vec::new(),
+            causality: Causality::Parameter,
+            variability: Variability::Fixed,
+            initial: None,
+            min: None,
+            max: None,
+            nominal: None,
+            unit: unit.map(str::to_owned),
+            dimension: unit.and_then(|unit| units::Unit::parse(unit).ok()),
+            relative: None,
+            start: None,
+            description: None,
+            dependencies: None,
+            optional: false,
+            ticks: None,
+            clocks: Vec::new(),
+        }
+    }
+
+    fn added(variable: &Variable, value: OverrideValue) -> Result<Value, String> {
+        let mut starts = StartTable::new(std::slice::from_ref(variable));
+        let given = Override::new(format!("plant.{}", variable.name), value);
+        starts.add_override(&given, &TextCache::default())?;
+        let start = starts.written.into_values().flatten().next();
+        Ok(start.expect("a start value").value)
+    }
+
+    #[test]
+    fn a_number_has_the_bits_of_its_text() {
+        let force = variable("F", Type::Real, Storage::Float64, Some("N"));
+        for value in [1.0 / 3.0, 0.1 + 0.2, 1e300, -5e-324, 12.0] {
+            for unit in [None, Some("N"), Some("kN"), Some("lbf")] {
+                let number = OverrideValue::Number { value, unit: unit.map(str::to_owned) };
+                let text = OverrideValue::Typed(number.to_string());
+                let [Ok(Value::Real(number)), Ok(Value::Real(text))] =
+                    [number, text].map(|it| added(&force, it))
+                else {
+                    panic!("{value} {unit:?}")
+                };
+                assert_eq!(number.to_bits(), text.to_bits(), "{value} {unit:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_value_takes_the_type_of_its_variable_as_its_text_does() {
+        let variables = [
+            variable("F", Type::Real, Storage::Float64, Some("N")),
+            variable("n", Type::Integer, Storage::Int32, None),
+            variable("b", Type::Boolean, Storage::Boolean, None),
+            variable("s", Type::String, Storage::String, None),
+        ];
+        let values = [
+            OverrideValue::Number { value: 2.5, unit: None },
+            OverrideValue::Number { value: 2.5, unit: Some("km".to_owned()) },
+            OverrideValue::Integer(3),
+            OverrideValue::Boolean(true),
+            OverrideValue::Toml(toml::Value::Float(0.5)),
+            OverrideValue::Toml(toml::Value::String("wet".to_owned())),
+        ];
+        for variable in &variables {
+            for value in &values {
+                let text = OverrideValue::Typed(value.to_string());
+                let [typed, of_text] = [value.clone(), text].map(|it| added(variable, it));
+                let name = &variable.name;
+                assert_eq!(format!("{typed:?}"), format!("{of_text:?}"), "{name} {value:?}");
+            }
+        }
+    }
 }

@@ -184,7 +184,7 @@ fn read<const N: usize>(
 ) -> Result<[Vec<f64>; N], Error> {
     let names = wanted.map(|word| word.get_ref().as_str());
     let file = scenario.source.resolve(path);
-    let kept = scenario.source.kept(&file);
+    let kept = scenario.source.attached(&file);
     let read = columns(&file, kept, &names).map_err(|error: TableError| {
         let at = wanted.into_iter().find(|word| Some(word.get_ref().as_str()) == error.word());
         scenario.error(at.unwrap_or(path), error.to_string())

@@ -1,4 +1,4 @@
-//! Makes independent normal scores correlated.
+//! A Gaussian copula: correlates independent normal scores by the Cholesky factor.
 
 use diagnostics::Error;
 
@@ -85,7 +85,7 @@ impl Copula {
     }
 
     /// Whether an axis depends on those before it. Others keep the scores that they have.
-    pub fn mixes(&self, axis: usize) -> bool {
+    pub fn correlates(&self, axis: usize) -> bool {
         self.rows[axis][..axis].iter().any(|&part| part != 0.0)
     }
 

@@ -1,4 +1,4 @@
-//! Makes the points of a design, any of them at any time.
+//! Computes the points of a design with random access by index.
 
 use diagnostics::Error;
 use numerics::sobol::{DIMENSIONS, ScrambledSobol};
@@ -119,7 +119,7 @@ impl Points {
                 }
             }
         }
-        self.place(point);
+        self.apply_quantiles(point);
     }
 
     /// Numbers of the open unit interval: those that the stream has at this point.
@@ -133,7 +133,7 @@ impl Points {
     }
 
     /// Turns a point of the unit cube into values.
-    fn place(&self, point: &mut [f64]) {
+    fn apply_quantiles(&self, point: &mut [f64]) {
         let Some(copula) = &self.copula else {
             for (place, axis) in point.iter_mut().zip(&self.axes) {
                 *place = axis.quantile(*place);
@@ -142,7 +142,7 @@ impl Points {
         };
         let scores: Vec<f64> = point.iter().map(|&u| standard_normal::quantile(u)).collect();
         for (index, (place, axis)) in point.iter_mut().zip(&self.axes).enumerate() {
-            *place = match copula.mixes(index) {
+            *place = match copula.correlates(index) {
                 true => axis.at_score(copula.score(index, &scores)),
                 false => axis.quantile(*place),
             };

@@ -46,13 +46,14 @@ pub fn checks(html: &mut String, summary: &Summary) {
 
 /// The worst variants of each check, with the commands that replay them.
 pub fn worst(html: &mut String, about: &About, table: &Table, summary: &Summary) {
-    let told: Vec<&Check> = summary.checks.iter().filter(|check| !check.worst.is_empty()).collect();
-    if told.is_empty() {
+    let with_worst: Vec<&Check> =
+        summary.checks.iter().filter(|check| !check.worst.is_empty()).collect();
+    if with_worst.is_empty() {
         return;
     }
     html.push_str("<h2>Worst variants</h2>\n");
-    for check in told {
-        let values = beside(check, table, summary);
+    for check in with_worst {
+        let values = driving_parameters(check, table, summary);
         let _ = write!(
             html,
             "<h3>{}</h3>\n<table class=\"worst\">\n<tr><th>Variant</th><th>Margin</th>",
@@ -85,7 +86,7 @@ pub fn worst(html: &mut String, about: &About, table: &Table, summary: &Summary)
 }
 
 /// The varied values that drive a check most, or the first ones.
-fn beside<'a>(check: &Check, table: &'a Table, summary: &Summary) -> Vec<&'a Column> {
+fn driving_parameters<'a>(check: &Check, table: &'a Table, summary: &Summary) -> Vec<&'a Column> {
     let names = [format!("margin.{}", check.name), format!("check.{}", check.name)];
     let output = summary.outputs.iter().find(|output| names.contains(&output.name));
     let effects = output.map(|output| &output.effects[..]).unwrap_or_default();

@@ -1,8 +1,8 @@
-//! Finds the last value of a parameter at which a check passes, several variants at a time.
+//! Brackets the last value of a parameter at which a check passes, by batches of variants (parallel bisection and regula falsi).
 
 use serde::Serialize;
 
-use super::{Outcome, Status};
+use super::{Evaluation, Status};
 
 /// Variants of the first batch at least: both ends and the middle.
 const FIRST: usize = 3;
@@ -38,7 +38,7 @@ pub enum Side {
 
 /// A limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LimitFound {
+pub struct LimitBracket {
     /// The last value that passes, with all that were tried before it.
     pub passes: f64,
     /// The first value that fails.
@@ -49,7 +49,7 @@ pub struct LimitFound {
 
 /// A value that was tried, on an axis along which the check first passes.
 #[derive(Clone, Copy, Debug)]
-struct Tried {
+struct Trial {
     place: f64,
     passed: bool,
     margin: f64,
@@ -57,7 +57,10 @@ struct Tried {
 
 impl Limit {
     /// The next values, or why there are none.
-    pub(super) fn next(&self, log: &[(Vec<f64>, Outcome)]) -> Result<Vec<Vec<f64>>, Status> {
+    pub(super) fn next_batch(
+        &self,
+        log: &[(Vec<f64>, Evaluation)],
+    ) -> Result<Vec<Vec<f64>>, Status> {
         let [low, high] = self.bounds;
         if log.is_empty() {
             let count = self.batch.max(FIRST);
@@ -67,7 +70,7 @@ impl Limit {
             };
             return Ok((0..count).map(|k| vec![place(k)]).collect());
         }
-        let Some([passes, fails]) = bracket(&self.tried(log)) else {
+        let Some([passes, fails]) = bracket(&self.trials(log)) else {
             return Err(Status::NotBracketed);
         };
         let width = fails.place - passes.place;
@@ -76,7 +79,7 @@ impl Limit {
         }
         // How wide it was before the last batch.
         let before = log.len().saturating_sub(self.batch.max(1)).max(self.batch.max(FIRST));
-        let earlier = bracket(&self.tried(&log[..before.min(log.len())]));
+        let earlier = bracket(&self.trials(&log[..before.min(log.len())]));
         let poor =
             earlier.is_some_and(|[a, b]| log.len() > before && width > POOR * (b.place - a.place));
         let places = if poor { None } else { self.about_root(passes, fails) };
@@ -88,12 +91,12 @@ impl Limit {
             // No number is between the two.
             return Err(Status::Converged);
         }
-        Ok(places.into_iter().map(|place| vec![self.turned(place)]).collect())
+        Ok(places.into_iter().map(|place| vec![self.oriented(place)]).collect())
     }
 
     /// Values about the place where a margin that changes evenly would be 0: one on each side of it, the others in the rest of the
     /// bracket. Nothing where the margins do not change their sign.
-    fn about_root(&self, passes: Tried, fails: Tried) -> Option<Vec<f64>> {
+    fn about_root(&self, passes: Trial, fails: Trial) -> Option<Vec<f64>> {
         let (above, below) = (passes.margin, -fails.margin);
         if !(above.is_finite() && below.is_finite() && above >= 0.0 && below > 0.0) {
             return None;
@@ -118,33 +121,33 @@ impl Limit {
     }
 
     /// The limit, if there is one.
-    pub(super) fn found(&self, log: &[(Vec<f64>, Outcome)]) -> Option<LimitFound> {
-        let tried = self.tried(log);
-        let [passes, fails] = bracket(&tried)?;
-        let beyond = tried.iter().find(|it| it.place > fails.place && it.passed);
-        Some(LimitFound {
-            passes: self.turned(passes.place),
-            fails: self.turned(fails.place),
-            passes_again: beyond.map(|it| self.turned(it.place)),
+    pub(super) fn bracket(&self, log: &[(Vec<f64>, Evaluation)]) -> Option<LimitBracket> {
+        let trials = self.trials(log);
+        let [passes, fails] = bracket(&trials)?;
+        let beyond = trials.iter().find(|it| it.place > fails.place && it.passed);
+        Some(LimitBracket {
+            passes: self.oriented(passes.place),
+            fails: self.oriented(fails.place),
+            passes_again: beyond.map(|it| self.oriented(it.place)),
         })
     }
 
     /// What was tried, in the order of its places.
-    fn tried(&self, log: &[(Vec<f64>, Outcome)]) -> Vec<Tried> {
-        let mut tried: Vec<Tried> = log
+    fn trials(&self, log: &[(Vec<f64>, Evaluation)]) -> Vec<Trial> {
+        let mut trials: Vec<Trial> = log
             .iter()
-            .map(|(point, outcome)| Tried {
-                place: self.turned(point[0]),
+            .map(|(point, outcome)| Trial {
+                place: self.oriented(point[0]),
                 passed: outcome.passed == Some(true),
                 margin: outcome.value,
             })
             .collect();
-        tried.sort_by(|a, b| a.place.total_cmp(&b.place));
-        tried
+        trials.sort_by(|a, b| a.place.total_cmp(&b.place));
+        trials
     }
 
     /// From a value to its place on the axis and back.
-    fn turned(&self, value: f64) -> f64 {
+    fn oriented(&self, value: f64) -> f64 {
         match self.side {
             Side::Largest => value,
             Side::Smallest => -value,
@@ -153,8 +156,8 @@ impl Limit {
 }
 
 /// The last that passes before the first that fails, and that one. Nothing when all pass, or the first fails.
-fn bracket(tried: &[Tried]) -> Option<[Tried; 2]> {
-    let fails = tried.iter().position(|it| !it.passed)?;
+fn bracket(trials: &[Trial]) -> Option<[Trial; 2]> {
+    let fails = trials.iter().position(|it| !it.passed)?;
     let passes = fails.checked_sub(1)?;
-    Some([tried[passes], tried[fails]])
+    Some([trials[passes], trials[fails]])
 }

@@ -11,7 +11,7 @@ use basin::{
     PopulationProgress, StepOutcome,
 };
 
-use super::{Outcome, Status};
+use super::{Evaluation, Status};
 
 /// Standard deviation of the first generation, of the width of the box: Hansen (2016) advises about a third.
 const FIRST_STEP: f64 = 0.3;
@@ -30,19 +30,19 @@ pub struct Minimise {
 }
 
 /// What the library calls: the log in its order, then anything, noting the point.
-struct Replay<'a> {
+struct ReplayedObjective<'a> {
     goal: &'a Minimise,
-    log: &'a [(Vec<f64>, Outcome)],
-    calls: RefCell<Calls>,
+    log: &'a [(Vec<f64>, Evaluation)],
+    calls: RefCell<EvaluationCalls>,
 }
 
 #[derive(Default)]
-struct Calls {
+struct EvaluationCalls {
     count: usize,
     wanted: Vec<Vec<f64>>,
 }
 
-impl CostFunction for &Replay<'_> {
+impl CostFunction for &ReplayedObjective<'_> {
     type Param = Vec<f64>;
     type Output = f64;
     type Error = Infallible;
@@ -65,12 +65,12 @@ impl CostFunction for &Replay<'_> {
 
 impl Minimise {
     /// The next generation, or why there is none.
-    pub(super) fn next(
+    pub(super) fn next_batch(
         &self,
-        log: &[(Vec<f64>, Outcome)],
+        log: &[(Vec<f64>, Evaluation)],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, Status> {
-        let replay = Replay { goal: self, log, calls: RefCell::default() };
+        let replay = ReplayedObjective { goal: self, log, calls: RefCell::default() };
         let dimensions = self.bounds.len();
         let (low, high) = (vec![0.0; dimensions], vec![1.0; dimensions]);
         let bounds = ConstraintSet::new().with_bounds(BoxBounds::new(Some(low), Some(high)));

@@ -1,4 +1,4 @@
-//! Sobol's indices of a Saltelli design: which share of a result's variance is of which value.
+//! First-order and total Sobol indices of a Saltelli design, with bootstrap intervals.
 
 use numerics::statistics::{NORMAL_95, std};
 use rand::{Rng, SeedableRng};
@@ -23,6 +23,12 @@ pub struct Indices {
     pub left_out: usize,
 }
 
+/// First-order and total indices of each axis.
+struct PointEstimates {
+    first: Vec<f64>,
+    total: Vec<f64>,
+}
+
 /// What a block adds to the sums.
 struct Block {
     /// Of both points: sum of values and of squares.
@@ -36,13 +42,14 @@ struct Block {
 #[must_use]
 pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
     let all: Vec<&[f64]> = values.chunks(axes + 2).collect();
-    let whole = |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
-    let used: Vec<&[f64]> = all.iter().copied().filter(whole).collect();
+    let is_complete =
+        |block: &&[f64]| block.len() == axes + 2 && block.iter().all(|it| it.is_finite());
+    let used: Vec<&[f64]> = all.iter().copied().filter(is_complete).collect();
     // Centred, or the products would drown in the mean.
     let mean = used.iter().map(|it| it[0] + it[1]).sum::<f64>() / (2.0 * used.len() as f64);
     let blocks: Vec<Block> = used.iter().map(|block| Block::new(block, mean)).collect();
     let ones = vec![1; blocks.len()];
-    let (first, total) = estimates(&blocks, &ones, axes)?;
+    let PointEstimates { first, total } = point_estimates(&blocks, &ones, axes)?;
     let mut stream = Pcg64::seed_from_u64(seed);
     let mut drawn = vec![[Vec::new(), Vec::new()]; axes];
     for _ in 0..RESAMPLES {
@@ -53,10 +60,10 @@ pub fn indices(values: &[f64], axes: usize, seed: u64) -> Option<Indices> {
             counts[index as usize] += 1;
         }
         // A sample in which nothing changes says nothing.
-        let Some((first, total)) = estimates(&blocks, &counts, axes) else { continue };
-        for (drawn, found) in drawn.iter_mut().zip(first.into_iter().zip(total)) {
-            drawn[0].push(found.0);
-            drawn[1].push(found.1);
+        let Some(sample) = point_estimates(&blocks, &counts, axes) else { continue };
+        for ((drawn, first), total) in drawn.iter_mut().zip(sample.first).zip(sample.total) {
+            drawn[0].push(first);
+            drawn[1].push(total);
         }
     }
     let estimate = |value: f64, drawn: &[f64]| {
@@ -83,7 +90,7 @@ impl Block {
 }
 
 /// First and total indices of blocks, each so many times.
-fn estimates(blocks: &[Block], counts: &[u32], axes: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+fn point_estimates(blocks: &[Block], counts: &[u32], axes: usize) -> Option<PointEstimates> {
     let mut both = [0.0; 2];
     let mut sums = vec![[0.0; 2]; axes];
     let mut number = 0.0;
@@ -100,5 +107,5 @@ fn estimates(blocks: &[Block], counts: &[u32], axes: usize) -> Option<(Vec<f64>,
     let share = |k: usize| sums.iter().map(|sum| sum[k] / number / variance).collect();
     // Rounding errors of squares are no variance.
     let changes = blocks.len() > 1 && variance > 1e-20 * both[1] && variance > 0.0;
-    changes.then(|| (share(0), share(1)))
+    changes.then(|| PointEstimates { first: share(0), total: share(1) })
 }

@@ -1,4 +1,4 @@
-//! Correlations of ranks: whether one value goes up or down with another, however it bends.
+//! Spearman's rank correlation with its confidence interval.
 
 use numerics::statistics::{NORMAL_95, mean};
 

@@ -1,4 +1,4 @@
-//! The share of variants that pass, with its interval.
+//! The pass rate of variants with Wilson's confidence interval.
 
 use numerics::statistics::NORMAL_95;
 use serde::Serialize;

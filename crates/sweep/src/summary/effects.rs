@@ -1,4 +1,4 @@
-//! Finds which varied value drives which result.
+//! Sensitivity of each result to each varied parameter: Sobol indices or rank correlations.
 
 use serde::Serialize;
 
@@ -53,22 +53,29 @@ impl Effect {
 }
 
 /// A column in numbers.
-struct Numbers<'a> {
+struct NumericColumn<'a> {
     column: &'a Column,
     values: Vec<f64>,
 }
 
-/// All results with what drives them, and the varied values that have no order.
-pub fn outputs(table: &Table, axes: Option<&[String]>, seed: u64) -> (Vec<Output>, Vec<String>) {
-    let results: Vec<Numbers> = results(table).map(Numbers::of).collect();
+/// The effects of all varied parameters on all results.
+pub struct Effects {
+    pub outputs: Vec<Output>,
+    /// Names of parameters without an order, such as files.
+    pub not_ordered: Vec<String>,
+}
+
+/// The effects of all varied parameters on all results; `axes` are those of a Saltelli design.
+pub fn outputs(table: &Table, axes: Option<&[String]>, seed: u64) -> Effects {
+    let results: Vec<NumericColumn> = results(table).map(NumericColumn::of).collect();
     if let Some(axes) = axes {
-        let of = |result: &Numbers| by_blocks(result, axes, seed);
-        return (results.iter().map(of).collect(), Vec::new());
+        let of = |result: &NumericColumn| by_blocks(result, axes, seed);
+        return Effects { outputs: results.iter().map(of).collect(), not_ordered: Vec::new() };
     }
     let parameters: Vec<&Column> = table.of(Role::Parameter).collect();
     let ordered = |column: &&&Column| is_ordered(column);
-    let values: Vec<Numbers> =
-        parameters.iter().filter(ordered).map(|it| Numbers::of(it)).collect();
+    let values: Vec<NumericColumn> =
+        parameters.iter().filter(ordered).map(|it| NumericColumn::of(it)).collect();
     let not_ordered = parameters.iter().filter(|it| !is_ordered(it)).map(|it| it.name.clone());
     // Most results lack the same variants: the ranks of the values are sorted once for all of them.
     let (mut rows, mut ranked) = (Vec::new(), Vec::new());
@@ -81,7 +88,7 @@ pub fn outputs(table: &Table, axes: Option<&[String]>, seed: u64) -> (Vec<Output
         }
         by_ranks(result, &values, &rows, &ranked)
     });
-    (outputs.collect(), not_ordered.collect())
+    Effects { outputs: outputs.collect(), not_ordered: not_ordered.collect() }
 }
 
 /// Margins, checks that have none, and collected values.
@@ -102,7 +109,7 @@ fn is_ordered(column: &Column) -> bool {
     column.distinct_texts().len() <= 2
 }
 
-impl<'a> Numbers<'a> {
+impl<'a> NumericColumn<'a> {
     fn of(column: &'a Column) -> Self {
         Self { column, values: column.to_numbers() }
     }
@@ -120,7 +127,7 @@ impl<'a> Numbers<'a> {
     }
 }
 
-fn by_blocks(result: &Numbers, axes: &[String], seed: u64) -> Output {
+fn by_blocks(result: &NumericColumn, axes: &[String], seed: u64) -> Output {
     let Some(found) = indices(&result.values, axes.len(), seed) else {
         return result.output(Method::Indices, Vec::new(), [0, 0]);
     };
@@ -133,7 +140,12 @@ fn by_blocks(result: &Numbers, axes: &[String], seed: u64) -> Output {
     result.output(Method::Indices, effects.collect(), [found.blocks, found.left_out])
 }
 
-fn by_ranks(result: &Numbers, values: &[Numbers], rows: &[usize], ranked: &[Vec<f64>]) -> Output {
+fn by_ranks(
+    result: &NumericColumn,
+    values: &[NumericColumn],
+    rows: &[usize],
+    ranked: &[Vec<f64>],
+) -> Output {
     let own = ranks(&result.at(rows));
     let effects = values.iter().zip(ranked).filter_map(|(value, ranked)| {
         let estimate = rank_correlation(ranked, &own)?;

@@ -1,4 +1,4 @@
-//! Groups variants that did not end by what failed.
+//! RowGroups variants that did not end by what failed.
 
 use std::collections::HashMap;
 
@@ -28,7 +28,7 @@ pub struct Failures {
 }
 
 /// All of a table, the most frequent first.
-pub fn grouped(table: &Table) -> Vec<Failures> {
+pub fn group_failures(table: &Table) -> Vec<Failures> {
     let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
     let text = |name: &str| table.column(name).and_then(Column::texts).unwrap_or_default();
     let [texts, nodes, calls] = ["error", "error.node", "error.call"].map(text);

@@ -16,7 +16,7 @@ use super::{Table, arrow};
 pub struct Reader {
     path: PathBuf,
     file: File,
-    about: ArrowReaderMetadata,
+    metadata: ArrowReaderMetadata,
     columns: Table,
 }
 
@@ -34,27 +34,27 @@ impl Reader {
     /// # Errors
     /// As [`read`].
     pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = File::open(path).map_err(|error| refused(path, &error.to_string()))?;
-        let about = caught(|| {
-            let about = ArrowReaderMetadata::load(&file, ArrowReaderOptions::new());
-            about.map_err(|error| error.to_string())
-        });
-        let about = about.map_err(|what| refused(path, &what))?;
-        let columns = arrow::columns(about.schema()).map_err(|what| refused(path, &what))?;
-        columns.is_whole().map_err(|what| refused(path, &what))?;
-        Ok(Self { path: path.to_owned(), file, about, columns })
+        let file = File::open(path).map_err(|error| unreadable(path, &error.to_string()))?;
+        let metadata = catch_panic(|| {
+            ArrowReaderMetadata::load(&file, ArrowReaderOptions::new())
+                .map_err(|error| error.to_string())
+        })
+        .map_err(|what| unreadable(path, &what))?;
+        let columns = arrow::columns(metadata.schema()).map_err(|what| unreadable(path, &what))?;
+        columns.check_columns().map_err(|what| unreadable(path, &what))?;
+        Ok(Self { path: path.to_owned(), file, metadata, columns })
     }
 
     /// How many row groups it has.
     #[must_use]
     pub fn groups(&self) -> usize {
-        self.about.metadata().num_row_groups()
+        self.metadata.metadata().num_row_groups()
     }
 
     /// How many rows it has.
     #[must_use]
     pub fn rows(&self) -> usize {
-        let rows = self.about.metadata().file_metadata().num_rows();
+        let rows = self.metadata.metadata().file_metadata().num_rows();
         usize::try_from(rows).unwrap_or_default()
     }
 
@@ -71,7 +71,7 @@ impl Reader {
     pub fn group(&self, index: usize) -> Result<Table, Error> {
         if index >= self.groups() {
             let what = format!("expected more than {index} row groups, found {}", self.groups());
-            return Err(refused(&self.path, &what));
+            return Err(unreadable(&self.path, &what));
         }
         self.rows_of(vec![index])
     }
@@ -85,10 +85,10 @@ impl Reader {
     }
 
     fn rows_of(&self, groups: Vec<usize>) -> Result<Table, Error> {
-        let table = caught(|| {
+        let table = catch_panic(|| {
             let file = self.file.try_clone().map_err(|error| error.to_string())?;
-            let about = self.about.clone();
-            let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, about)
+            let metadata = self.metadata.clone();
+            let batches = ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata)
                 .with_row_groups(groups)
                 .build()
                 .map_err(|error| error.to_string())?;
@@ -99,17 +99,17 @@ impl Reader {
             }
             Ok(table)
         });
-        table.map_err(|what| refused(&self.path, &what))
+        table.map_err(|what| unreadable(&self.path, &what))
     }
 }
 
 /// The library panics on some damaged pages, which is a mistake of the file and none of the program.
-fn caught<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+fn catch_panic<T>(read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let panicked = |_| Err("a page of it is damaged".to_owned());
     catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(panicked)
 }
 
-fn refused(path: &Path, what: &str) -> Error {
+fn unreadable(path: &Path, what: &str) -> Error {
     let message = format!(
         "{}: expected a table of a sweep in Parquet that can be read: {what}",
         path.display()

@@ -19,7 +19,7 @@ const MODE: u32 = 0o666;
 
 /// What becomes a row group.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub enum Groups {
+pub enum RowGroups {
     /// Each table that is appended: the file of a plan, read group by group.
     Tables,
     /// 65,536 rows, however they came: the same rows give the same bytes, and there are never more of them in memory.
@@ -29,7 +29,7 @@ pub enum Groups {
 /// A file in the making. It appears under its name when it is finished; nothing is left of one that is dropped.
 pub struct Writer {
     path: PathBuf,
-    groups: Groups,
+    groups: RowGroups,
     writer: ArrowWriter<NamedTempFile>,
     schema: std::sync::Arc<arrow_schema::Schema>,
     /// Rows that are in no group yet.
@@ -41,7 +41,7 @@ pub struct Writer {
 /// # Errors
 /// When the columns do not fit together, or the file cannot be written.
 pub fn write(path: &Path, table: &Table) -> Result<(), Error> {
-    let mut writer = Writer::create(path, table, Groups::Even)?;
+    let mut writer = Writer::create(path, table, RowGroups::Even)?;
     writer.append(table)?;
     writer.finish()
 }
@@ -51,7 +51,7 @@ impl Writer {
     ///
     /// # Errors
     /// When the file cannot be made.
-    pub fn create(path: &Path, columns: &Table, groups: Groups) -> Result<Self, Error> {
+    pub fn create(path: &Path, columns: &Table, groups: RowGroups) -> Result<Self, Error> {
         let failed = |what: String| Error::output(path, what);
         let folder = path.parent().filter(|it| !it.as_os_str().is_empty());
         let name = path.file_name().unwrap_or_default();
@@ -81,8 +81,8 @@ impl Writer {
     pub fn append(&mut self, table: &Table) -> Result<(), Error> {
         self.waiting.append(table).map_err(|what| Error::output(&self.path, what))?;
         match self.groups {
-            Groups::Tables => self.group(usize::MAX),
-            Groups::Even => {
+            RowGroups::Tables => self.group(usize::MAX),
+            RowGroups::Even => {
                 while self.waiting.rows() >= EVEN {
                     self.group(EVEN)?;
                 }

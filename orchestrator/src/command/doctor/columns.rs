@@ -9,11 +9,11 @@ use diagnostics::{Error, Mistakes};
 use recording::table::{ColumnTitle, Titles};
 use units::Unit;
 
-use super::titles::{USUAL, Usual};
+use super::titles::{USUAL, UsualTitles};
 
 /// A column of the log.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Chosen {
+pub struct ColumnChoice {
     /// The signal, or `time`.
     pub name: &'static str,
     /// The title in the file.
@@ -39,13 +39,14 @@ pub fn choose(
     log: &Path,
     titles: &Titles,
     given: &[(&'static str, &Option<String>)],
-) -> Result<Vec<Chosen>, Error> {
+) -> Result<Vec<ColumnChoice>, Error> {
     let Titles { columns: titles, has_time, .. } = titles;
     let one = |(name, written): &(&'static str, &Option<String>)| match written {
-        Some(written) => named(log, titles, name, written).map(Some),
-        None => Ok(guessed(titles, name)),
+        Some(written) => named_column(log, titles, name, written).map(Some),
+        None => Ok(guessed_column(titles, name)),
     };
-    let chosen: Vec<Chosen> = Mistakes::all(given.iter().map(one))?.into_iter().flatten().collect();
+    let chosen: Vec<ColumnChoice> =
+        Mistakes::all(given.iter().map(one))?.into_iter().flatten().collect();
     let names: Vec<&str> = titles.iter().map(|title| title.name.as_str()).collect();
     let there = |name: &str| chosen.iter().any(|it| it.name == name);
     if !has_time && !there("time") {
@@ -63,19 +64,19 @@ fn missing(log: &Path, name: &str, titles: &[&str]) -> Error {
     Error::input(message).help(format!("name it: --{name} COLUMN; the file has {known}"))
 }
 
-fn is_name(title: &ColumnTitle, text: &str) -> bool {
+fn matches_title(title: &ColumnTitle, text: &str) -> bool {
     [&title.name, &title.text, &title.plain].iter().any(|it| *it == text)
 }
 
 /// The column that the user names, as `title` or `title:unit`.
-fn named(
+fn named_column(
     log: &Path,
     titles: &[ColumnTitle],
     name: &'static str,
     written: &str,
-) -> Result<Chosen, Error> {
+) -> Result<ColumnChoice, Error> {
     let is_title =
-        |text: &str| titles.is_empty() || titles.iter().any(|title| is_name(title, text));
+        |text: &str| titles.is_empty() || titles.iter().any(|title| matches_title(title, text));
     let (column, unit) = match written.rsplit_once(':') {
         Some((column, unit)) if !is_title(written) || titles.is_empty() => (column, Some(unit)),
         _ => (written, None),
@@ -88,7 +89,7 @@ fn named(
     if let Some(Err(error)) = unit.map(Unit::parse) {
         return Err(Error::input(format!("--{name} {written}: {error}")));
     }
-    let recorded = titles.iter().find(|it| is_name(it, column));
+    let recorded = titles.iter().find(|it| matches_title(it, column));
     let stated = recorded.and_then(|title| title.unit.clone());
     let unit = match unit {
         Some(unit) => Some(unit.to_owned()),
@@ -96,15 +97,16 @@ fn named(
         None if stated.is_some() || titles.is_empty() => None,
         None => Some(unit_of(column, name)),
     };
-    Ok(Chosen { name, column: column.to_owned(), unit, stated, guessed: false })
+    Ok(ColumnChoice { name, column: column.to_owned(), unit, stated, guessed: false })
 }
 
 /// The column with the most usual title whose unit fits, or which has none: a wheel in km/h is no angular speed, and a steering angle
 /// in rpm is none.
-fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
-    let Usual { unit: wanted, titles: usual, .. } = USUAL.iter().find(|it| it.signal == name)?;
+fn guessed_column(titles: &[ColumnTitle], name: &'static str) -> Option<ColumnChoice> {
+    let UsualTitles { unit: wanted, titles: usual, .. } =
+        USUAL.iter().find(|it| it.signal == name)?;
     let is = |title: &ColumnTitle, usual: &str| {
-        bare(&title.plain, wanted).0 == usual || plain(&title.plain) == usual
+        split_unit(&title.plain, wanted).0 == usual || normalized(&title.plain) == usual
     };
     let fits = |title: &&ColumnTitle| {
         title
@@ -122,7 +124,7 @@ fn guessed(titles: &[ColumnTitle], name: &'static str) -> Option<Chosen> {
         None => Some(unit_of(&title.plain, name)),
     };
     let (column, stated) = (title.name.clone(), title.unit.clone());
-    Some(Chosen { name, column, unit, stated, guessed: true })
+    Some(ColumnChoice { name, column, unit, stated, guessed: true })
 }
 
 /// Whether `g` means an acceleration, which is a gram elsewhere.
@@ -141,23 +143,25 @@ fn same_dimension(a: &str, b: &str) -> bool {
 /// The unit that the end of a title says, or else that of the signal.
 fn unit_of(title: &str, name: &str) -> String {
     let usual = unit_of_signal(name);
-    bare(title, usual).1.unwrap_or_else(|| usual.to_owned())
+    split_unit(title, usual).1.unwrap_or_else(|| usual.to_owned())
 }
 
 /// Small letters and digits alone.
-fn plain(title: &str) -> String {
+fn normalized(title: &str) -> String {
     title.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase()
 }
 
 /// The plain title without a unit of the wanted dimension at its end, behind a sign, and that unit.
-fn bare(title: &str, wanted: &str) -> (String, Option<String>) {
-    let Some((rest, end)) = title.rsplit_once(['_', ' ', '.']) else { return (plain(title), None) };
+fn split_unit(title: &str, wanted: &str) -> (String, Option<String>) {
+    let Some((rest, end)) = title.rsplit_once(['_', ' ', '.']) else {
+        return (normalized(title), None);
+    };
     let parsed = Unit::parse(end).is_ok().then_some(end);
     let gravities = (end.eq_ignore_ascii_case("g")).then_some("g0");
-    let units = [gravities, units::meant(end), parsed].into_iter().flatten();
+    let units = [gravities, units::unit_of_spelling(end), parsed].into_iter().flatten();
     match units.into_iter().find(|unit| same_dimension(unit, wanted)) {
-        Some(unit) => (plain(rest), Some(unit.to_owned())),
-        None => (plain(title), None),
+        Some(unit) => (normalized(rest), Some(unit.to_owned())),
+        None => (normalized(title), None),
     }
 }
 
@@ -180,7 +184,7 @@ mod tests {
     fn all(
         names: &[&str],
         given: &[(&'static str, &Option<String>)],
-    ) -> Result<Vec<Chosen>, Error> {
+    ) -> Result<Vec<ColumnChoice>, Error> {
         choose(Path::new("drive.csv"), &titles(names), given)
     }
 
@@ -190,7 +194,7 @@ mod tests {
         let given = ["time", "v_x", "r", "a_y", "delta"].map(|name| (name, &none));
         let found = all(&["t_s", "vx_kmh", "yaw_rate_degps", "ay_mps2", "delta_rad", "x"], &given);
         let found = found.expect("all are there");
-        let of = |it: &Chosen| {
+        let of = |it: &ColumnChoice| {
             format!("{} {} {}", it.name, it.column, it.unit.as_deref().unwrap_or("-"))
         };
         let found: Vec<String> = found.iter().map(of).collect();

@@ -1,7 +1,7 @@
 //! Lists usual titles of columns, and the loggers and programs that write them.
 
 /// A signal with its unit and its usual titles.
-pub struct Usual {
+pub struct UsualTitles {
     /// The signal, or `time`.
     pub signal: &'static str,
     pub unit: &'static str,
@@ -13,8 +13,8 @@ const fn usual(
     signal: &'static str,
     unit: &'static str,
     titles: &'static [(&'static str, &'static str)],
-) -> Usual {
-    Usual { signal, unit, titles }
+) -> UsualTitles {
+    UsualTitles { signal, unit, titles }
 }
 
 const SCRIPTS: &str = "scripts";
@@ -32,7 +32,7 @@ macro_rules! wheel {
 }
 
 /// All signals. Titles of one logger are listed once, even if others have them, too.
-pub const USUAL: [Usual; 16] = [
+pub const USUAL: [UsualTitles; 16] = [
     usual(
         "time",
         "s",

@@ -9,7 +9,7 @@ use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::BuildProgress;
 use python_model::Described;
 
-use super::sealed::Sealed;
+use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell};
 
@@ -20,7 +20,7 @@ const LIBRARY: &str = "python-fmu";
 const LARGEST: u64 = 256 << 20;
 
 /// What to pack, and how.
-pub struct Order<'a> {
+pub struct PackOptions<'a> {
     /// The script.
     pub script: &'a Path,
     /// Name of the FMU.
@@ -39,8 +39,8 @@ pub struct Order<'a> {
 ///
 /// # Errors
 /// When the script does not load, is no model, or the archive cannot be written.
-pub fn run(order: &Order) -> Result<u8, Error> {
-    let Order { script, name, class, .. } = *order;
+pub fn run(order: &PackOptions) -> Result<u8, Error> {
+    let PackOptions { script, name, class, .. } = *order;
     let stem = script.file_stem().unwrap_or_default().to_string_lossy();
     let name = name.unwrap_or(&stem);
     if !is_identifier(name) {
@@ -50,10 +50,10 @@ pub fn run(order: &Order) -> Result<u8, Error> {
         return Err(error.help("name the FMU: --name NAME"));
     }
     let mut resources = BTreeMap::new();
-    let file = inside(script)?;
+    let file = resource_name(script)?;
     read(script, file.clone(), &mut resources)?;
     for path in order.with {
-        read(path, beside(script, path)?, &mut resources)?;
+        read(path, resource_path(script, path)?, &mut resources)?;
     }
     resources.insert(MODEL_SERVER_PATH.to_owned(), MODEL_SERVER.as_bytes().to_vec());
     // What the script imports must be in the archive, so it is asked where nothing else is.
@@ -68,10 +68,15 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let library =
         super::library::find(LIBRARY, &mut |progress: BuildProgress| building.show(&progress))?;
     // The identity is that of all that is in the archive, but not of the place of Python on this machine.
-    let sealed =
-        Sealed { name, version: order.version, out: order.out, table: &table, library: &library };
-    interface.guid = sealed.identity(&resources);
-    let path = sealed.pack(&interface.guid, resources, (python_model::INTERFACE, &interface))?;
+    let package = FmuPackage {
+        name,
+        version: order.version,
+        out: order.out,
+        table: &table,
+        library: &library,
+    };
+    interface.guid = package.identity(&resources);
+    let path = package.pack(&interface.guid, resources, python_model::INTERFACE, &interface)?;
     if let Some(reason) = unsaved {
         tell(&format!(
             "note: the FMU has no copies of its state, so no checkpoints: {reason}; methods `save` and `restore` of the class can do without it"
@@ -82,7 +87,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
 }
 
 /// The name of a file in the folder of resources.
-fn inside(path: &Path) -> Result<String, Error> {
+fn resource_name(path: &Path) -> Result<String, Error> {
     let name = path.file_name().and_then(|name| name.to_str());
     match name {
         Some(name) if name != python_model::INTERFACE && name != "trackside" => Ok(name.to_owned()),
@@ -95,15 +100,14 @@ fn inside(path: &Path) -> Result<String, Error> {
 }
 
 /// The path of a file in the folder of resources: as it lies to the script, or its name when it lies elsewhere.
-fn beside(script: &Path, path: &Path) -> Result<String, Error> {
-    let whole = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let (path, script) = (whole(path), whole(script));
+fn resource_path(script: &Path, path: &Path) -> Result<String, Error> {
+    let canonical = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let (path, script) = (canonical(path), canonical(script));
     let own = script.parent().and_then(|folder| path.strip_prefix(folder).ok());
     match own.and_then(Path::to_str).filter(|own| !own.is_empty()) {
-        Some(own) => {
-            inside(own.split('/').next().unwrap_or_default().as_ref()).map(|_| own.to_owned())
-        }
-        None => inside(&path),
+        Some(own) => resource_name(own.split('/').next().unwrap_or_default().as_ref())
+            .map(|_| own.to_owned()),
+        None => resource_name(&path),
     }
 }
 
@@ -114,7 +118,7 @@ fn read(path: &Path, name: String, into: &mut BTreeMap<String, Vec<u8>>) -> Resu
     if about.is_dir() {
         for entry in std::fs::read_dir(path).map_err(wrong)? {
             let entry = entry.map_err(wrong)?.path();
-            let own = inside(&entry)?;
+            let own = resource_name(&entry)?;
             if own != "__pycache__" && !own.starts_with('.') {
                 read(&entry, format!("{name}/{own}"), into)?;
             }
@@ -142,7 +146,7 @@ fn write(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<(), Error> 
 
 /// The error of a script that does not load, at its line.
 fn refused(
-    order: &Order,
+    order: &PackOptions,
     resources: &BTreeMap<String, Vec<u8>>,
     interpreter: &Interpreter,
     failure: Failure,
@@ -157,7 +161,7 @@ fn refused(
         let words = text.get(begin..)?.lines().next().unwrap_or_default();
         let indent = words.len() - words.trim_start().len();
         let range = begin + indent..begin + words.trim_end().len().max(indent);
-        Some((Source::made(TextFile::new(path(file), text)), range))
+        Some((Source::generated(TextFile::new(path(file), text)), range))
     });
     let error = match place {
         Some((source, range)) => source.error(range, &message, ""),

@@ -52,7 +52,7 @@ fn pack(path: &Path, archive: &Path) -> Result<(), Error> {
     let mut building = BuildLine::default();
     let built = package::build(&scenario, &mut |progress: BuildProgress| building.show(&progress))?;
     let plan = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    validation::rehearse(&scenario, &built, &plan.system)?;
+    validation::check_all(&scenario, &built, &plan.system)?;
     let exported = export(&scenario, &built, &plan.system, archive)?;
     for note in &exported.notes {
         tell(&format!("note: {note}"));

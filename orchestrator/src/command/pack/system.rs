@@ -15,7 +15,7 @@ use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
 
-use super::sealed::Sealed;
+use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
 use crate::command::{print, tell};
 
@@ -23,7 +23,7 @@ use crate::command::{print, tell};
 const LIBRARY: &str = "system-fmu";
 
 /// What to pack, and how.
-pub struct Order<'a> {
+pub struct PackOptions<'a> {
     /// One scenario.
     pub scenarios: &'a [String],
     /// Name, inputs and outputs of the FMU.
@@ -38,15 +38,15 @@ pub struct Order<'a> {
 ///
 /// # Errors
 /// When the scenario is wrong, a chosen variable is none, or the archive cannot be written.
-pub fn run(order: &Order) -> Result<u8, Error> {
-    let [path] = order.scenarios else {
-        let found = order.scenarios.len();
+pub fn run(options: &PackOptions) -> Result<u8, Error> {
+    let [path] = options.scenarios else {
+        let found = options.scenarios.len();
         let error = Error::input(format!("--fmu: expected one scenario, found {found}"));
         return Err(error.help(
             "trackside pack SCENARIO.toml --fmu NAME --inputs plant.delta --outputs 'plant.*'",
         ));
     };
-    let name = &order.choice.name;
+    let name = &options.choice.name;
     if !is_identifier(name) {
         return Err(Error::input(format!(
             "--fmu: expected letters, digits and `_` without a digit in front, found `{name}`"
@@ -57,16 +57,16 @@ pub fn run(order: &Order) -> Result<u8, Error> {
     let progress = &mut |progress: BuildProgress| building.show(&progress);
     let built = package::build(&scenario, progress)?;
     let original = RunPlan::resolve(&scenario, &built, &Overrides::default(), PathBuf::new())?;
-    separable(&original.system)?;
+    check_one_process(&original.system)?;
     let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
-    let made = gather((&scenario, &original.system), &built, &order.choice, folder.path())?;
-    let Made { mut interface, table, left_out, resources } = made;
-    let (version, out) = (order.version, order.out);
-    let sealed = Sealed { name, version, out, table: &table, library: &library };
-    interface.guid = sealed.identity(&resources);
-    let path = sealed.pack(&interface.guid, resources, (::system::INTERFACE, &interface))?;
+    let exposed = expose_system(&scenario, &original.system, &built, &options.choice, folder.path())?;
+    let ExposedSystem { mut interface, table, left_out, resources } = exposed;
+    let (version, out) = (options.version, options.out);
+    let package = FmuPackage { name, version, out, table: &table, library: &library };
+    interface.guid = package.identity(&resources);
+    let path = package.pack(&interface.guid, resources, ::system::INTERFACE, &interface)?;
     if !left_out.is_empty() {
         let names = left_out.join(", ");
         tell(&format!(
@@ -78,7 +78,7 @@ pub fn run(order: &Order) -> Result<u8, Error> {
 }
 
 /// What the scenario looks like from outside.
-struct Made {
+struct ExposedSystem {
     interface: ::system::Interface,
     table: fmu_export::description::Table,
     left_out: Vec<String>,
@@ -87,7 +87,7 @@ struct Made {
 }
 
 /// Refuses FMUs that cannot be in one process.
-fn separable(system: &System) -> Result<(), Error> {
+fn check_one_process(system: &System) -> Result<(), Error> {
     let fmus = system.nodes.iter().filter_map(|node| match &node.body {
         Body::Fmu { fmu, .. } => Some((&node.name, fmu)),
         _ => None,
@@ -109,12 +109,13 @@ fn separable(system: &System) -> Result<(), Error> {
 }
 
 /// Gathers the scenario and all its files in a folder, with the chosen inputs free.
-fn gather(
-    (scenario, original): (&Scenario, &System),
+fn expose_system(
+    scenario: &Scenario,
+    original: &System,
     built: &BuildArtifacts,
     choice: &Choice,
     folder: &Path,
-) -> Result<Made, Error> {
+) -> Result<ExposedSystem, Error> {
     let overrides = Overrides::default();
     let layout = Layout { fmus: "fmus", others: "files", plugins: None };
     let bundle = Bundle::gather(scenario, built, layout)?;
@@ -127,16 +128,16 @@ fn gather(
         );
     }
     let document = &scenario.document;
-    let judging = [
+    let unused_lists = [
         ("check", document.check.is_empty()),
         ("analysis", document.analysis.is_empty()),
         ("validation", document.validation.is_empty()),
         ("baseline", document.baseline.is_empty()),
     ];
-    let judging: Vec<_> =
-        judging.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
+    let unused_lists: Vec<_> =
+        unused_lists.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
     let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
-    let (inputs, text) = expose::guided(original, (&judging, &written), SCENARIO, choice)?;
+    let (inputs, text) = expose::guided(original, (&unused_lists, &written), SCENARIO, choice)?;
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;
@@ -149,5 +150,5 @@ fn gather(
         Ok((name.to_owned(), bytes))
     };
     let resources = names.map(read).collect::<Result<_, Error>>()?;
-    Ok(Made { interface, table, left_out, resources })
+    Ok(ExposedSystem { interface, table, left_out, resources })
 }

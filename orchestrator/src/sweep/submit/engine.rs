@@ -1,4 +1,4 @@
-//! What an engine does for a sweep: it takes arrays of tasks, and says which of them wait and which run.
+//! The interface to an engine: it takes arrays of tasks, and reports which of them wait and which run.
 
 use std::collections::HashMap;
 use std::ffi::OsStr;
@@ -8,29 +8,29 @@ use diagnostics::{Error, shown};
 
 use super::submission::Submission;
 
-/// What a task that has not ended does.
+/// The state of a task that has not ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum State {
+pub(super) enum TaskState {
     Waiting,
     Running,
 }
 
 /// The tasks that have not ended, by the number of the submission and by their place in it.
-pub(super) type Queue = HashMap<(u32, usize), State>;
+pub(super) type Queue = HashMap<(u32, usize), TaskState>;
 
-/// Why an engine did not do what it was asked for.
+/// Why a command of an engine failed.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// Its program is not there.
     Missing(&'static str),
-    /// What it said.
-    Said(String),
+    /// It failed with this message.
+    Failed(String),
 }
 
-/// Something that runs tasks, on this machine or on others.
+/// A program that runs tasks, on this machine or on others.
 pub(super) trait Engine {
     /// How many tasks an array may have.
-    fn largest(&mut self) -> usize;
+    fn max_array_size(&mut self) -> usize;
 
     /// Starts the tasks of a submission.
     fn submit(&mut self, submission: &Submission) -> Result<(), Refusal>;
@@ -42,7 +42,7 @@ pub(super) trait Engine {
     fn cancel(&mut self, submissions: &[Submission]);
 
     /// Whether its tasks go on when this program ends.
-    fn outlives(&self) -> bool {
+    fn outlives_program(&self) -> bool {
         true
     }
 
@@ -50,23 +50,25 @@ pub(super) trait Engine {
     fn remedy(&self) -> &'static str;
 }
 
-/// Calls a program of an engine, and gives what it printed.
-pub(super) fn ask<A: AsRef<OsStr>>(
+/// Runs a command of an engine, and returns its standard output.
+pub(super) fn run_command<A: AsRef<OsStr>>(
     program: &'static str,
     arguments: impl IntoIterator<Item = A>,
 ) -> Result<String, Refusal> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output();
     let output = output.map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => Refusal::Missing(program),
-        _ => Refusal::Said(format!("{program} does not start: {error}")),
+        _ => Refusal::Failed(format!("{program} does not start: {error}")),
     })?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
     if output.status.success() {
         return Ok(text(&output.stdout));
     }
-    let said = [text(&output.stderr), text(&output.stdout)];
-    let said = said.into_iter().find(|said| !said.is_empty());
-    Err(Refusal::Said(said.unwrap_or_else(|| format!("{program} ended with {}", output.status))))
+    let message = [text(&output.stderr), text(&output.stdout)];
+    let message = message.into_iter().find(|message| !message.is_empty());
+    Err(Refusal::Failed(
+        message.unwrap_or_else(|| format!("{program} ended with {}", output.status)),
+    ))
 }
 
 impl Refusal {
@@ -74,7 +76,7 @@ impl Refusal {
     pub fn what(&self) -> String {
         match self {
             Refusal::Missing(program) => format!("the program {program} is not on the path"),
-            Refusal::Said(said) => shown(said).into_owned(),
+            Refusal::Failed(message) => shown(message).into_owned(),
         }
     }
 

@@ -1,16 +1,15 @@
-//! Follows the chunks of a plan: looks at their files and at the queue of the engine, and submits what is missing and in no queue.
+//! Follows the chunks of a plan by their files and the queue of the engine, and submits again those that are missing and in no queue.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-use std::path::Path;
 use std::time::{Duration, Instant};
 
 use diagnostics::{Error, shown};
 
 use super::super::chunk;
-use super::super::crew::ends;
 use super::super::plan::{PARTS, Plan};
-use super::engine::{Engine, Queue, Refusal, State};
-use super::submission::{Submission, Submissions};
+use super::super::worker_process::end_requested;
+use super::engine::{Engine, Queue, Refusal, TaskState};
+use super::submission::{LogTail, Submission, Submissions, TaskExit};
 
 /// A chunk is submitted so often at most by one command.
 const ATTEMPTS: u32 = 3;
@@ -22,11 +21,11 @@ const PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)]
 /// The same for processes of this one.
 const OWN: Duration = Duration::from_millis(200);
 /// Exit codes of a task that fails again wherever it runs: wrong input, and a program that is not there.
-const HOPELESS: [u8; 3] = [2, 126, 127];
+const FATAL_EXIT_CODES: [u8; 3] = [2, 126, 127];
 
 /// How far the chunks of a plan are.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Watched {
+pub struct ChunkProgress {
     /// All chunks.
     pub chunks: usize,
     /// Those that are done.
@@ -43,7 +42,7 @@ pub struct Watched {
 
 /// How following ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Followed {
+pub enum FollowOutcome {
     /// All chunks are done.
     Done,
     /// They are submitted, and nobody waits for them.
@@ -54,13 +53,13 @@ pub enum Followed {
     Stopped,
 }
 
-/// What follows the chunks of a plan.
-pub(super) struct Follow<'a> {
+/// Follows the chunks of a plan until all are done.
+pub(super) struct ChunkFollower<'a> {
     plan: &'a Plan,
     engine: Box<dyn Engine>,
     submissions: Submissions,
-    /// Those that are there.
-    known: Vec<Submission>,
+    /// Those that were listed last.
+    listed: Vec<Submission>,
     /// The numbers of those that had tasks since this program looks.
     live: HashSet<u32>,
     /// Files of chunks that were no results when this program came.
@@ -70,39 +69,39 @@ pub(super) struct Follow<'a> {
     /// Since when no task has these chunks.
     absent: BTreeMap<u64, Instant>,
     submitted: Option<Instant>,
-    watched: Watched,
+    progress: ChunkProgress,
 }
 
 /// What a look shows.
-struct Seen {
+struct QueueSnapshot {
     missing: BTreeSet<u64>,
-    queue: HashMap<u64, State>,
+    queue: HashMap<u64, TaskState>,
 }
 
-impl<'a> Follow<'a> {
+impl<'a> ChunkFollower<'a> {
     pub fn new(
         plan: &'a Plan,
         engine: Box<dyn Engine>,
         submissions: Submissions,
     ) -> Result<Self, Error> {
         let mut damaged = BTreeSet::new();
-        for number in present(plan)? {
+        for number in chunks_with_files(plan)? {
             if chunk::part(plan, number)?.is_none() {
                 damaged.insert(number);
             }
         }
-        let watched = Watched { chunks: plan.chunks() as usize, ..Watched::default() };
-        Ok(Follow {
+        let progress = ChunkProgress { chunks: plan.chunks() as usize, ..ChunkProgress::default() };
+        Ok(ChunkFollower {
             plan,
             engine,
             submissions,
-            known: Vec::new(),
+            listed: Vec::new(),
             live: HashSet::new(),
             damaged,
             attempts: HashMap::new(),
             absent: BTreeMap::new(),
             submitted: None,
-            watched,
+            progress,
         })
     }
 
@@ -110,74 +109,84 @@ impl<'a> Follow<'a> {
     ///
     /// # Errors
     /// When the engine refuses, a task fails for a reason that stays, or a chunk failed three times.
-    pub fn run(&mut self, detach: bool, show: &mut dyn FnMut(&Watched)) -> Result<Followed, Error> {
+    pub fn run(
+        &mut self,
+        detach: bool,
+        show: &mut dyn FnMut(&ChunkProgress),
+    ) -> Result<FollowOutcome, Error> {
         let mut first = true;
         loop {
             let begin = Instant::now();
-            let seen = match self.look() {
-                Ok(seen) => Some(seen),
-                Err(Look::Silent(refusal)) if !first => {
-                    self.watched.silent = Some(refusal.what());
+            let snapshot = match self.snapshot() {
+                Ok(snapshot) => Some(snapshot),
+                Err(SnapshotError::Silent(refusal)) if !first => {
+                    self.progress.silent = Some(refusal.what());
                     None
                 }
-                Err(Look::Silent(refusal)) => return Err(refusal.error(self.engine.remedy())),
-                Err(Look::Failed(error)) => return Err(error),
+                Err(SnapshotError::Silent(refusal)) => {
+                    return Err(refusal.error(self.engine.remedy()));
+                }
+                Err(SnapshotError::Failed(error)) => return Err(error),
             };
             let asked = begin.elapsed();
-            if let Some(seen) = seen {
-                self.hopeless(&seen)?;
-                if seen.missing.is_empty() {
-                    show(&self.watched);
-                    return Ok(Followed::Done);
+            if let Some(snapshot) = snapshot {
+                self.check_exit_codes(&snapshot)?;
+                if snapshot.missing.is_empty() {
+                    show(&self.progress);
+                    return Ok(FollowOutcome::Done);
                 }
-                self.submit_absent(&seen, first)?;
+                self.submit_absent(&snapshot, first)?;
             }
-            show(&self.watched);
+            show(&self.progress);
             if detach {
-                return Ok(Followed::Detached);
+                return Ok(FollowOutcome::Detached);
             }
             first = false;
             let [least, most] = PERIODS;
-            let period =
-                if self.engine.outlives() { (asked * SHARE).clamp(least, most) } else { OWN };
+            let period = if self.engine.outlives_program() {
+                (asked * SHARE).clamp(least, most)
+            } else {
+                OWN
+            };
             let until = Instant::now() + period;
             while Instant::now() < until {
-                if ends() {
-                    return Ok(self.leave());
+                if end_requested() {
+                    return Ok(self.stop());
                 }
                 std::thread::sleep(Duration::from_millis(50).min(period));
             }
         }
     }
 
-    fn leave(&mut self) -> Followed {
-        if self.engine.outlives() {
-            return Followed::Left;
+    fn stop(&mut self) -> FollowOutcome {
+        if self.engine.outlives_program() {
+            return FollowOutcome::Left;
         }
-        self.engine.cancel(&self.known);
-        Followed::Stopped
+        self.engine.cancel(&self.listed);
+        FollowOutcome::Stopped
     }
 
     /// Looks at files and at the queue.
-    fn look(&mut self) -> Result<Seen, Look> {
-        self.known = self.submissions.list();
+    fn snapshot(&mut self) -> Result<QueueSnapshot, SnapshotError> {
+        self.listed = self.submissions.list();
         // The queue first: a task that ends in between has left its file.
-        let queue = self.engine.queue(&self.known).map_err(Look::Silent)?;
-        let done = self.done().map_err(Look::Failed)?;
+        let queue = self.engine.queue(&self.listed).map_err(SnapshotError::Silent)?;
+        let done = self.done().map_err(SnapshotError::Failed)?;
         let missing: BTreeSet<u64> =
             (0..self.plan.chunks()).filter(|chunk| !done.contains(chunk)).collect();
         let queue = self.by_chunk(&queue);
         let count = |state| queue.values().filter(|it| **it == state).count();
-        let watched = &mut self.watched;
-        (watched.running, watched.waiting) = (count(State::Running), count(State::Waiting));
-        watched.done = watched.chunks - missing.len();
-        watched.silent = None;
-        Ok(Seen { missing, queue })
+        let progress = &mut self.progress;
+        (progress.running, progress.waiting) =
+            (count(TaskState::Running), count(TaskState::Waiting));
+        progress.done = progress.chunks - missing.len();
+        progress.silent = None;
+        Ok(QueueSnapshot { missing, queue })
     }
 
     /// The chunks whose results are there.
     fn done(&mut self) -> Result<BTreeSet<u64>, Error> {
-        let mut done = present(self.plan)?;
+        let mut done = chunks_with_files(self.plan)?;
         let mut mended = Vec::new();
         for number in self.damaged.intersection(&done) {
             if chunk::part(self.plan, *number)?.is_some() {
@@ -191,13 +200,13 @@ impl<'a> Follow<'a> {
         Ok(done)
     }
 
-    fn by_chunk(&mut self, queue: &Queue) -> HashMap<u64, State> {
+    fn by_chunk(&mut self, queue: &Queue) -> HashMap<u64, TaskState> {
         let mut chunks = HashMap::new();
         for ((number, task), state) in queue {
             self.live.insert(*number);
-            let submission = self.known.iter().find(|it| it.number == *number);
+            let submission = self.listed.iter().find(|it| it.number == *number);
             let Some(chunk) = submission.and_then(|it| it.chunks.get(*task)) else { continue };
-            if *state == State::Running || !chunks.contains_key(chunk) {
+            if *state == TaskState::Running || !chunks.contains_key(chunk) {
                 chunks.insert(*chunk, *state);
             }
         }
@@ -205,17 +214,18 @@ impl<'a> Follow<'a> {
     }
 
     /// Ends all when a task failed for a reason that stays.
-    fn hopeless(&mut self, seen: &Seen) -> Result<(), Error> {
-        for submission in self.known.iter().filter(|it| self.live.contains(&it.number)) {
-            let failed = submission.ended().into_iter();
-            let mut failed = failed
-                .filter(|(chunk, code)| HOPELESS.contains(code) && seen.missing.contains(chunk));
-            if let Some((chunk, code)) = failed.next() {
-                let (log, words) = submission.last_words(chunk);
-                self.engine.cancel(&self.known);
+    fn check_exit_codes(&mut self, snapshot: &QueueSnapshot) -> Result<(), Error> {
+        for submission in self.listed.iter().filter(|it| self.live.contains(&it.number)) {
+            let exits = submission.task_exits().into_iter();
+            let mut fatal = exits.filter(|it| {
+                FATAL_EXIT_CODES.contains(&it.code) && snapshot.missing.contains(&it.chunk)
+            });
+            if let Some(TaskExit { chunk, code }) = fatal.next() {
+                let tail = submission.log_tail(chunk);
+                self.engine.cancel(&self.listed);
                 return Err(Error::input(format!(
                     "chunk {chunk} ended with exit code {code}, as each other one would; all tasks are cancelled: {}",
-                    told(&log, &words)
+                    end_of_log(&tail)
                 ))
                 .help("mend it, and give the same command again: what is done is kept"));
             }
@@ -224,10 +234,10 @@ impl<'a> Follow<'a> {
     }
 
     /// Submits the missing chunks that no task has: at once in the beginning, later when they stay absent.
-    fn submit_absent(&mut self, seen: &Seen, first: bool) -> Result<(), Error> {
+    fn submit_absent(&mut self, snapshot: &QueueSnapshot, first: bool) -> Result<(), Error> {
         let now = Instant::now();
-        let absent = |chunk: &&u64| !seen.queue.contains_key(chunk);
-        let absent: BTreeSet<u64> = seen.missing.iter().filter(absent).copied().collect();
+        let absent = |chunk: &&u64| !snapshot.queue.contains_key(chunk);
+        let absent: BTreeSet<u64> = snapshot.missing.iter().filter(absent).copied().collect();
         self.absent.retain(|chunk, _| absent.contains(chunk));
         for chunk in &absent {
             self.absent.entry(*chunk).or_insert(now);
@@ -235,76 +245,77 @@ impl<'a> Follow<'a> {
         // A file may be seen a moment later than the end of its task.
         let lasting = self.absent.iter().filter(|(_, since)| first || **since < now);
         let lasting: BTreeSet<u64> = lasting.map(|(chunk, _)| *chunk).collect();
-        let spent = |chunk: &u64| self.attempts.get(chunk).is_some_and(|it| *it >= ATTEMPTS);
-        let again: BTreeSet<u64> = lasting.iter().filter(|it| !spent(it)).copied().collect();
+        let is_exhausted = |chunk: &u64| self.attempts.get(chunk).is_some_and(|it| *it >= ATTEMPTS);
+        let again: BTreeSet<u64> = lasting.iter().filter(|it| !is_exhausted(it)).copied().collect();
         if again.is_empty() {
-            if seen.queue.is_empty() && lasting.len() == seen.missing.len() {
-                return Err(self.given_up(&lasting));
+            if snapshot.queue.is_empty() && lasting.len() == snapshot.missing.len() {
+                return Err(self.attempts_exhausted(&lasting));
             }
             return Ok(());
         }
-        let collected = self.submitted.is_none_or(|since| since.elapsed() > COLLECT);
-        if collected || seen.queue.is_empty() { self.submit(&again, first) } else { Ok(()) }
+        let is_due = self.submitted.is_none_or(|since| since.elapsed() > COLLECT);
+        if is_due || snapshot.queue.is_empty() { self.submit(&again, first) } else { Ok(()) }
     }
 
     /// Submits those of these chunks that still have no task.
     fn submit(&mut self, chunks: &BTreeSet<u64>, first: bool) -> Result<(), Error> {
         let _lock = self.submissions.lock();
-        let seen = match self.look() {
-            Ok(seen) => seen,
-            Err(Look::Failed(error)) => return Err(error),
-            Err(Look::Silent(refusal)) => return self.refused(&refusal, first),
+        let snapshot = match self.snapshot() {
+            Ok(snapshot) => snapshot,
+            Err(SnapshotError::Failed(error)) => return Err(error),
+            Err(SnapshotError::Silent(refusal)) => return self.handle_refusal(&refusal, first),
         };
-        let still = |chunk: &u64| seen.missing.contains(chunk) && !seen.queue.contains_key(chunk);
+        let still =
+            |chunk: &u64| snapshot.missing.contains(chunk) && !snapshot.queue.contains_key(chunk);
         let chunks: Vec<u64> = chunks.iter().copied().filter(still).collect();
-        let largest = self.engine.largest();
+        let largest = self.engine.max_array_size();
         for array in chunks.chunks(largest) {
             let submission = self.submissions.add(array.to_vec())?;
             if let Err(refusal) = self.engine.submit(&submission) {
                 Submissions::remove(&submission);
-                let nothing = seen.queue.is_empty() && array.first() == chunks.first();
-                return self.refused(&refusal, nothing);
+                let nothing = snapshot.queue.is_empty() && array.first() == chunks.first();
+                return self.handle_refusal(&refusal, nothing);
             }
             self.live.insert(submission.number);
             self.submitted = Some(Instant::now());
-            self.watched.waiting += array.len();
+            self.progress.waiting += array.len();
             for chunk in array {
                 self.absent.remove(chunk);
                 let attempts = self.attempts.entry(*chunk).or_default();
-                self.watched.lost += usize::from(*attempts > 0 || !first);
+                self.progress.lost += usize::from(*attempts > 0 || !first);
                 *attempts += 1;
             }
-            self.known.push(submission);
+            self.listed.push(submission);
         }
         Ok(())
     }
 
     /// A refusal is an error when no task of this plan is there that could end and make room.
-    fn refused(&mut self, refusal: &Refusal, nothing: bool) -> Result<(), Error> {
+    fn handle_refusal(&mut self, refusal: &Refusal, nothing: bool) -> Result<(), Error> {
         if nothing || matches!(refusal, Refusal::Missing(_)) {
             return Err(refusal.error(self.engine.remedy()));
         }
         self.submitted = Some(Instant::now());
-        self.watched.silent = Some(refusal.what());
+        self.progress.silent = Some(refusal.what());
         Ok(())
     }
 
-    fn given_up(&self, chunks: &BTreeSet<u64>) -> Error {
+    fn attempts_exhausted(&self, chunks: &BTreeSet<u64>) -> Error {
         let names: Vec<_> = chunks.iter().take(20).map(ToString::to_string).collect();
         let mut message = format!(
             "{} of {} chunks were submitted {ATTEMPTS} times and are not done: {}",
             chunks.len(),
-            self.watched.chunks,
+            self.progress.chunks,
             names.join(", ")
         );
         let last = chunks.first().and_then(|chunk| {
-            let with = self.known.iter().rev().find(|it| it.chunks.contains(chunk))?;
-            let code = with.ended().into_iter().find(|(ended, _)| ended == chunk);
-            let code = code.map_or("it left no exit code".to_owned(), |(_, code)| {
-                format!("its exit code was {code}")
+            let submission = self.listed.iter().rev().find(|it| it.chunks.contains(chunk))?;
+            let exit = submission.task_exits().into_iter().find(|it| it.chunk == *chunk);
+            let code = exit.map_or("it left no exit code".to_owned(), |exit| {
+                format!("its exit code was {}", exit.code)
             });
-            let (log, words) = with.last_words(*chunk);
-            Some(format!("; of chunk {chunk}: {code}; {}", told(&log, &words)))
+            let tail = submission.log_tail(*chunk);
+            Some(format!("; of chunk {chunk}: {code}; {}", end_of_log(&tail)))
         });
         message += &last.unwrap_or_default();
         Error::input(message)
@@ -313,14 +324,14 @@ impl<'a> Follow<'a> {
 }
 
 /// Why a look shows nothing.
-enum Look {
+enum SnapshotError {
     /// The engine does not answer.
     Silent(Refusal),
     Failed(Error),
 }
 
 /// The chunks that have a file of results.
-fn present(plan: &Plan) -> Result<BTreeSet<u64>, Error> {
+fn chunks_with_files(plan: &Plan) -> Result<BTreeSet<u64>, Error> {
     let folder = plan.folder.join(PARTS);
     let files = match std::fs::read_dir(&folder) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeSet::new()),
@@ -332,9 +343,9 @@ fn present(plan: &Plan) -> Result<BTreeSet<u64>, Error> {
 }
 
 /// What a log says, and where it is.
-fn told(log: &Path, words: &str) -> String {
-    match words {
-        "" => format!("it printed nothing into {}", log.display()),
-        words => format!("{} (the end of {})", shown(words), log.display()),
+fn end_of_log(LogTail { path, text }: &LogTail) -> String {
+    match text.as_str() {
+        "" => format!("it printed nothing into {}", path.display()),
+        text => format!("{} (the end of {})", shown(text), path.display()),
     }
 }

@@ -1,8 +1,8 @@
-//! Lets HyperQueue run chunks, as task arrays.
+//! The engine HyperQueue: chunks are task arrays.
 
 use serde_json::Value;
 
-use super::engine::{Engine, Queue, Refusal, State, ask};
+use super::engine::{Engine, Queue, Refusal, TaskState, run_command};
 use super::submission::Submission;
 
 /// The engine.
@@ -17,21 +17,28 @@ pub(super) const TASK: &str = "HQ_TASK_ID";
 const LARGEST: usize = 100_000;
 const JSON: &str = "--output-mode=json";
 
+/// A job of HyperQueue.
+struct Job {
+    id: u64,
+    /// The number of its submission.
+    submission: u32,
+}
+
 impl HyperQueue {
-    /// The numbers of jobs with the names of these submissions, each with the number of its submission.
-    fn jobs(submissions: &[Submission]) -> Result<Vec<(u64, u32)>, Refusal> {
-        let jobs = json(&ask("hq", ["job", "list", "--all", JSON])?)?;
+    /// The jobs with the names of these submissions.
+    fn jobs(submissions: &[Submission]) -> Result<Vec<Job>, Refusal> {
+        let jobs = json(&run_command("hq", ["job", "list", "--all", JSON])?)?;
         let named = |job: &Value| {
             let name = job["name"].as_str()?;
             let submission = submissions.iter().find(|it| it.name == name)?;
-            Some((job["id"].as_u64()?, submission.number))
+            Some(Job { id: job["id"].as_u64()?, submission: submission.number })
         };
         Ok(jobs.as_array().into_iter().flatten().filter_map(named).collect())
     }
 }
 
 impl Engine for HyperQueue {
-    fn largest(&mut self) -> usize {
+    fn max_array_size(&mut self) -> usize {
         LARGEST
     }
 
@@ -53,9 +60,9 @@ impl Engine for HyperQueue {
         for path in [&submission.script, &submission.folder] {
             arguments.push(path.to_string_lossy().into_owned());
         }
-        let said = ask("hq", arguments)?;
+        let answer = run_command("hq", arguments)?;
         // For people; the server is asked by the name.
-        let job = json(&said)?["id"].as_u64().unwrap_or_default();
+        let job = json(&answer)?["id"].as_u64().unwrap_or_default();
         let _ = std::fs::write(submission.folder.join("job"), format!("{job}\n"));
         Ok(())
     }
@@ -65,14 +72,14 @@ impl Engine for HyperQueue {
         if jobs.is_empty() {
             return Ok(Queue::new());
         }
-        let numbers: Vec<_> = jobs.iter().map(|(job, _)| job.to_string()).collect();
-        let tasks = json(&ask("hq", ["task", "list", &numbers.join(","), JSON])?)?;
+        let numbers: Vec<_> = jobs.iter().map(|job| job.id.to_string()).collect();
+        let tasks = json(&run_command("hq", ["task", "list", &numbers.join(","), JSON])?)?;
         Ok(queue(&jobs, &tasks))
     }
 
     fn cancel(&mut self, submissions: &[Submission]) {
-        for (job, _) in Self::jobs(submissions).unwrap_or_default() {
-            let _ = ask("hq", ["job", "cancel", &job.to_string()]);
+        for job in Self::jobs(submissions).unwrap_or_default() {
+            let _ = run_command("hq", ["job", "cancel", &job.id.to_string()]);
         }
     }
 
@@ -83,21 +90,21 @@ impl Engine for HyperQueue {
 
 fn json(text: &str) -> Result<Value, Refusal> {
     serde_json::from_str(text)
-        .map_err(|error| Refusal::Said(format!("hq gave an answer that is no JSON: {error}")))
+        .map_err(|error| Refusal::Failed(format!("hq gave an answer that is no JSON: {error}")))
 }
 
 /// The tasks of a list such as `{"3": [{"id": 0, "state": "running"}]}`.
-fn queue(jobs: &[(u64, u32)], tasks: &Value) -> Queue {
+fn queue(jobs: &[Job], tasks: &Value) -> Queue {
     let mut queue = Queue::new();
-    for (job, submission) in jobs {
-        for task in tasks[job.to_string()].as_array().into_iter().flatten() {
+    for job in jobs {
+        for task in tasks[job.id.to_string()].as_array().into_iter().flatten() {
             let state = match task["state"].as_str() {
-                Some("waiting") => State::Waiting,
-                Some("running") => State::Running,
+                Some("waiting") => TaskState::Waiting,
+                Some("running") => TaskState::Running,
                 _ => continue,
             };
             if let Some(task) = task["id"].as_u64() {
-                queue.insert((*submission, task as usize), state);
+                queue.insert((job.submission, task as usize), state);
             }
         }
     }
@@ -114,7 +121,8 @@ mod tests {
             "3": [{"id": 0, "state": "running"}, {"id": 1, "state": "finished"}],
             "5": [{"id": 0, "state": "failed"}, {"id": 7, "state": "waiting"}],
         });
-        let expected = [((1, 0), State::Running), ((2, 7), State::Waiting)];
-        assert_eq!(queue(&[(3, 1), (5, 2)], &tasks), Queue::from(expected));
+        let expected = [((1, 0), TaskState::Running), ((2, 7), TaskState::Waiting)];
+        let jobs = [Job { id: 3, submission: 1 }, Job { id: 5, submission: 2 }];
+        assert_eq!(queue(&jobs, &tasks), Queue::from(expected));
     }
 }

@@ -1,11 +1,11 @@
-//! Runs chunks on this machine as an engine would: a process for each, some at a time.
+//! The local engine: a process of this machine for each chunk, some at a time.
 
 use std::collections::VecDeque;
 use std::fs::File;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::engine::{Engine, Queue, Refusal, State};
+use super::engine::{Engine, Queue, Refusal, TaskState};
 use super::submission::Submission;
 
 /// The engine.
@@ -32,7 +32,7 @@ impl Local {
         while self.running.len() < self.jobs {
             let Some((submission, task)) = self.waiting.pop_front() else { break };
             let child = start(&submission, task)
-                .map_err(|error| Refusal::Said(format!("a chunk does not start: {error}")))?;
+                .map_err(|error| Refusal::Failed(format!("a chunk does not start: {error}")))?;
             self.running.push((submission.number, task, child));
         }
         Ok(())
@@ -51,7 +51,7 @@ fn start(submission: &Submission, task: usize) -> std::io::Result<Child> {
 }
 
 impl Engine for Local {
-    fn largest(&mut self) -> usize {
+    fn max_array_size(&mut self) -> usize {
         usize::MAX
     }
 
@@ -63,8 +63,9 @@ impl Engine for Local {
 
     fn queue(&mut self, _: &[Submission]) -> Result<Queue, Refusal> {
         self.fill()?;
-        let waiting = self.waiting.iter().map(|(it, task)| ((it.number, *task), State::Waiting));
-        let running = self.running.iter().map(|(it, task, _)| ((*it, *task), State::Running));
+        let waiting =
+            self.waiting.iter().map(|(it, task)| ((it.number, *task), TaskState::Waiting));
+        let running = self.running.iter().map(|(it, task, _)| ((*it, *task), TaskState::Running));
         Ok(waiting.chain(running).collect())
     }
 
@@ -82,7 +83,7 @@ impl Engine for Local {
         }
     }
 
-    fn outlives(&self) -> bool {
+    fn outlives_program(&self) -> bool {
         false
     }
 

@@ -1,6 +1,6 @@
-//! Lets Slurm run chunks, as job arrays.
+//! The engine Slurm: chunks are job arrays.
 
-use super::engine::{Engine, Queue, Refusal, State, ask};
+use super::engine::{Engine, Queue, Refusal, TaskState, run_command};
 use super::submission::Submission;
 
 /// The engine.
@@ -17,9 +17,9 @@ pub(super) const TASK: &str = "SLURM_ARRAY_TASK_ID";
 const LARGEST: usize = 1001;
 
 impl Engine for Slurm {
-    fn largest(&mut self) -> usize {
-        let said = ask("scontrol", ["show", "config"]).unwrap_or_default();
-        largest(&said).unwrap_or(LARGEST)
+    fn max_array_size(&mut self) -> usize {
+        let output = run_command("scontrol", ["show", "config"]).unwrap_or_default();
+        max_array_size(&output).unwrap_or(LARGEST)
     }
 
     fn submit(&mut self, submission: &Submission) -> Result<(), Refusal> {
@@ -38,7 +38,7 @@ impl Engine for Slurm {
         for path in [&submission.script, &submission.folder] {
             arguments.push(path.to_string_lossy().into_owned());
         }
-        let job = ask("sbatch", arguments)?;
+        let job = run_command("sbatch", arguments)?;
         // For people; the queue is asked by the name.
         let _ = std::fs::write(submission.folder.join("job"), format!("{job}\n"));
         Ok(())
@@ -50,13 +50,13 @@ impl Engine for Slurm {
         }
         let names: Vec<_> = submissions.iter().map(|it| it.name.as_str()).collect();
         let names = format!("--name={}", names.join(","));
-        ask("squeue", ["--noheader", "--array", "--me", &names, "--format=%j %K %t"])
-            .map(|said| queue(&said))
+        run_command("squeue", ["--noheader", "--array", "--me", &names, "--format=%j %K %t"])
+            .map(|output| queue(&output))
     }
 
     fn cancel(&mut self, submissions: &[Submission]) {
         for submission in submissions {
-            let _ = ask("scancel", ["--me", &format!("--name={}", submission.name)]);
+            let _ = run_command("scancel", ["--me", &format!("--name={}", submission.name)]);
         }
     }
 
@@ -66,7 +66,7 @@ impl Engine for Slurm {
 }
 
 /// The most tasks of an array by the configuration of Slurm.
-fn largest(config: &str) -> Option<usize> {
+fn max_array_size(config: &str) -> Option<usize> {
     let line = config.lines().find_map(|line| line.trim().strip_prefix("MaxArraySize"))?;
     let size: usize = line.trim_start_matches([' ', '=']).trim().parse().ok()?;
     Some(size.max(1))
@@ -79,8 +79,8 @@ fn queue(lines: &str) -> Queue {
         let number = words.next()?.rsplit('-').next()?.parse().ok()?;
         let task = words.next()?.parse().ok()?;
         let state = match words.next()? {
-            "PD" | "CF" | "RQ" | "RH" | "RS" | "S" | "ST" => State::Waiting,
-            _ => State::Running,
+            "PD" | "CF" | "RQ" | "RH" | "RS" | "S" | "ST" => TaskState::Waiting,
+            _ => TaskState::Running,
         };
         Some(((number, task), state))
     };
@@ -95,8 +95,11 @@ mod tests {
     fn the_queue_is_read_line_by_line() {
         let found =
             queue("trackside-ab12-0001 0 R\n trackside-ab12-0001 17 PD\ntrackside-ab12-0002 3 CG");
-        let expected =
-            [((1, 0), State::Running), ((1, 17), State::Waiting), ((2, 3), State::Running)];
+        let expected = [
+            ((1, 0), TaskState::Running),
+            ((1, 17), TaskState::Waiting),
+            ((2, 3), TaskState::Running),
+        ];
         assert_eq!(found, Queue::from(expected));
     }
 
@@ -104,7 +107,7 @@ mod tests {
     fn the_size_of_arrays_stands_in_the_configuration() {
         let config =
             "Licenses                = (null)\nMaxArraySize            = 1001\nMaxDBDMsgs = 20008";
-        assert_eq!(largest(config), Some(1001));
-        assert_eq!(largest("MaxJobCount = 10000"), None);
+        assert_eq!(max_array_size(config), Some(1001));
+        assert_eq!(max_array_size("MaxJobCount = 10000"), None);
     }
 }

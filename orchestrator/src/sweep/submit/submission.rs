@@ -1,4 +1,4 @@
-//! Keeps what was submitted in the folder of a plan: the script of the tasks, the chunks of each submission, and how its tasks ended.
+//! The files of a submission in the folder of a plan: the script of its tasks, their chunks, and how each ended.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ const CHUNKS: &str = "chunks";
 /// An empty file for each task that ended, named by its chunk and its exit code.
 const ENDED: &str = "ended";
 /// How much of the end of a log a message has [bytes].
-const TOLD: usize = 2000;
+const TAIL: usize = 2000;
 
 /// An array of tasks, a chunk each.
 #[derive(Debug, Clone)]
@@ -46,26 +46,38 @@ impl Submission {
         format!("{FOLDER}/{LOGS}/{:04}_{task}.log", self.number)
     }
 
-    /// The tasks that ended: chunks and exit codes.
-    pub fn ended(&self) -> Vec<(u64, u8)> {
+    /// The exit codes of the tasks that ended.
+    pub fn task_exits(&self) -> Vec<TaskExit> {
         let files = std::fs::read_dir(self.folder.join(ENDED)).into_iter().flatten().flatten();
         let parsed = files.filter_map(|file| {
             let name = file.file_name().into_string().ok()?;
             let (chunk, code) = name.split_once('.')?;
-            Some((chunk.parse().ok()?, code.parse().ok()?))
+            Some(TaskExit { chunk: chunk.parse().ok()?, code: code.parse().ok()? })
         });
         parsed.collect()
     }
 
-    /// The end of what the task of a chunk printed, and the file of it.
-    pub fn last_words(&self, chunk: u64) -> (PathBuf, String) {
+    /// The end of the log of the task of a chunk.
+    pub fn log_tail(&self, chunk: u64) -> LogTail {
         let place = self.chunks.iter().position(|it| *it == chunk).unwrap_or_default();
         let path = self.plan.join(self.log(&place.to_string()));
         let bytes = std::fs::read(&path).unwrap_or_default();
-        let end = &bytes[bytes.len().saturating_sub(TOLD)..];
+        let end = &bytes[bytes.len().saturating_sub(TAIL)..];
         let text = String::from_utf8_lossy(end).trim().to_owned();
-        (path, text)
+        LogTail { path, text }
     }
+}
+
+/// How the task of a chunk ended.
+pub(super) struct TaskExit {
+    pub chunk: u64,
+    pub code: u8,
+}
+
+/// The end of a log, and its file.
+pub(super) struct LogTail {
+    pub path: PathBuf,
+    pub text: String,
 }
 
 /// The submissions of a plan to one engine.
@@ -94,7 +106,7 @@ impl Submissions {
         for inner in [engine, LOGS] {
             std::fs::create_dir_all(folder.join(inner)).map_err(wrong)?;
         }
-        let mark = format!("{} {}", plan.about.digest, root.display());
+        let mark = format!("{} {}", plan.metadata.digest, root.display());
         let mark = fmu_import::sha256(mark.as_bytes())[..12].to_owned();
         let made = Submissions { plan: root, folder, engine, mark };
         made.write_script(number_of_task, program)?;
@@ -126,8 +138,8 @@ code=$?
 : > "$submission/{ENDED}/$chunk.$code"
 exit $code
 "#,
-            program = quoted(program),
-            plan = quoted(&self.plan),
+            program = shell_quoted(program),
+            plan = shell_quoted(&self.plan),
         );
         let draft = self.folder.join(format!(".{}.{}", self.engine, std::process::id()));
         let written = std::fs::write(&draft, text).and_then(|()| std::fs::rename(&draft, &path));
@@ -160,13 +172,13 @@ exit $code
     }
 
     fn read(&self, number: u32) -> Option<Submission> {
-        let mut submission = self.named(number, Vec::new());
+        let mut submission = self.describe(number, Vec::new());
         let text = std::fs::read_to_string(submission.folder.join(CHUNKS)).ok()?;
         submission.chunks = text.lines().filter_map(|line| line.parse().ok()).collect();
         Some(submission)
     }
 
-    fn named(&self, number: u32, chunks: Vec<u64>) -> Submission {
+    fn describe(&self, number: u32, chunks: Vec<u64>) -> Submission {
         Submission {
             number,
             name: format!("trackside-{}-{number:04}", self.mark),
@@ -184,7 +196,7 @@ exit $code
     pub fn add(&self, chunks: Vec<u64>) -> Result<Submission, Error> {
         let last = self.list().last().map_or(0, |it| it.number);
         for number in last + 1.. {
-            let submission = self.named(number, chunks.clone());
+            let submission = self.describe(number, chunks.clone());
             let wrong = |error: std::io::Error| Error::output(&submission.folder, error);
             match std::fs::create_dir(&submission.folder) {
                 // Somebody submits at the same moment, where nothing locks.
@@ -206,6 +218,6 @@ exit $code
 }
 
 /// A path as a word of a shell.
-fn quoted(path: &Path) -> String {
+fn shell_quoted(path: &Path) -> String {
     format!("'{}'", path.to_string_lossy().replace('\'', r"'\''"))
 }

@@ -78,7 +78,7 @@ pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
     let Some(base) = unit.base else { return Unit::parse(&unit.name).ok() };
     let exponents = base.exponents.map(|exponent| i8::try_from(exponent).unwrap_or(i8::MAX));
     // The reader of the system has refused what cannot convert.
-    Unit::defined(exponents, base.factor, base.offset).ok()
+    Unit::try_from_base(exponents, base.factor, base.offset).ok()
 }
 
 /// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.

@@ -56,11 +56,11 @@ pub(in crate::document) fn import_part(
     let times = writer.times_of_part(settings)?;
     writer.nodes()?;
     writer.connectors(settings)?;
-    let Writer { text, origins, notes: more, names: nodes, .. } = writer;
+    let Writer { text, source_map, notes: more, names: nodes, .. } = writer;
     notes.extend(system.notes.iter().cloned().chain(more));
     // Two parts may be of one system.
     let path = format!("{} as {}", path.display(), settings.name).into();
-    let file = TextFile { path, text, origins, ..TextFile::default() };
+    let file = TextFile { path, text, source_map, ..TextFile::default() };
     Ok(SystemPart { file, import: SystemImport::new(notes, None, Some(system)), nodes, times })
 }
 

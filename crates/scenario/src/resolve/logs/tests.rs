@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use diagnostics::{Error, Printable, Source};
+use diagnostics::{Error, PrintableError, Source};
 use plugin::Wanted as Need;
 
 use super::{AliasRequest, Log, aliases, read, read_for_playback};
@@ -58,7 +58,7 @@ impl Folder {
 
     fn error(&self, words: &str) -> String {
         let error = self.read(words).err().expect("it is wrong");
-        let shown = format!("{:?}", miette::Report::new(Printable::of(&error)));
+        let shown = format!("{:?}", miette::Report::new(PrintableError::of(&error)));
         // Without the breaks of its lines.
         shown.replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
     }

@@ -1,4 +1,4 @@
-//! Knows the fields of usual messages of ROS that are signals of a car.
+//! The fields of common ROS messages that are signals of a car.
 
 use recording::table::ColumnTitle;
 

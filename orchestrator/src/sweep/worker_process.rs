@@ -1,4 +1,4 @@
-//! Lets worker processes run variants, a thread for each, and goes on when one of them is lost.
+//! The host's side of a worker process that runs variants: it starts the process, and replaces it when it is lost.
 
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
@@ -10,23 +10,23 @@ use std::time::{Duration, Instant};
 
 use diagnostics::Error;
 use isolation::{End, Guest, Talk};
+use scenario::resolve::Override;
 
-use super::settings::Setting;
 use super::variant::{Failure, Outcome};
-use super::worker::{Answer, Question};
+use super::worker::{WorkerRequest, WorkerResponse};
 use crate::stop::GRACE;
 
-/// What a worker may have written to standard error before that is emptied [bytes].
-const LOUD: u64 = 1 << 20;
-/// What is read of it [bytes].
-const TOLD: u64 = 16 << 10;
+/// The size of standard error of a worker at which it is emptied [bytes].
+const STDERR_LIMIT: u64 = 1 << 20;
+/// The part at its end that is read [bytes].
+const TAIL: u64 = 16 << 10;
 
 /// A worker that is lost before its first variant is started so often.
 const STARTS: u32 = 3;
 
 /// How many variants ended in which way.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct VariantCounts {
     /// All that are done.
     pub done: u64,
     /// In which all checks passed.
@@ -35,11 +35,11 @@ pub struct Tally {
     pub failed_to_run: u64,
 }
 
-impl Tally {
+impl VariantCounts {
     /// With those of another one.
     #[must_use]
-    pub fn with(&self, other: &Tally) -> Tally {
-        Tally {
+    pub fn with(&self, other: &VariantCounts) -> VariantCounts {
+        VariantCounts {
             done: self.done + other.done,
             passed: self.passed + other.passed,
             failed_to_run: self.failed_to_run + other.failed_to_run,
@@ -54,8 +54,8 @@ impl Tally {
     }
 }
 
-/// What became of a variant.
-pub(super) enum Fate {
+/// How the run of a variant in a worker ended.
+pub(super) enum WorkerOutcome {
     /// It ran, or failed twice.
     Done(Box<Outcome>),
     /// The sweep has to end.
@@ -63,77 +63,76 @@ pub(super) enum Fate {
 }
 
 /// A worker process, and what replaces it when it is lost.
-pub(super) struct Worker<'a> {
+pub(super) struct WorkerProcess<'a> {
     plan: &'a Path,
     program: &'a Path,
-    process: Option<Process>,
+    process: Option<GuestProcess>,
     talk: Talk,
     /// Whether instances of FMUs are used again, for whoever asks afterwards.
     pub reused: &'a AtomicBool,
 }
 
-struct Process {
+struct GuestProcess {
     guest: Guest,
     /// Its standard error.
-    said: File,
+    stderr: File,
     /// What a variant may take.
     limit: Duration,
 }
 
-impl<'a> Worker<'a> {
+impl<'a> WorkerProcess<'a> {
     pub fn new(plan: &'a Path, program: &'a Path, reused: &'a AtomicBool) -> Self {
-        Worker { plan, program, process: None, talk: Talk::default(), reused }
+        WorkerProcess { plan, program, process: None, talk: Talk::default(), reused }
     }
 
     /// Runs a variant. When its process is lost, it runs once more in another one.
     ///
     /// # Errors
     /// When no process starts, or the plan cannot be opened.
-    pub fn run(&mut self, settings: &[Setting]) -> Result<Fate, Error> {
+    pub fn run(&mut self, overrides: &[Override]) -> Result<WorkerOutcome, Error> {
         let mut lost = None;
         for _ in 0..2 {
-            if ends() {
-                return Ok(Fate::Stopped);
+            if end_requested() {
+                return Ok(WorkerOutcome::Stopped);
             }
-            let question = Question::Run(settings.to_vec());
-            match self.ask(&question)? {
-                Ok(Answer::Ran(outcome, reused)) => {
+            match self.ask(&WorkerRequest::Run(overrides.to_vec()))? {
+                Ok(WorkerResponse::Ran(outcome, reused)) => {
                     self.reused.store(reused, Relaxed);
-                    return Ok(Fate::Done(outcome));
+                    return Ok(WorkerOutcome::Done(outcome));
                 }
-                Ok(Answer::Opened(_)) => lost = Some(nonsense()),
+                Ok(WorkerResponse::Opened(_)) => lost = Some(malformed_response()),
                 Err(failure) => lost = Some(failure),
             }
             self.process = None;
         }
-        match ends() {
-            true => Ok(Fate::Stopped),
+        match end_requested() {
+            true => Ok(WorkerOutcome::Stopped),
             false => {
-                let failure = Some(lost.unwrap_or_else(nonsense));
-                Ok(Fate::Done(Box::new(Outcome { failure, ..Outcome::default() })))
+                let failure = Some(lost.unwrap_or_else(malformed_response));
+                Ok(WorkerOutcome::Done(Box::new(Outcome { failure, ..Outcome::default() })))
             }
         }
     }
 
     /// The answer of the process, or how it was lost.
-    fn ask(&mut self, question: &Question) -> Result<Result<Answer, Failure>, Error> {
+    fn ask(&mut self, request: &WorkerRequest) -> Result<Result<WorkerResponse, Failure>, Error> {
         if self.process.is_none() {
             self.process = Some(self.start()?);
         }
         let Some(process) = &mut self.process else { return Err(Error::follow_up()) };
-        process.quieten();
-        Ok(process.ask(question, &mut self.talk))
+        process.truncate_stderr();
+        Ok(process.ask(request, &mut self.talk))
     }
 
     /// Starts a process. One that is lost before its first variant may be somebody's kill: another one gets the chance.
-    fn start(&mut self) -> Result<Process, Error> {
-        let mut lost = nonsense();
+    fn start(&mut self) -> Result<GuestProcess, Error> {
+        let mut lost = malformed_response();
         for _ in 0..STARTS {
             match self.try_start()? {
                 Ok(process) => return Ok(process),
                 Err(failure) => lost = failure,
             }
-            if ends() {
+            if end_requested() {
                 break;
             }
         }
@@ -143,35 +142,35 @@ impl<'a> Worker<'a> {
         )))
     }
 
-    fn try_start(&mut self) -> Result<Result<Process, Failure>, Error> {
+    fn try_start(&mut self) -> Result<Result<GuestProcess, Failure>, Error> {
         let failed = |error: std::io::Error| {
             Error::input(format!("a worker of the sweep does not start: {error}"))
         };
-        let said = archive::nameless_file().map_err(failed)?;
+        let stderr = archive::nameless_file().map_err(failed)?;
         // Whoever writes goes on at the end, so that it can be emptied.
-        rustix::fs::fcntl_setfl(&said, rustix::fs::OFlags::APPEND)
+        rustix::fs::fcntl_setfl(&stderr, rustix::fs::OFlags::APPEND)
             .map_err(|error| failed(error.into()))?;
         let mut command = Command::new(self.program);
         command.args(["sweep", "worker"]).stdout(Stdio::null());
-        command.stderr(said.try_clone().map_err(failed)?);
+        command.stderr(stderr.try_clone().map_err(failed)?);
         let guest = Guest::start(command, 0).map_err(failed)?;
-        let mut process = Process { guest, said, limit: Duration::from_secs(3600) };
-        match process.ask(&Question::Open(self.plan.to_owned()), &mut self.talk) {
-            Ok(Answer::Opened(Ok(limit))) => {
+        let mut process = GuestProcess { guest, stderr, limit: Duration::from_secs(3600) };
+        match process.ask(&WorkerRequest::Open(self.plan.to_owned()), &mut self.talk) {
+            Ok(WorkerResponse::Opened(Ok(limit))) => {
                 process.limit = Duration::try_from_secs_f64(limit).unwrap_or(Duration::MAX);
                 Ok(Ok(process))
             }
-            Ok(Answer::Opened(Err(what))) => Err(Error::input(what)),
-            Ok(Answer::Ran(..)) => Ok(Err(nonsense())),
+            Ok(WorkerResponse::Opened(Err(what))) => Err(Error::input(what)),
+            Ok(WorkerResponse::Ran(..)) => Ok(Err(malformed_response())),
             Err(failure) => Ok(Err(failure)),
         }
     }
 }
 
-impl Drop for Worker<'_> {
+impl Drop for WorkerProcess<'_> {
     fn drop(&mut self) {
         if let (Some(process), Ok(leave)) =
-            (&mut self.process, postcard::to_stdvec(&Question::Leave))
+            (&mut self.process, postcard::to_stdvec(&WorkerRequest::Leave))
         {
             process.guest.dismiss(&leave);
         }
@@ -179,36 +178,37 @@ impl Drop for Worker<'_> {
 }
 
 /// Whether somebody asked this program to end.
-pub(super) fn ends() -> bool {
+pub(super) fn end_requested() -> bool {
     fmu_import::requested_end().is_some()
 }
 
-fn nonsense() -> Failure {
+fn malformed_response() -> Failure {
     let what = "the process of the variant gave an answer without meaning".to_owned();
     Failure { what, ..Failure::default() }
 }
 
-impl Process {
-    fn ask(&mut self, question: &Question, talk: &mut Talk) -> Result<Answer, Failure> {
-        let Ok(bytes) = postcard::to_stdvec(question) else { return Err(nonsense()) };
+impl GuestProcess {
+    fn ask(&mut self, request: &WorkerRequest, talk: &mut Talk) -> Result<WorkerResponse, Failure> {
+        let Ok(bytes) = postcard::to_stdvec(request) else { return Err(malformed_response()) };
         // It ends itself at its limit, and says which call does not return.
         let (begin, limit) = (Instant::now(), self.limit.saturating_add(4 * GRACE));
-        let asked = self.guest.ask((&[], &bytes), talk, |_| ends() || begin.elapsed() > limit);
+        let asked =
+            self.guest.ask((&[], &bytes), talk, |_| end_requested() || begin.elapsed() > limit);
         match asked {
-            Ok(()) => postcard::from_bytes(&talk.bytes).map_err(|_| nonsense()),
-            Err(end) => Err(self.lost(end)),
+            Ok(()) => postcard::from_bytes(&talk.bytes).map_err(|_| malformed_response()),
+            Err(end) => Err(self.failure(end)),
         }
     }
 
-    /// Why it does not answer, by its last words.
-    fn lost(&mut self, end: End) -> Failure {
-        let said = self.end_of_said().unwrap_or_default();
-        let line = said
+    /// Why it does not answer, by the last line of its standard error.
+    fn failure(&mut self, end: End) -> Failure {
+        let stderr = self.stderr_tail().unwrap_or_default();
+        let line = stderr
             .lines()
             .map(str::trim)
             .rfind(|line| !line.is_empty() && !line.starts_with("warning:"));
         match line {
-            Some(line) => last_words(line),
+            Some(line) => failure_of_line(line),
             None => {
                 let what = format!("the process of the variant was lost: {end}");
                 Failure { what, ..Failure::default() }
@@ -216,24 +216,24 @@ impl Process {
         }
     }
 
-    fn end_of_said(&mut self) -> std::io::Result<String> {
-        let length = self.said.metadata()?.len();
-        self.said.seek(SeekFrom::Start(length.saturating_sub(TOLD)))?;
+    fn stderr_tail(&mut self) -> std::io::Result<String> {
+        let length = self.stderr.metadata()?.len();
+        self.stderr.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
         let mut bytes = Vec::new();
-        self.said.by_ref().take(TOLD).read_to_end(&mut bytes)?;
+        self.stderr.by_ref().take(TAIL).read_to_end(&mut bytes)?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 
     /// FMUs may chatter.
-    fn quieten(&mut self) {
-        if self.said.metadata().is_ok_and(|file| file.len() > LOUD) {
-            let _ = self.said.set_len(0);
+    fn truncate_stderr(&mut self) {
+        if self.stderr.metadata().is_ok_and(|file| file.len() > STDERR_LIMIT) {
+            let _ = self.stderr.set_len(0);
         }
     }
 }
 
 /// The node, the call and the time of a line such as "node `plant`: fmi2DoStep at t = 1.5 s ended this program: ...".
-fn last_words(line: &str) -> Failure {
+fn failure_of_line(line: &str) -> Failure {
     let what = line.replacen("ended this program", "ended its process", 1);
     let parts = line.strip_prefix("node `").and_then(|rest| rest.split_once("`: "));
     let Some((node, rest)) = parts else { return Failure { what, ..Failure::default() } };
@@ -248,7 +248,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn last_words_tell_node_call_and_time() {
+    fn failure_of_last_line_has_node_call_and_time() {
         let line =
             "node `plant`: fmi2DoStep at t = 1.5 s ended this program: the FMU aborted (SIGABRT)";
         let expected = Failure {
@@ -259,9 +259,10 @@ mod tests {
             call: Some("fmi2DoStep".to_owned()),
             time: Some(1.5),
         };
-        assert_eq!(last_words(line), expected);
-        let early = last_words("node `a b`: fmi3Reset ended this program: the FMU called exit");
+        assert_eq!(failure_of_line(line), expected);
+        let early =
+            failure_of_line("node `a b`: fmi3Reset ended this program: the FMU called exit");
         assert_eq!((early.node.as_deref(), early.time), (Some("a b"), None));
-        assert_eq!(last_words("terminate called").node, None);
+        assert_eq!(failure_of_line("terminate called").node, None);
     }
 }

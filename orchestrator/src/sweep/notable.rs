@@ -1,4 +1,4 @@
-//! Finds the variants that are worth a look: the worst of each check, those that failed, and those that the scenario wants recorded.
+//! Selects notable variants: the worst of each check, those that failed, and those to be recorded.
 
 use std::path::Path;
 
@@ -7,36 +7,45 @@ use diagnostics::Error;
 use scenario::document::Recorded;
 use serde::Serialize;
 
-use super::rows::{ERROR, PASSED};
+use super::result_rows::{ERROR, PASSED};
 
-/// A variant that is worth a look.
+/// A notable variant.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Shown {
+pub struct NotableVariant {
     /// Its number.
     pub variant: u64,
     /// Why.
     pub why: String,
 }
 
-/// The variants of a table that are worth a look, and those that are to run again with everything recorded.
+/// The notable variants of a sweep.
+pub(super) struct NotableVariants {
+    /// Those that the summary shows.
+    pub shown: Vec<NotableVariant>,
+    /// Those that run again with everything recorded.
+    pub recorded: Vec<u64>,
+}
+
+/// The notable variants in the table of a sweep.
 ///
 /// # Errors
 /// When the table cannot be read.
-pub(super) fn look(path: &Path, wanted: Recorded) -> Result<(Vec<Shown>, Vec<u64>), Error> {
-    let mut look = Look { wanted, ..Look::default() };
+pub(super) fn notable_variants(path: &Path, limits: Recorded) -> Result<NotableVariants, Error> {
+    let mut scan = NotableScan { limits, ..NotableScan::default() };
     let reader = Reader::open(path)?;
     for group in 0..reader.groups() {
-        look.take(&reader.group(group)?);
+        scan.add(&reader.group(group)?);
     }
-    Ok((look.shown(), look.recorded()))
+    Ok(NotableVariants { shown: scan.shown(), recorded: scan.recorded() })
 }
 
 #[derive(Default)]
-struct Look {
-    wanted: Recorded,
+struct NotableScan {
+    /// How many variants of each kind are recorded.
+    limits: Recorded,
     /// The smallest margin of each check, and its variant.
     smallest: Vec<(String, f64, u64)>,
-    /// The smallest margin of variants: the smallest and the largest ones, as many as are wanted.
+    /// The smallest margin of variants: the smallest and the largest ones, as many as are recorded.
     worst: Vec<(f64, u64)>,
     best: Vec<(f64, u64)>,
     /// The first ones that did not pass.
@@ -46,8 +55,8 @@ struct Look {
     error: Option<(u64, String)>,
 }
 
-impl Look {
-    fn take(&mut self, table: &Table) {
+impl NotableScan {
+    fn add(&mut self, table: &Table) {
         let texts = |name: &str| table.column(name).and_then(|it| it.texts()).unwrap_or_default();
         let variants = table.column("variant").and_then(|it| it.integers()).unwrap_or_default();
         let margins: Vec<_> = table.of(Role::Margin).collect();
@@ -71,7 +80,7 @@ impl Look {
                 let what = texts("error").get(row).cloned().flatten().unwrap_or_default();
                 self.error = Some((variant, what));
             }
-            let Recorded { failed, every, .. } = self.wanted;
+            let Recorded { failed, every, .. } = self.limits;
             if verdict != PASSED && self.failed.len() < failed as usize {
                 self.failed.push(variant);
             }
@@ -83,18 +92,19 @@ impl Look {
                 self.best.push((-least, variant));
             }
         }
-        keep(&mut self.worst, self.wanted.worst);
-        keep(&mut self.best, self.wanted.best);
+        truncate_to_smallest(&mut self.worst, self.limits.worst);
+        truncate_to_smallest(&mut self.best, self.limits.best);
     }
 
-    fn shown(&self) -> Vec<Shown> {
+    fn shown(&self) -> Vec<NotableVariant> {
         let worst = self.smallest.iter().filter(|(_, margin, _)| margin.is_finite());
         let worst = worst.map(|(name, margin, variant)| {
             let how = if *margin < 0.0 { "fails by" } else { "smallest margin" };
-            Shown { variant: *variant, why: format!("{name}: {how} {:.4e}", margin.abs()) }
+            NotableVariant { variant: *variant, why: format!("{name}: {how} {:.4e}", margin.abs()) }
         });
         let error = self.error.iter();
-        let error = error.map(|(variant, what)| Shown { variant: *variant, why: what.clone() });
+        let error =
+            error.map(|(variant, what)| NotableVariant { variant: *variant, why: what.clone() });
         worst.chain(error).collect()
     }
 
@@ -109,7 +119,7 @@ impl Look {
 }
 
 /// Keeps the smallest ones.
-fn keep(list: &mut Vec<(f64, u64)>, count: u32) {
+fn truncate_to_smallest(list: &mut Vec<(f64, u64)>, count: u32) {
     list.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     list.truncate(count as usize);
 }

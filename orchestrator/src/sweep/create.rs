@@ -1,9 +1,9 @@
-//! Makes the folder of a sweep: its variants with their values, and the scenario with all its files.
+//! Creates the plan folder of a sweep: the values of its variants, and the scenario with all its files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::sweep::table::{Groups, Writer};
+use ::sweep::table::{RowGroups, Writer};
 use cosim::system::{Body, System};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
@@ -14,26 +14,23 @@ use scenario::{BuildArtifacts, Scenario};
 
 use super::assignment::Assignment;
 use super::digest::{digest, digest_of_program};
-use super::plan::{About, GATHERED, PARTS, PLAN, Plan, SEARCHED, VARIANTS, VERSION};
-use super::settings::{Setting, overrides};
-use crate::{fresh, package};
+use super::plan::{GATHERED, PARTS, PLAN, Plan, PlanMetadata, SEARCHED, VARIANTS, VERSION};
+use crate::{nofollow, package};
 
-/// What a plan leaves besides, which another plan replaces.
+/// The files of results, which another plan replaces.
 const RESULTS: [&str; 3] = ["sweep.parquet", "sweep.html", "sweep.json"];
 /// The fewest and the most variants of a chunk that nobody chose, and how many chunks there are in between.
 const LEAST: u64 = 50;
 const CHUNK: u64 = 1000;
-const PARTS_WANTED: u64 = 64;
+const TARGET_CHUNKS: u64 = 64;
 
-/// What to make a plan of.
+/// The options of a new plan.
 #[derive(Debug, Clone, Default)]
 pub struct PlanOptions {
     /// The folder; `target/sweeps/SCENARIO` without it.
     pub out: Option<PathBuf>,
-    /// What all variants have, besides the words of the scenario.
+    /// What all variants have, besides the words of the scenario: `--set` and the options beside it.
     pub overrides: Overrides,
-    /// The texts of `--set` that make part of them.
-    pub set: Vec<Setting>,
     /// Variants of a chunk.
     pub chunk: Option<u64>,
     /// Whether it may take the place of another plan with its results.
@@ -44,7 +41,7 @@ pub struct PlanOptions {
 ///
 /// # Errors
 /// When the scenario is wrong, a variant cannot be resolved, or the folder has the results of another plan.
-pub fn make(
+pub fn create(
     path: &Path,
     options: &PlanOptions,
     program: &Path,
@@ -60,24 +57,24 @@ pub fn make(
     let folder = options.out.clone().unwrap_or_else(default);
     let built = package::build(&scenario, progress)?;
     // All that is wrong is told with its places in the files of the user.
-    let plan = try_out(&scenario, &built, &words, options)?;
+    let plan = resolve_ends(&scenario, &built, &words, options)?;
     let made = folder.with_extension("plan.partial");
     clear(&made)?;
-    let result = write(&made, &scenario, &built, (&words, &plan), options, program);
-    let result = result.and_then(|about| place(&made, &folder, &about, options));
+    let result = write(&made, &scenario, &built, &words, &plan, options, program);
+    let result = result.and_then(|metadata| install(&made, &folder, &metadata, options));
     let _ = std::fs::remove_dir_all(&made);
     result?;
     Plan::open(&folder, program)
 }
 
 /// Resolves the first variant and the last one, at the words that vary.
-fn try_out(
+fn resolve_ends(
     scenario: &Scenario,
     built: &BuildArtifacts,
     words: &SweepPlan,
     options: &PlanOptions,
 ) -> Result<RunPlan, Error> {
-    let assignment = Assignment::new(words, &options.set)?;
+    let assignment = Assignment::new(words, &options.overrides.starts)?;
     let folder = scenario.source.path().parent().unwrap_or(Path::new(""));
     let place = |name: &str| {
         let sweep = scenario.document.sweep.as_ref()?;
@@ -86,8 +83,9 @@ fn try_out(
         Some((std::sync::Arc::new(scenario.source.clone()), word?))
     };
     let resolve = |last: bool| {
-        let settings = Plan::settings(&assignment.end(last), 0);
-        let overrides = overrides(&options.overrides, &settings, folder, place);
+        let mut variant = Plan::overrides_of_row(&assignment.end_values(last), 0);
+        variant.iter_mut().for_each(|it| it.place = place(&it.name));
+        let overrides = options.overrides.with_variant(&variant, folder);
         RunPlan::resolve(scenario, built, &overrides.map_err(Error::input)?, PathBuf::new())
     };
     let mut mistakes = Mistakes::default();
@@ -104,10 +102,11 @@ fn write(
     folder: &Path,
     scenario: &Scenario,
     built: &BuildArtifacts,
-    (words, plan): (&SweepPlan, &RunPlan),
+    words: &SweepPlan,
+    plan: &RunPlan,
     options: &PlanOptions,
     program: &Path,
-) -> Result<About, Error> {
+) -> Result<PlanMetadata, Error> {
     let bundle = folder.join(GATHERED);
     std::fs::create_dir_all(&bundle).map_err(|error| Error::output(&bundle, error))?;
     let layout = Layout { fmus: "fmus", others: "files", plugins: Some("plugins") };
@@ -118,21 +117,21 @@ fn write(
     renamed.map_err(|error| Error::output(&named, error))?;
     let again = Scenario::read(&named)?;
     let words = resolve::sweep(&again)?.unwrap_or_else(|| words.clone());
-    let assignment = Assignment::new(&words, &options.set)?;
+    let assignment = Assignment::new(&words, &options.overrides.starts)?;
     let variants = assignment.count();
     let is_search = words.search.is_some();
     let chunk =
-        options.chunk.unwrap_or_else(|| variants.div_ceil(PARTS_WANTED).clamp(LEAST, CHUNK));
+        options.chunk.unwrap_or_else(|| variants.div_ceil(TARGET_CHUNKS).clamp(LEAST, CHUNK));
     let path = folder.join(VARIANTS);
-    let mut writer = Writer::create(&path, &assignment.rows(0..0), Groups::Tables)?;
+    let mut writer = Writer::create(&path, &assignment.rows(0..0), RowGroups::Tables)?;
     for first in (0..variants).step_by(chunk as usize) {
         writer.append(&assignment.rows(first..(first + chunk).min(variants)))?;
     }
     writer.finish()?;
     let mut warnings = plan.system.warnings.clone();
-    warnings.extend(left_out(scenario, gathered.notes, &assignment));
+    warnings.extend(omission_warnings(scenario, gathered.notes, &assignment));
     let Recorded { worst, best, failed, every } = words.recorded;
-    let mut about = About {
+    let mut metadata = PlanMetadata {
         version: VERSION,
         scenario: scenario.name.clone(),
         title: plan.header.title.clone(),
@@ -141,7 +140,7 @@ fn write(
         variants,
         chunk,
         design: assignment.design().to_owned(),
-        set: options.set.clone(),
+        set: options.overrides.starts.clone(),
         seed: options.overrides.seed,
         tolerance: options.overrides.tolerance,
         blocks: assignment.blocks(),
@@ -158,16 +157,20 @@ fn write(
         recorded: [worst, best, failed, every],
         warnings,
     };
-    about.digest = digest(&bundle, &path, &about)?;
+    metadata.digest = digest(&bundle, &path, &metadata)?;
     let path = folder.join(PLAN);
-    let text = serde_json::to_string_pretty(&about)
+    let text = serde_json::to_string_pretty(&metadata)
         .map_err(|error| Error::input(format!("{}: {error}", path.display())))?;
-    fresh::write(&path, text).map_err(|error| Error::output(&path, error))?;
-    Ok(about)
+    nofollow::write(&path, text).map_err(|error| Error::output(&path, error))?;
+    Ok(metadata)
 }
 
-/// What variants do without, and what does not vary.
-fn left_out(scenario: &Scenario, notes: Vec<String>, assignment: &Assignment) -> Vec<String> {
+/// Warnings about what variants do without, and about names that do not vary.
+fn omission_warnings(
+    scenario: &Scenario,
+    notes: Vec<String>,
+    assignment: &Assignment,
+) -> Vec<String> {
     let mut warnings = notes;
     if !scenario.document.validation.is_empty() {
         warnings.push("validations run in no variant; `trackside replay` runs them".to_owned());
@@ -184,12 +187,18 @@ fn left_out(scenario: &Scenario, notes: Vec<String>, assignment: &Assignment) ->
 }
 
 /// Puts a plan that was made into its folder, unless the same one is there.
-fn place(made: &Path, folder: &Path, about: &About, options: &PlanOptions) -> Result<(), Error> {
+fn install(
+    made: &Path,
+    folder: &Path,
+    metadata: &PlanMetadata,
+    options: &PlanOptions,
+) -> Result<(), Error> {
     let wrong = |error: std::io::Error| Error::output(folder, error);
     if folder.join(PLAN).exists() {
-        let there = Plan::look_at(folder).ok().map(|plan| plan.about);
-        let same =
-            |there: &About| (&there.digest, &there.program) == (&about.digest, &about.program);
+        let there = Plan::look_at(folder).ok().map(|plan| plan.metadata);
+        let same = |there: &PlanMetadata| {
+            (&there.digest, &there.program) == (&metadata.digest, &metadata.program)
+        };
         if there.as_ref().is_some_and(same) {
             return Ok(());
         }

@@ -1,8 +1,8 @@
-//! Finds the time at which a run first reaches a distance. The time gap of two runs is the difference of these times.
+//! The time of first arrival at each distance of a run; the time gap of two runs is the difference of these times.
 
 /// A piece of a run beyond its furthest point so far: time [s] and distance [m] at its ends.
 #[derive(Clone, Copy)]
-struct Piece {
+struct Segment {
     from: [f64; 2],
     to: [f64; 2],
 }
@@ -11,12 +11,12 @@ struct Piece {
 ///
 /// Distance is the furthest point reached so far; stopping or reversing does not change it.
 #[derive(Default)]
-pub(super) struct Course {
-    pieces: Vec<Piece>,
+pub(super) struct ArrivalTimes {
+    pieces: Vec<Segment>,
     last: Option<[f64; 2]>,
 }
 
-impl Course {
+impl ArrivalTimes {
     /// Takes the time [s] and the distance [m] of a row. Returns the time at which the furthest distance was reached, if the row
     /// is there.
     pub fn push(&mut self, time: f64, distance: f64) -> Option<f64> {
@@ -28,7 +28,7 @@ impl Course {
                 (distance == furthest).then_some(reached)
             }
             _ => {
-                self.pieces.push(Piece { from, to });
+                self.pieces.push(Segment { from, to });
                 Some(time)
             }
         }
@@ -39,10 +39,10 @@ impl Course {
         self.pieces.last().map(|piece| piece.to[1])
     }
 
-    /// The time [s] at which the distance [m] was first reached, interpolated linearly; `None` outside of the course.
-    pub fn reached(&self, distance: f64) -> Option<f64> {
+    /// The time [s] at which the distance [m] was first reached, interpolated linearly; `None` outside of the arrivals.
+    pub fn time_at(&self, distance: f64) -> Option<f64> {
         let index = self.pieces.partition_point(|piece| piece.to[1] < distance);
-        let Piece { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(index)?;
+        let Segment { from: [t0, s0], to: [t1, s1] } = *self.pieces.get(index)?;
         if distance == s1 {
             return Some(t1);
         }
@@ -53,32 +53,32 @@ impl Course {
 
 #[cfg(test)]
 mod tests {
-    use super::Course;
+    use super::ArrivalTimes;
 
-    fn course(rows: &[[f64; 2]]) -> Course {
-        let mut course = Course::default();
+    fn arrivals(rows: &[[f64; 2]]) -> ArrivalTimes {
+        let mut arrivals = ArrivalTimes::default();
         for &[time, distance] in rows {
-            course.push(time, distance);
+            arrivals.push(time, distance);
         }
-        course
+        arrivals
     }
 
     #[test]
     fn stopping_or_reversing_does_not_change_the_first_time_at_a_distance() {
         // 0 to 2 s at 1 m/s, a stop until 5 s, back by 1 m until 6 s, then on at 2 m/s.
-        let course = course(&[[0.0, 0.0], [2.0, 2.0], [5.0, 2.0], [6.0, 1.0], [8.0, 5.0]]);
+        let arrivals = arrivals(&[[0.0, 0.0], [2.0, 2.0], [5.0, 2.0], [6.0, 1.0], [8.0, 5.0]]);
         for (distance, time) in [(0.0, 0.0), (1.5, 1.5), (2.0, 2.0), (3.0, 7.0), (5.0, 8.0)] {
-            assert_eq!(course.reached(distance), Some(time), "{distance} m");
+            assert_eq!(arrivals.time_at(distance), Some(time), "{distance} m");
         }
-        assert_eq!((course.reached(-0.1), course.reached(5.1)), (None, None));
-        assert_eq!(course.furthest(), Some(5.0));
+        assert_eq!((arrivals.time_at(-0.1), arrivals.time_at(5.1)), (None, None));
+        assert_eq!(arrivals.furthest(), Some(5.0));
     }
 
     #[test]
     fn rows_behind_the_furthest_point_have_no_time() {
-        let mut course = Course::default();
+        let mut arrivals = ArrivalTimes::default();
         let rows = [[0.0, 3.0], [1.0, 3.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]];
-        let times = rows.map(|[time, distance]| course.push(time, distance));
+        let times = rows.map(|[time, distance]| arrivals.push(time, distance));
         assert_eq!(times, [Some(0.0), Some(0.0), None, Some(0.0), Some(4.0)]);
     }
 
@@ -88,11 +88,11 @@ mod tests {
             let time = |k: u32| f64::from(k) * step;
             let rows: Vec<_> =
                 (0..=(100.0 / step) as u32).map(|k| [time(k), speed * time(k)]).collect();
-            course(&rows)
+            arrivals(&rows)
         };
         let (a, b) = (drive(20.0, 0.001), drive(16.0, 0.01));
         for distance in [0.0, 0.0123, 777.7, 1599.9] {
-            let gap = b.reached(distance).zip(a.reached(distance)).map(|(b, a)| b - a);
+            let gap = b.time_at(distance).zip(a.time_at(distance)).map(|(b, a)| b - a);
             let expected = distance / 16.0 - distance / 20.0;
             assert!(gap.is_some_and(|it| (it - expected).abs() < 1e-9), "{distance} m: {gap:?}");
         }

@@ -1,4 +1,4 @@
-//! Keeps the FMUs of a run in memory at a checkpoint: several ends go on from there in one process.
+//! Warm start: the FMUs of a run stay in memory at its last checkpoint, and several branches start from there in one process.
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -12,52 +12,61 @@ use scenario::Scenario;
 
 use crate::checkpoint_file::RunCheckpoint;
 
-/// The FMUs of a run with their states at a checkpoint.
-pub(crate) struct Held {
+/// A checkpoint in memory: the FMUs of a run and their states.
+pub(crate) struct WarmStart {
     pub checkpoint: RunCheckpoint,
     pub states: Rc<States>,
-    fmus: Vec<HeldFmu>,
+    fmus: Vec<WarmFmu>,
 }
 
-struct HeldFmu {
+struct WarmFmu {
     name: String,
-    /// Inputs and outputs that it hands over.
-    ports: (Ports, Ports),
+    ports: FmuPorts,
     /// None while a run has it.
     node: Option<Box<dyn Node>>,
 }
 
+/// The variables of an FMU that a system connects, records or checks.
+#[derive(PartialEq)]
+struct FmuPorts {
+    inputs: Ports,
+    outputs: Ports,
+}
+
 /// The ports of a node, if it is an FMU.
-fn ports(body: &Body) -> Option<(Ports, Ports)> {
+fn ports(body: &Body) -> Option<FmuPorts> {
     match body {
-        Body::Fmu { inputs, outputs, .. } => Some((inputs.clone(), outputs.clone())),
+        Body::Fmu { inputs, outputs, .. } => {
+            Some(FmuPorts { inputs: inputs.clone(), outputs: outputs.clone() })
+        }
         _ => None,
     }
 }
 
-impl Held {
-    /// Keeps the FMUs among the nodes of a run and their states at its checkpoint, and takes them out of `nodes`.
-    pub fn keep(
+impl WarmStart {
+    /// Takes the FMUs out of the nodes of a run, with their states at its checkpoint.
+    pub fn new(
         system: &System,
         nodes: &mut Vec<Box<dyn Node>>,
-        (checkpoint, states): (RunCheckpoint, States),
+        checkpoint: RunCheckpoint,
+        states: States,
     ) -> Self {
         let each = system.nodes.iter().zip(nodes.drain(..));
         let fmus = each.filter_map(|(plan, node)| {
-            let (name, ports) = (plan.name.clone(), ports(&plan.body)?);
-            Some(HeldFmu { name, ports, node: Some(node) })
+            let ports = ports(&plan.body)?;
+            Some(WarmFmu { name: plan.name.clone(), ports, node: Some(node) })
         });
-        Held { fmus: fmus.collect(), states: Rc::new(states), checkpoint }
+        WarmStart { fmus: fmus.collect(), states: Rc::new(states), checkpoint }
     }
 
-    /// What of the FMUs does not fit a system that is to go on with them.
+    /// The FMUs that do not fit a system that is to start from here, a sentence for each.
     pub fn misfits(&self, system: &System) -> Vec<String> {
-        let misfit = |held: &HeldFmu| {
-            let name = &held.name;
+        let misfit = |fmu: &WarmFmu| {
+            let name = &fmu.name;
             let plan = system.nodes.iter().find(|plan| plan.name == *name)?;
-            match (&held.node, ports(&plan.body)?) {
+            match (&fmu.node, ports(&plan.body)?) {
                 (None, _) => Some(format!("`{name}` went with a run that failed before")),
-                (_, ports) => (ports != held.ports).then(|| format!(
+                (_, ports) => (ports != fmu.ports).then(|| format!(
                     "`{name}` hands over other variables there: record and check the same outputs in both scenarios"
                 )),
             }
@@ -66,21 +75,21 @@ impl Held {
     }
 
     /// Puts the FMUs in the places of a system's nodes.
-    pub fn move_in(&mut self, system: &System, nodes: &mut [Box<dyn Node>]) {
-        for (plan, place) in system.nodes.iter().zip(nodes) {
-            let held = self.fmus.iter_mut().find(|held| held.name == plan.name);
-            if let Some(mut node) = held.and_then(|held| held.node.take()) {
+    pub fn lend_nodes(&mut self, system: &System, nodes: &mut [Box<dyn Node>]) {
+        for (plan, slot) in system.nodes.iter().zip(nodes) {
+            let fmu = self.fmus.iter_mut().find(|fmu| fmu.name == plan.name);
+            if let Some(mut node) = fmu.and_then(|fmu| fmu.node.take()) {
                 node.take_faults(&plan.faults, &system.clock);
-                *place = node;
+                *slot = node;
             }
         }
     }
 
-    /// Takes the FMUs back for the next end.
-    pub fn move_out(&mut self, system: &System, nodes: &mut Vec<Box<dyn Node>>) {
+    /// Takes the FMUs back for the next branch.
+    pub fn take_back_nodes(&mut self, system: &System, nodes: &mut Vec<Box<dyn Node>>) {
         for (plan, node) in system.nodes.iter().zip(nodes.drain(..)) {
-            if let Some(held) = self.fmus.iter_mut().find(|held| held.name == plan.name) {
-                held.node = Some(node);
+            if let Some(fmu) = self.fmus.iter_mut().find(|fmu| fmu.name == plan.name) {
+                fmu.node = Some(node);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Drives: finds the car on the line, then steers and sets the driving force; counts laps.
+//! One step of the driver: locates the car on the line, applies the steering law and the speed law, and counts laps.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use fmu_export::ModelError;
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use track::{Motion, Pressing, Road, SpeedLaw, Station, Steering, Wanted, wrap};
 use vehicle::G;
 
-use crate::plan::Plan;
+use crate::plan::DrivePlan;
 
 /// Slowest forward speed with which the rolling angle of the front wheels is computed [m/s].
 const SLOWEST: f64 = 1.0;
@@ -15,7 +15,7 @@ const LATERAL_MOST: f64 = 0.95;
 
 /// Motion of the car.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Input {
+pub struct CarMotion {
     /// Position of the centre of gravity [m].
     pub X: f64,
     /// Position of the centre of gravity [m].
@@ -30,9 +30,9 @@ pub struct Input {
     pub r: f64,
 }
 
-/// Commands, and what the driver knows of his way.
+/// Commands to the car, and its station, lap and deviation on the line.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Output {
+pub struct DriverOutput {
     /// Road-wheel angle [rad].
     pub delta: f64,
     /// Driving force [N].
@@ -61,9 +61,9 @@ pub struct Output {
     pub grade: f64,
 }
 
-/// What the driver remembers.
+/// State of the driver between steps.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct DriverMemory {
     /// Last station [m].
     s: Option<f64>,
     /// Integral of the speed law [m/s²].
@@ -83,21 +83,21 @@ pub enum Mode {
 
 /// The laws with their gains.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Laws {
+pub struct ControlLaws {
     /// Steering.
     pub steering: Steering,
     /// Speed.
     pub speed: SpeedLaw,
 }
 
-impl Laws {
-    /// Finds the car on the line, and writes where it is.
-    pub fn sense(
+impl ControlLaws {
+    /// Locates the car on the line and writes station, deviations and road into `output`.
+    pub fn locate_car(
         &self,
-        plan: &Plan,
-        input: &Input,
-        memory: &mut Memory,
-        output: &mut Output,
+        plan: &DrivePlan,
+        input: &CarMotion,
+        memory: &mut DriverMemory,
+        output: &mut DriverOutput,
     ) -> Station {
         let (line, point) = (&plan.line, [input.X, input.Y]);
         let station = match memory.s {
@@ -122,22 +122,23 @@ impl Laws {
     /// When the motion is not finite.
     pub fn drive(
         &self,
-        plan: &Plan,
+        plan: &DrivePlan,
         mode: Mode,
-        input: &Input,
-        [time, h]: [f64; 2],
-        memory: &mut Memory,
-        output: &mut Output,
+        input: &CarMotion,
+        time: f64,
+        h: f64,
+        memory: &mut DriverMemory,
+        output: &mut DriverOutput,
     ) -> Result<(), ModelError> {
-        let Input { X, Y, psi, v_x, v_y, r } = *input;
+        let CarMotion { X, Y, psi, v_x, v_y, r } = *input;
         if ![X, Y, psi, v_x, v_y, r].iter().all(|it| it.is_finite()) {
             let message = format!("expected a finite motion of the car, found {input:?}");
             return Err(ModelError::Error(message));
         }
         let before = memory.s;
-        let station = self.sense(plan, input, memory, output);
+        let station = self.locate_car(plan, input, memory, output);
         let moved = before.map_or(0.0, |s| plan.line.moved(s, station.s));
-        count(plan.line.length(), moved, [time, h], memory, output);
+        count_laps(plan.line.length(), moved, time, h, memory, output);
         let road = Road { kappa: station.kappa, bank: output.bank, grade: output.grade };
         output.delta = self.steer(plan, &station, &road, input, h, output.delta);
         output.F_x = match mode {
@@ -150,10 +151,10 @@ impl Laws {
     /// The steering law within the slip that the front tires can use, the largest angle and the fastest change.
     fn steer(
         &self,
-        plan: &Plan,
+        plan: &DrivePlan,
         station: &Station,
         road: &Road,
-        input: &Input,
+        input: &CarMotion,
         h: f64,
         before: f64,
     ) -> f64 {
@@ -172,10 +173,10 @@ impl Laws {
     /// The speed law: F_x = m (a + drag + g sin θ), within what tires and engine can do beside the lateral acceleration.
     fn force(
         &self,
-        plan: &Plan,
+        plan: &DrivePlan,
         station: &Station,
         road: &Road,
-        input: &Input,
+        input: &CarMotion,
         h: f64,
         integral: &mut f64,
     ) -> f64 {
@@ -195,7 +196,14 @@ impl Laws {
 }
 
 /// Counts laps of this length [m] from where the drive began; the end of a lap lies between two steps.
-fn count(length: f64, moved: f64, [time, h]: [f64; 2], memory: &mut Memory, output: &mut Output) {
+fn count_laps(
+    length: f64,
+    moved: f64,
+    time: f64,
+    h: f64,
+    memory: &mut DriverMemory,
+    output: &mut DriverOutput,
+) {
     let before = output.distance;
     output.distance += moved;
     let end = f64::from(output.lap + 1) * length;

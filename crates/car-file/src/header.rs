@@ -1,17 +1,17 @@
-//! Reads the first row of a table: the meaning and the unit of each column.
+//! Parses the header row of a table: the quantity and the unit of each column.
 
 use units::Unit;
 
 /// A column that a table may have.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Wanted {
+pub(crate) struct ColumnSpec {
     /// Its name, and how else it is written.
     pub names: &'static [&'static str],
     /// The SI unit of its values; `1` for plain numbers, which need none.
     pub unit: &'static str,
 }
 
-impl Wanted {
+impl ColumnSpec {
     pub(crate) fn name(&self) -> &'static str {
         self.names[0]
     }
@@ -31,12 +31,12 @@ pub(crate) struct Column {
 ///
 /// # Errors
 /// In words: unknown columns, those that are there twice, units that are missing or of another kind.
-pub(crate) fn read(fields: &[String], wanted: &[Wanted]) -> Result<Vec<Column>, String> {
+pub(crate) fn read(fields: &[String], specs: &[ColumnSpec]) -> Result<Vec<Column>, String> {
     let mut columns: Vec<Column> = Vec::new();
     for field in fields {
-        let column = column(field, wanted)?;
+        let column = column(field, specs)?;
         if columns.iter().any(|it| it.meaning == column.meaning) {
-            let name = wanted[column.meaning].name();
+            let name = specs[column.meaning].name();
             return Err(format!("expected one column `{name}`, found another one in `{field}`"));
         }
         columns.push(column);
@@ -44,7 +44,7 @@ pub(crate) fn read(fields: &[String], wanted: &[Wanted]) -> Result<Vec<Column>, 
     Ok(columns)
 }
 
-fn column(field: &str, wanted: &[Wanted]) -> Result<Column, String> {
+fn column(field: &str, specs: &[ColumnSpec]) -> Result<Column, String> {
     let field = field.trim();
     let (name, unit) = match field.find(['[', '(']) {
         Some(at) => {
@@ -56,9 +56,9 @@ fn column(field: &str, wanted: &[Wanted]) -> Result<Column, String> {
         }
         None => (field, None),
     };
-    let meaning = wanted.iter().position(|it| it.names.iter().any(|known| same(known, name)));
-    let meaning = meaning.ok_or_else(|| unknown(name, wanted))?;
-    let Wanted { unit: si, .. } = wanted[meaning];
+    let meaning = specs.iter().position(|it| it.names.iter().any(|known| same_name(known, name)));
+    let meaning = meaning.ok_or_else(|| unknown(name, specs))?;
+    let ColumnSpec { unit: si, .. } = specs[meaning];
     let Some(unit) = unit else {
         if si == "1" {
             return Ok(Column { meaning, scale: 1.0, offset: 0.0 });
@@ -75,23 +75,23 @@ fn column(field: &str, wanted: &[Wanted]) -> Result<Column, String> {
 }
 
 /// Whether two names are equal but for capitals, blanks, hyphens and underscores.
-fn same(a: &str, b: &str) -> bool {
-    plain(a) == plain(b)
+fn same_name(a: &str, b: &str) -> bool {
+    normalized(a) == normalized(b)
 }
 
-fn plain(name: &str) -> String {
+fn normalized(name: &str) -> String {
     let letters = name.chars().filter(|c| !matches!(c, ' ' | '_' | '-' | '.'));
     letters.flat_map(char::to_lowercase).collect()
 }
 
-fn unknown(name: &str, wanted: &[Wanted]) -> String {
-    let near = |it: &'static str| strsim::levenshtein(&plain(it), &plain(name));
-    let all = wanted.iter().flat_map(|it| it.names.iter().map(move |known| (near(known), it)));
+fn unknown(name: &str, specs: &[ColumnSpec]) -> String {
+    let near = |it: &'static str| strsim::levenshtein(&normalized(it), &normalized(name));
+    let all = specs.iter().flat_map(|it| it.names.iter().map(move |known| (near(known), it)));
     let closest = all.min_by_key(|(misses, _)| *misses);
     let (misses, closest) = closest.map_or((usize::MAX, ""), |(misses, it)| (misses, it.name()));
     if misses.saturating_mul(3) <= name.chars().count().max(3) {
         return format!("unknown column `{name}`, did you mean `{closest}`?");
     }
-    let names: Vec<_> = wanted.iter().map(|it| format!("`{}`", it.name())).collect();
+    let names: Vec<_> = specs.iter().map(|it| format!("`{}`", it.name())).collect();
     format!("unknown column `{name}`, expected some of {}", names.join(", "))
 }

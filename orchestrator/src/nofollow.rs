@@ -1,4 +1,4 @@
-//! Writes a file of a run in its own folder: a link in its place gives way, what it leads to stays.
+//! Writes files without following symbolic links: a link in the place of the file is replaced, its target stays.
 
 use std::io;
 use std::path::Path;

@@ -1,10 +1,10 @@
-//! Controls speed and path with the gains of the scenario.
+//! The speed controller (PI) and the path follower (preview steering) of the driver.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::characteristic_value::ParameterError;
 use crate::path::Path;
-use crate::value::Wrong;
 
 /// Gains of the speed controller: the driving force is proportional to the missing speed, and to its integral.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -35,14 +35,15 @@ impl SpeedController {
     ///
     /// # Errors
     /// With the first one.
-    pub fn check(&self) -> Result<(), Wrong> {
+    pub fn check(&self) -> Result<(), ParameterError> {
         let keys = [
             ("gain", self.gain, "N.s/m"),
             ("integral_time", self.integral_time, "s"),
             ("max_drive", self.max_drive, "N"),
             ("max_brake", self.max_brake, "N"),
         ];
-        Wrong::positive(keys).map_err(|it| Wrong::common("speed_controller", it.message))
+        ParameterError::positive(keys)
+            .map_err(|it| ParameterError::common("speed_controller", it.message))
     }
 
     /// The driving force [N] for a missing speed [m/s], with the integral of it [m] over steps of `step` [s]. The integral waits while
@@ -86,9 +87,9 @@ const USUAL_WHEELBASE: f64 = 2.7;
 /// The driver looks ahead by this much at least [m].
 const SHORTEST: f64 = 3.0;
 
-/// Where the path follower sees the car, in the frame of the path.
+/// Position and motion of the car in the frame of the path.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct PlanarMotion {
     pub x: f64,
     pub y: f64,
     pub psi: f64,
@@ -101,20 +102,20 @@ impl PathFollower {
     ///
     /// # Errors
     /// With the first one.
-    pub fn check(&self) -> Result<(), Wrong> {
+    pub fn check(&self) -> Result<(), ParameterError> {
         let keys = [
             ("preview", self.preview, "s"),
             ("integral_time", self.integral_time, "s"),
             ("max_steer", self.max_steer, "rad"),
         ];
-        let wrong = |it: Wrong| Wrong::common("path_follower", it.message);
-        Wrong::positive(keys).map_err(wrong)?;
+        let wrong = |it: ParameterError| ParameterError::common("path_follower", it.message);
+        ParameterError::positive(keys).map_err(wrong)?;
         if self.yaw_gain.is_finite() && self.yaw_gain >= 0.0 {
             return Ok(());
         }
         let message =
             format!("expected a number from 0 on for `yaw_gain` [s], found {}", self.yaw_gain);
-        Err(Wrong::common("path_follower", message))
+        Err(ParameterError::common("path_follower", message))
     }
 
     /// The road-wheel angle [rad], with the integral of the offset [m.s] over steps of `step` [s].
@@ -124,9 +125,10 @@ impl PathFollower {
     pub(crate) fn steer(
         &self,
         path: &Path,
-        car: Seen,
+        car: PlanarMotion,
         wheelbase: Option<f64>,
-        (integral, step): (&mut f64, f64),
+        integral: &mut f64,
+        step: f64,
     ) -> f64 {
         let ahead = (car.v_x * self.preview).max(SHORTEST);
         let (sin, cos) = car.psi.sin_cos();

@@ -1,8 +1,8 @@
-//! Turns what came of variants into rows of the table, and back.
+//! Converts outcomes of variants to rows of the result table, and back.
 
 use ::sweep::table::{Column, Role, Table, Values};
 
-use super::plan::About;
+use super::plan::PlanMetadata;
 use super::variant::{Failure, Outcome};
 
 /// What the verdicts are called.
@@ -27,11 +27,17 @@ fn collect(name: &str) -> String {
     format!("collect.{name}")
 }
 
-/// The table of some variants of a chunk: their rows in it, and what came of them.
-pub(super) fn table(about: &About, values: &Table, done: &[(usize, &Outcome)]) -> Table {
-    let rows: Vec<usize> = done.iter().map(|(row, _)| *row).collect();
+/// The outcome of a variant, and its row in the values of its chunk.
+pub(super) struct RowOutcome<'a> {
+    pub row: usize,
+    pub outcome: &'a Outcome,
+}
+
+/// The table of some variants of a chunk.
+pub(super) fn table(metadata: &PlanMetadata, values: &Table, done: &[RowOutcome]) -> Table {
+    let rows: Vec<usize> = done.iter().map(|it| it.row).collect();
     let picked = |column: &Column| Column { values: pick(&column.values, &rows), ..column.clone() };
-    let outcomes = || done.iter().map(|(_, outcome)| *outcome);
+    let outcomes = || done.iter().map(|it| it.outcome);
     let failures = || outcomes().map(|it| it.failure.as_ref());
     let text = |take: fn(&Failure) -> Option<String>| {
         Values::Texts(failures().map(|it| it.and_then(take)).collect())
@@ -43,9 +49,9 @@ pub(super) fn table(about: &About, values: &Table, done: &[(usize, &Outcome)]) -
     if columns.len() == 1 {
         columns.push(Column::new("seed", Role::Seed, seeds));
     }
-    let varied = values.of(Role::Parameter).filter(|it| !about.also.contains(&it.name));
+    let varied = values.of(Role::Parameter).filter(|it| !metadata.also.contains(&it.name));
     columns.extend(varied.map(|column| {
-        let own = column.unit.clone().or_else(|| about.units.get(&column.name).cloned());
+        let own = column.unit.clone().or_else(|| metadata.units.get(&column.name).cloned());
         Column { unit: own, ..picked(column) }
     }));
     let verdicts = outcomes().map(|it| Some(verdict(it).to_owned())).collect();
@@ -56,14 +62,15 @@ pub(super) fn table(about: &About, values: &Table, done: &[(usize, &Outcome)]) -
     let times = failures().map(|it| it.and_then(|it| it.time).unwrap_or(f64::NAN)).collect();
     columns
         .push(Column::new("error.time", Role::Error, Values::Numbers(times)).with_unit(Some("s")));
-    for (place, name) in about.checks.iter().enumerate() {
-        let judged = || outcomes().map(|it| it.checks.get(place));
-        let passed = judged().map(|it| it.map(|(passed, _)| *passed)).collect();
+    for (place, name) in metadata.checks.iter().enumerate() {
+        let verdicts_of_check = || outcomes().map(|it| it.checks.get(place));
+        let passed = verdicts_of_check().map(|it| it.map(|(passed, _)| *passed)).collect();
         columns.push(Column::new(&check(name), Role::Check, Values::Booleans(passed)));
-        let margins = judged().map(|it| it.and_then(|(_, margin)| *margin).unwrap_or(f64::NAN));
+        let margins =
+            verdicts_of_check().map(|it| it.and_then(|(_, margin)| *margin).unwrap_or(f64::NAN));
         columns.push(Column::new(&margin(name), Role::Margin, Values::Numbers(margins.collect())));
     }
-    for (place, (name, unit)) in about.collected.iter().enumerate() {
+    for (place, (name, unit)) in metadata.collected.iter().enumerate() {
         let numbers = outcomes().map(|it| it.collected.get(place).copied().unwrap_or(f64::NAN));
         let column =
             Column::new(&collect(name), Role::Collected, Values::Numbers(numbers.collect()));
@@ -94,8 +101,15 @@ fn pick(values: &Values, rows: &[usize]) -> Values {
     }
 }
 
-/// The variants of a table and what came of them; nothing when it is another table.
-pub(super) fn outcomes(about: &About, table: &Table) -> Option<Vec<(u64, Outcome)>> {
+/// The outcome of a variant, and its number.
+#[derive(Debug, Clone)]
+pub(super) struct VariantOutcome {
+    pub variant: u64,
+    pub outcome: Outcome,
+}
+
+/// The outcomes of the variants of a table; nothing when it is another table.
+pub(super) fn outcomes(metadata: &PlanMetadata, table: &Table) -> Option<Vec<VariantOutcome>> {
     let integers = |name: &str| table.column(name)?.integers();
     let numbers = |name: &str| table.column(name)?.numbers();
     let texts = |name: &str| table.column(name)?.texts();
@@ -118,15 +132,15 @@ pub(super) fn outcomes(about: &About, table: &Table) -> Option<Vec<(u64, Outcome
             failure,
             ..Outcome::default()
         };
-        for name in about.checks.iter().filter(|_| outcome.failure.is_none()) {
+        for name in metadata.checks.iter().filter(|_| outcome.failure.is_none()) {
             let passed = table.column(&check(name))?.booleans()?[row]?;
             let margin = Some(numbers(&margin(name))?[row]).filter(|margin| !margin.is_nan());
             outcome.checks.push((passed, margin));
         }
-        for (name, _) in about.collected.iter().filter(|_| outcome.failure.is_none()) {
+        for (name, _) in metadata.collected.iter().filter(|_| outcome.failure.is_none()) {
             outcome.collected.push(numbers(&collect(name))?[row]);
         }
-        outcomes.push((variant.cast_unsigned(), outcome));
+        outcomes.push(VariantOutcome { variant: variant.cast_unsigned(), outcome });
     }
     Some(outcomes)
 }

@@ -1,4 +1,4 @@
-//! Holds a run back to a multiple of real time, and counts where it does not keep up.
+//! Paces a run to a multiple of real time, and counts the communication points that it reaches late.
 
 use std::time::{Duration, Instant};
 
@@ -8,8 +8,8 @@ use diagnostics::Error;
 /// A run that waits looks this often whether it has to end.
 const NAP: Duration = Duration::from_millis(50);
 
-/// Holds a run back to a multiple of real time.
-pub(crate) struct Pace {
+/// Paces a run to a multiple of real time.
+pub(crate) struct RealTimeTimer {
     clock: Clock,
     /// The communication point that it begins at.
     first: u64,
@@ -20,10 +20,10 @@ pub(crate) struct Pace {
     late: u64,
 }
 
-impl Pace {
-    /// So many simulated seconds per second; as fast as possible without a number.
+impl RealTimeTimer {
+    /// A timer for `factor` simulated seconds per second; without it the run is as fast as possible.
     pub fn new(clock: Clock, first: u64, factor: Option<f64>) -> Self {
-        Pace { clock, first, begin: Instant::now(), factor, late: 0 }
+        RealTimeTimer { clock, first, begin: Instant::now(), factor, late: 0 }
     }
 
     /// How long a communication step may take.
@@ -45,11 +45,11 @@ impl Pace {
         check()?;
         match self.factor {
             None => Ok(()),
-            Some(factor) => self.hold(tick, factor, check),
+            Some(factor) => self.wait_until_due(tick, factor, check),
         }
     }
 
-    fn hold(
+    fn wait_until_due(
         &mut self,
         tick: u64,
         factor: f64,
@@ -62,11 +62,11 @@ impl Pace {
         let due = duration((self.clock.at(tick) - self.clock.at(self.first)) / factor);
         self.late += u64::from(self.begin.elapsed() > due);
         loop {
-            let left = due.saturating_sub(self.begin.elapsed());
-            if left.is_zero() {
+            let remaining = due.saturating_sub(self.begin.elapsed());
+            if remaining.is_zero() {
                 return Ok(());
             }
-            std::thread::sleep(left.min(NAP));
+            std::thread::sleep(remaining.min(NAP));
             check()?;
         }
     }
@@ -84,26 +84,27 @@ mod tests {
     #[test]
     fn points_that_are_reached_after_they_were_due_are_counted() {
         let clock = Clock { start: 5.0, step: 0.01, steps: 3 };
-        let mut pace = Pace::new(clock, 0, Some(0.5));
-        assert_eq!(pace.deadline(), Some(Duration::from_millis(20)));
+        let mut timer = RealTimeTimer::new(clock, 0, Some(0.5));
+        assert_eq!(timer.deadline(), Some(Duration::from_millis(20)));
         let begin = Instant::now();
-        pace.wait(0, || Ok(())).expect("it goes on");
+        timer.wait(0, || Ok(())).expect("it goes on");
         std::thread::sleep(Duration::from_millis(25));
         for tick in 1..=3 {
-            pace.wait(tick, || Ok(())).expect("it goes on");
+            timer.wait(tick, || Ok(())).expect("it goes on");
         }
         assert!(begin.elapsed() >= Duration::from_millis(60));
-        assert!(pace.late_points().is_some_and(|late| late >= 1));
-        let mut free = Pace::new(clock, 0, None);
-        free.wait(3, || Ok(())).expect("it goes on");
-        assert_eq!((free.late_points(), free.deadline()), (None, None));
+        assert!(timer.late_points().is_some_and(|late| late >= 1));
+        let mut unpaced = RealTimeTimer::new(clock, 0, None);
+        unpaced.wait(3, || Ok(())).expect("it goes on");
+        assert_eq!((unpaced.late_points(), unpaced.deadline()), (None, None));
     }
 
     #[test]
     fn a_run_that_has_to_end_does_not_wait() {
-        let mut pace = Pace::new(Clock { start: 0.0, step: 1e9, steps: 1 }, 0, Some(1e-300));
-        pace.wait(0, || Ok(())).expect("it goes on");
-        pace.wait(1, || Err(Error::Interrupted(2))).expect_err("it has to end");
-        assert_eq!(pace.deadline(), Some(Duration::MAX));
+        let mut timer =
+            RealTimeTimer::new(Clock { start: 0.0, step: 1e9, steps: 1 }, 0, Some(1e-300));
+        timer.wait(0, || Ok(())).expect("it goes on");
+        timer.wait(1, || Err(Error::Interrupted(2))).expect_err("it has to end");
+        assert_eq!(timer.deadline(), Some(Duration::MAX));
     }
 }

@@ -1,4 +1,4 @@
-//! Sets what the result of an analysis says to people, for terminal and page.
+//! The summary of the result of an analysis, for terminal and page.
 //!
 //! The keys are a contract with plugins (`docs/plugins.md`): [`plugin::Words`].
 
@@ -14,9 +14,9 @@ pub(super) const WIDEST: usize = 1000;
 
 /// What a result says to people.
 #[derive(Debug, Default)]
-pub(super) struct Told(Words);
+pub(super) struct AnalysisSummary(Words);
 
-impl Told {
+impl AnalysisSummary {
     /// What is there; a result that says nothing has nothing.
     pub(super) fn of(result: &Value) -> Self {
         Self(Words::deserialize(result).unwrap_or_default())
@@ -100,19 +100,25 @@ mod tests {
             "tables": [{ "head": ["", "value"], "rows": [["speed [m/s]", "3"], ["µ", "0.9"]] }],
         });
         let expected = "  speed  It holds.\n    By far.\n                 value\n    speed [m/s]  3\n    µ            0.9\n";
-        assert_eq!(Told::of(&result).lines("speed"), expected);
+        assert_eq!(AnalysisSummary::of(&result).lines("speed"), expected);
         let doubtful = json!({ "summary": ["It does <not> hold."], "sound": false });
-        let told = Told::of(&doubtful);
-        assert_eq!(told.lines("speed"), "  speed  DOUBTFUL  It does <not> hold.\n");
-        assert!(told.html("speed").contains("<p class=\"warning\">It does &lt;not&gt; hold.</p>"));
+        let summary = AnalysisSummary::of(&doubtful);
+        assert_eq!(summary.lines("speed"), "  speed  DOUBTFUL  It does <not> hold.\n");
+        assert!(
+            summary.html("speed").contains("<p class=\"warning\">It does &lt;not&gt; hold.</p>")
+        );
     }
 
     #[test]
     fn a_result_of_another_shape_says_nothing() {
         for result in [json!({ "summary": 3, "tables": { "head": [] } }), json!(7), json!(null)] {
-            assert_eq!(Told::of(&result).lines("speed") + &Told::of(&result).html("speed"), "");
+            assert_eq!(
+                AnalysisSummary::of(&result).lines("speed")
+                    + &AnalysisSummary::of(&result).html("speed"),
+                ""
+            );
         }
         let ragged = json!({ "tables": [{ "head": ["a"], "rows": [["1", "2"], [], [3]] }] });
-        assert_eq!(Told::of(&ragged).lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
+        assert_eq!(AnalysisSummary::of(&ragged).lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
     }
 }

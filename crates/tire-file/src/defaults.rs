@@ -1,9 +1,9 @@
-//! Completes a tire by usual values where its file says nothing, or 0 where nothing can be 0, and tells it.
+//! Fills missing coefficients, and zeros that cannot be, with default values, and reports each of them.
 
 use tire::{Coefficients, KEYS, Key, RANGES};
 
 use crate::Message;
-use crate::keys::listed;
+use crate::keys::enumerate_names;
 
 /// Without these there is no tire.
 const NEEDED: [&str; 2] = ["UNLOADED_RADIUS", "FNOMIN"];
@@ -25,10 +25,10 @@ const FORCES: [(&str, &str, [&str; 3]); 2] = [
     ("longitudinal", "driving and braking", ["PCX1", "PDX1", "PKX1"]),
 ];
 
-/// Which keys a file has.
-pub(crate) struct Given(pub [bool; KEYS.len()]);
+/// The keys that a file sets, by their place in [`KEYS`].
+pub(crate) struct PresentKeys(pub [bool; KEYS.len()]);
 
-impl Given {
+impl PresentKeys {
     pub fn has(&self, name: &str) -> bool {
         KEYS.iter().zip(&self.0).any(|(key, given)| *given && key.name == name)
     }
@@ -42,7 +42,7 @@ pub(crate) struct Findings {
 }
 
 /// Completes the tire; `given` says which keys the file has.
-pub(crate) fn complete(tire: &mut Coefficients, given: &mut Given) -> Findings {
+pub(crate) fn complete(tire: &mut Coefficients, given: &mut PresentKeys) -> Findings {
     let mut all = Findings::default();
     all.messages.extend(replace_zeros(tire, given));
     match (given.has("INFLPRES"), given.has("NOMPRES")) {
@@ -82,7 +82,7 @@ pub(crate) fn complete(tire: &mut Coefficients, given: &mut Given) -> Findings {
 }
 
 /// Takes the usual values for keys that cannot be 0, and for empty ranges.
-fn replace_zeros(tire: &mut Coefficients, given: &mut Given) -> Option<Message> {
+fn replace_zeros(tire: &mut Coefficients, given: &mut PresentKeys) -> Option<Message> {
     // Without cornering the load of its largest stiffness means nothing.
     let unused = ["PKY2"].into_iter().filter(|_| tire.PKY1 == 0.0);
     let zero = |name: &&str| value(tire, name) == 0.0;
@@ -100,7 +100,7 @@ fn replace_zeros(tire: &mut Coefficients, given: &mut Given) -> Option<Message> 
             key.set(tire, key.default);
         }
     }
-    let what = listed(&replaced);
+    let what = enumerate_names(&replaced);
     (!replaced.is_empty())
         .then(|| Message::note(None, format!("{what} cannot be: the usual values are taken")))
 }
@@ -110,7 +110,7 @@ fn value(tire: &Coefficients, name: &str) -> f64 {
 }
 
 /// One sentence for all keys that are missing: those of the formula first.
-fn missing(tire: &Coefficients, given: &Given) -> Option<Message> {
+fn missing(tire: &Coefficients, given: &PresentKeys) -> Option<Message> {
     let is_formula =
         |key: &Key| key.section.ends_with("_COEFFICIENTS") && key.section != "SCALING_COEFFICIENTS";
     let (formula, others): (Vec<_>, Vec<_>) = KEYS
@@ -122,6 +122,6 @@ fn missing(tire: &Coefficients, given: &Given) -> Option<Message> {
     let count = formula.len() + others.len();
     let values =
         formula.iter().chain(&others).map(|key: &&Key| format!("{} = {}", key.name, key.get(tire)));
-    let text = format!("{count} keys are missing, taken as {}", listed(values));
+    let text = format!("{count} keys are missing, taken as {}", enumerate_names(values));
     (count > 0).then(|| Message::note(None, text))
 }

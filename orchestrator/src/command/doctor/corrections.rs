@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use serde_json::Value;
 use units::Unit;
 
-use super::columns::{Chosen, unit_of_signal};
+use super::columns::{ColumnChoice, unit_of_signal};
 
 /// The keys of a column in a table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Keys<'a> {
-    chosen: &'a Chosen,
+pub struct ColumnKeys<'a> {
+    chosen: &'a ColumnChoice,
     /// Its unit, where the file does not say it.
     unit: Option<String>,
     gain: f64,
@@ -23,11 +23,11 @@ pub struct Keys<'a> {
     gaps: Option<String>,
 }
 
-impl<'a> Keys<'a> {
+impl<'a> ColumnKeys<'a> {
     /// The column as it is chosen.
-    pub fn of(chosen: &'a Chosen) -> Self {
+    pub fn of(chosen: &'a ColumnChoice) -> Self {
         let unit = chosen.unit.clone();
-        Keys { chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
+        ColumnKeys { chosen, unit, gain: 1.0, offset: 0.0, sign: 1.0, delay: 0.0, gaps: None }
     }
 
     /// The column with the corrections of a finding on top of those that it has. Nothing where the line is none of a column.
@@ -106,17 +106,20 @@ pub fn quoted(text: &str) -> String {
 }
 
 /// A table with all certain and likely corrections.
-pub struct Corrected<'a> {
+pub struct CorrectedTable<'a> {
     /// Its columns.
-    pub columns: Vec<Keys<'a>>,
+    pub columns: Vec<ColumnKeys<'a>>,
     /// Further keys of the table.
     pub table: toml::Table,
 }
 
 /// The table with all certain and likely corrections. Nothing where none of them is a line.
-pub fn corrected<'a>(chosen: &'a [Chosen], findings: &[Value]) -> Option<Corrected<'a>> {
-    let mut columns: Vec<Keys> =
-        chosen.iter().filter(|it| it.name != "time").map(Keys::of).collect();
+pub fn corrected_table<'a>(
+    chosen: &'a [ColumnChoice],
+    findings: &[Value],
+) -> Option<CorrectedTable<'a>> {
+    let mut columns: Vec<ColumnKeys> =
+        chosen.iter().filter(|it| it.name != "time").map(ColumnKeys::of).collect();
     let (mut table, mut any) = (toml::Table::new(), false);
     for finding in findings.iter().filter(|it| it["sure"] != "possible") {
         let Some(line) = finding["correction"].as_str() else { continue };
@@ -138,20 +141,20 @@ pub fn corrected<'a>(chosen: &'a [Chosen], findings: &[Value]) -> Option<Correct
             _ => (),
         }
     }
-    any.then_some(Corrected { columns, table })
+    any.then_some(CorrectedTable { columns, table })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn chosen(name: &'static str, unit: Option<&str>, stated: Option<&str>) -> Chosen {
+    fn chosen(name: &'static str, unit: Option<&str>, stated: Option<&str>) -> ColumnChoice {
         let [unit, stated] = [unit, stated].map(|unit| unit.map(str::to_owned));
-        Chosen { name, column: "it".to_owned(), unit, stated, guessed: false }
+        ColumnChoice { name, column: "it".to_owned(), unit, stated, guessed: false }
     }
 
-    fn line(chosen: &Chosen, corrections: &[&str]) -> String {
-        let mut keys = Keys::of(chosen);
+    fn line(chosen: &ColumnChoice, corrections: &[&str]) -> String {
+        let mut keys = ColumnKeys::of(chosen);
         for correction in corrections {
             keys.correct(correction).expect("keys");
         }

@@ -19,11 +19,11 @@ const DEEPEST: usize = 8;
 ///     ("m^2^2", "m^2"),
 ///     ("plant.v_x", ""),
 /// ] {
-///     assert_eq!(&text[..units::leading(text)], unit);
+///     assert_eq!(&text[..units::leading_unit_length(text)], unit);
 /// }
 /// ```
 #[must_use]
-pub fn leading(text: &str) -> usize {
+pub fn leading_unit_length(text: &str) -> usize {
     match text.strip_prefix("1/") {
         Some(rest) => term(rest, 0).map_or(0, |length| 2 + length + joined(&rest[length..], 0)),
         None => product(text, 0).unwrap_or(0),

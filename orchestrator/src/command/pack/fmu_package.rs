@@ -1,4 +1,4 @@
-//! Packs an FMU whose identity is that of all that is in its archive: a library and resources of different builds do not fit together.
+//! Packs an FMU whose GUID is a hash of all files in its archive, since a library and resources of different builds do not fit together.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,8 @@ use fmu_export::description::Table;
 use fmu_export::pack::{Version, archive};
 use serde::Serialize;
 
-/// An FMU but for its resources.
-pub struct Sealed<'a> {
+/// An FMU to be packed, without its resources.
+pub struct FmuPackage<'a> {
     pub name: &'a str,
     pub version: Version,
     /// The folder of the archive.
@@ -18,7 +18,7 @@ pub struct Sealed<'a> {
     pub library: &'a Path,
 }
 
-impl Sealed<'_> {
+impl FmuPackage<'_> {
     /// The identity of the FMU with these resources, by their paths.
     pub fn identity(&self, resources: &BTreeMap<String, Vec<u8>>) -> String {
         let mut identity = self.table.guid().into_bytes();
@@ -29,7 +29,7 @@ impl Sealed<'_> {
         format!("{{{}}}", &fmu_import::sha256(&identity)[..32])
     }
 
-    /// Writes the archive with its resources and its interface, a resource of this name, which has the identity; its path.
+    /// Writes the archive with its resources, and its interface as the resource `file`; returns its path.
     ///
     /// # Errors
     /// When it cannot be written.
@@ -37,7 +37,8 @@ impl Sealed<'_> {
         &self,
         guid: &str,
         mut resources: BTreeMap<String, Vec<u8>>,
-        (file, interface): (&str, &impl Serialize),
+        file: &str,
+        interface: &impl Serialize,
     ) -> Result<PathBuf, Error> {
         let text = serde_json::to_string_pretty(interface).unwrap_or_default();
         resources.insert(file.to_owned(), text.into_bytes());
@@ -46,8 +47,8 @@ impl Sealed<'_> {
             Version::Three => self.table.xml3(guid),
         };
         let path = self.out.join(format!("{}{}", self.name, self.version.suffix()));
-        let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
-        let files: Vec<_> = resources.into_iter().map(inside).collect();
+        let in_archive = |(name, bytes)| (format!("resources/{name}"), bytes);
+        let files: Vec<_> = resources.into_iter().map(in_archive).collect();
         let packed = archive(&path, (self.name, self.version), &xml, self.library, &files);
         packed.map_err(|error| Error::input(error.to_string()))?;
         Ok(path)

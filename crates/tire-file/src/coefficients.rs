@@ -1,11 +1,11 @@
-//! Makes coefficients of what a file says, and tells what it does not say.
+//! Converts the entries of a file into coefficients of the Magic Formula, and reports what is missing or odd.
 #![allow(non_snake_case, reason = "the keys of .tir files")]
 
 use tire::{Axes, Coefficients, KEYS, Key};
 
-use crate::absent::{Given, complete};
-use crate::keys::{key_of, listed, offset, unused};
-use crate::syntax::{Entry, TirFile, Value, beginning};
+use crate::defaults::{PresentKeys, complete};
+use crate::keys::{enumerate_names, key_of, offset, unused_keys};
+use crate::syntax::{Entry, TirFile, Value, abbreviated};
 use crate::unit::Units;
 use crate::version::version;
 use crate::{Errors, Level, Message, pressure};
@@ -19,9 +19,9 @@ impl TirFile {
     /// When a value that the formula needs is missing, no number, or outside of its bound, or the file is of another model.
     pub fn coefficients(&self, name: &str) -> Result<(Coefficients, Vec<Message>), Errors> {
         let refused = |list| Errors { file: name.to_owned(), list };
-        let mut reading = Reading { file: self, messages: Vec::new(), errors: Vec::new() };
-        let read = reading.all();
-        let Reading { mut messages, errors, .. } = reading;
+        let mut reader = TirReader { file: self, messages: Vec::new(), errors: Vec::new() };
+        let read = reader.all();
+        let TirReader { mut messages, errors, .. } = reader;
         let coefficients = match read {
             Some(coefficients) if errors.is_empty() => coefficients,
             _ => return Err(refused(errors)),
@@ -35,13 +35,13 @@ impl TirFile {
     }
 }
 
-struct Reading<'f> {
+struct TirReader<'f> {
     file: &'f TirFile,
     messages: Vec<Message>,
     errors: Vec<Message>,
 }
 
-impl Reading<'_> {
+impl TirReader<'_> {
     fn note(&mut self, line: Option<usize>, text: impl Into<String>) {
         self.messages.push(Message::note(line, text));
     }
@@ -70,7 +70,9 @@ impl Reading<'_> {
         let units = self.units();
         let mut tire = Coefficients { version, ..Coefficients::default() };
         let mut given = self.entries(&mut tire, &units);
-        if let Some(mut told) = pressure::judge(&mut tire, |name| given.has(name), units.pressure) {
+        if let Some(mut told) =
+            pressure::check_pressures(&mut tire, |name| given.has(name), units.pressure)
+        {
             told.level = if version.has_pressure() { Level::Warning } else { Level::Note };
             self.messages.push(told);
         }
@@ -93,7 +95,7 @@ impl Reading<'_> {
         }
         if let Some(first) = others.first() {
             let line = lines.get(first - 1).map_or("", |line| line.trim());
-            let line = beginning(line);
+            let line = abbreviated(line);
             let more = match others.len() - 1 {
                 0 => String::new(),
                 more => format!(" and {more} more"),
@@ -120,22 +122,22 @@ impl Reading<'_> {
                 Value::Number(number) => number.to_string(),
                 Value::Empty => continue,
             };
-            match units.take(&entry.key, &word) {
+            match units.set(&entry.key, &word) {
                 Ok(true) => {}
                 Ok(false) => unread.push(entry),
                 Err(text) => self.errors.push(Message::warning(Some(entry.line), text)),
             }
         }
         if let Some(first) = unread.first() {
-            let names = listed(unread.iter().map(|entry| &entry.key));
+            let names = enumerate_names(unread.iter().map(|entry| &entry.key));
             self.note(Some(first.line), format!("units of nothing that is read: {names}"));
         }
         units
     }
 
     /// Sets what the entries say, and tells which keys the file has.
-    fn entries(&mut self, tire: &mut Coefficients, units: &Units) -> Given {
-        let mut given = Given([false; KEYS.len()]);
+    fn entries(&mut self, tire: &mut Coefficients, units: &Units) -> PresentKeys {
+        let mut given = PresentKeys([false; KEYS.len()]);
         let (mut twice, mut empty) = (Vec::new(), Vec::new());
         let (mut commas, mut words, mut unknown) = (Vec::new(), Vec::new(), Vec::new());
         for entry in &self.file.entries {
@@ -159,7 +161,7 @@ impl Reading<'_> {
                 _ => words.push(entry),
             }
         }
-        let keys = |entries: &[&Entry]| listed(entries.iter().map(|entry| &entry.key));
+        let keys = |entries: &[&Entry]| enumerate_names(entries.iter().map(|entry| &entry.key));
         if let Some(first) = twice.first() {
             let text = format!("{} once more: the last one counts", keys(&twice));
             self.note(Some(first.line), text);
@@ -186,14 +188,14 @@ impl Reading<'_> {
             };
             self.errors.push(Message::warning(Some(first.line), text));
         }
-        for (line, sentence) in unused(&unknown) {
+        for (line, sentence) in unused_keys(&unknown) {
             self.note(Some(line), sentence);
         }
         given
     }
 
     /// Gives keys that belong to other versions no effect: a file may hold the coefficients of two.
-    fn drop_other_versions(&mut self, tire: &mut Coefficients, given: &Given) {
+    fn drop_other_versions(&mut self, tire: &mut Coefficients, given: &PresentKeys) {
         let version = tire.version;
         let mut dropped = Vec::new();
         for key in
@@ -209,7 +211,10 @@ impl Reading<'_> {
         if !dropped.is_empty() {
             self.note(
                 None,
-                format!("not used, since {version} does not know them: {}", listed(dropped)),
+                format!(
+                    "not used, since {version} does not know them: {}",
+                    enumerate_names(dropped)
+                ),
             );
         }
     }

@@ -1,20 +1,20 @@
-//! Fits a straight line by least squares, point by point.
+//! Recursive least-squares fit of a straight line, point by point.
 
 use serde::{Deserialize, Serialize};
 
-/// The sums of a straight line through points that came so far.
+/// The sums of a least-squares line through the points so far.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Line {
+pub struct LineFit {
     count: f64,
     mean: [f64; 2],
     xx: f64,
     xy: f64,
 }
 
-impl Line {
+impl LineFit {
     /// The line through points.
     pub fn through(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
-        let mut line = Line::default();
+        let mut line = LineFit::default();
         points.into_iter().for_each(|(x, y)| line.add(x, y));
         line
     }
@@ -50,12 +50,12 @@ impl Line {
 
 #[cfg(test)]
 mod tests {
-    use super::Line;
+    use super::LineFit;
 
     #[test]
     fn the_line_of_points_on_a_line_is_that_line() {
-        let line = Line::through((0..9).map(|k| (f64::from(k), 3.0 - 0.5 * f64::from(k))));
+        let line = LineFit::through((0..9).map(|k| (f64::from(k), 3.0 - 0.5 * f64::from(k))));
         assert_eq!((line.slope(), line.at(10.0)), (Some(-0.5), Some(-2.0)));
-        assert_eq!(Line::through([(1.0, 2.0), (1.0, 3.0)]).slope(), None);
+        assert_eq!(LineFit::through([(1.0, 2.0), (1.0, 3.0)]).slope(), None);
     }
 }

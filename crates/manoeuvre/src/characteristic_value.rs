@@ -1,8 +1,8 @@
-//! Describes characteristic values, and mistakes in the words of a manoeuvre.
+//! Characteristic values of a test, their descriptions, and errors in the parameters of a manoeuvre.
 
-/// A characteristic value that a kind of manoeuvre gives.
+/// Name, unit and meaning of a characteristic value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Known {
+pub struct ValueDescription {
     /// Its name.
     pub name: &'static str,
     /// Its unit.
@@ -11,9 +11,9 @@ pub struct Known {
     pub about: &'static str,
 }
 
-/// What was found: a number, if there is one, or one for each frequency.
+/// A characteristic value: a number, or a list with one for each frequency.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Found {
+pub enum CharacteristicValue {
     /// One number; none where the car has no such value, such as the time of a peak that never came.
     Number(Option<f64>),
     /// Numbers.
@@ -22,20 +22,20 @@ pub enum Found {
 
 /// The characteristic values of a test, by their names.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Values(pub Vec<(&'static str, Found)>);
+pub struct CharacteristicValues(pub Vec<(&'static str, CharacteristicValue)>);
 
-impl Values {
+impl CharacteristicValues {
     /// Adds a number.
     #[must_use]
-    pub fn and(mut self, name: &'static str, value: impl Into<Option<f64>>) -> Self {
-        self.0.push((name, Found::Number(value.into().filter(|it| it.is_finite()))));
+    pub fn with(mut self, name: &'static str, value: impl Into<Option<f64>>) -> Self {
+        self.0.push((name, CharacteristicValue::Number(value.into().filter(|it| it.is_finite()))));
         self
     }
 
     /// Adds a list.
     #[must_use]
-    pub fn list(mut self, name: &'static str, values: Vec<f64>) -> Self {
-        self.0.push((name, Found::List(values)));
+    pub fn with_list(mut self, name: &'static str, values: Vec<f64>) -> Self {
+        self.0.push((name, CharacteristicValue::List(values)));
         self
     }
 
@@ -43,20 +43,20 @@ impl Values {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<f64> {
         let (_, found) = self.0.iter().find(|(known, _)| *known == name)?;
-        if let Found::Number(number) = found { *number } else { None }
+        if let CharacteristicValue::Number(number) = found { *number } else { None }
     }
 
     /// A list by its name.
     #[must_use]
     pub fn get_list(&self, name: &str) -> &[f64] {
         let found = self.0.iter().find(|(known, _)| *known == name);
-        if let Some((_, Found::List(list))) = found { list } else { &[] }
+        if let Some((_, CharacteristicValue::List(list))) = found { list } else { &[] }
     }
 }
 
-/// A mistake in the words of a manoeuvre.
+/// An error in a parameter of a manoeuvre.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Wrong {
+pub struct ParameterError {
     /// The key.
     pub key: &'static str,
     /// Whether it is a key of the kind, and not one that all kinds share.
@@ -65,17 +65,17 @@ pub struct Wrong {
     pub message: String,
 }
 
-impl Wrong {
+impl ParameterError {
     /// A mistake at a key of the kind.
     #[must_use]
     pub fn at(key: &'static str, message: String) -> Self {
-        Wrong { key, of_kind: true, message }
+        ParameterError { key, of_kind: true, message }
     }
 
     /// A mistake at a key that all kinds share.
     #[must_use]
     pub fn common(key: &'static str, message: String) -> Self {
-        Wrong { key, of_kind: false, message }
+        ParameterError { key, of_kind: false, message }
     }
 
     /// Refuses numbers that are not finite and above 0; the unit is that of the message.
@@ -86,7 +86,7 @@ impl Wrong {
         let wrong = keys.into_iter().find(|(_, value, _)| !(value.is_finite() && *value > 0.0));
         wrong.map_or(Ok(()), |(key, value, unit)| {
             let message = format!("expected a number above 0 for `{key}` [{unit}], found {value}");
-            Err(Wrong::at(key, message))
+            Err(ParameterError::at(key, message))
         })
     }
 }

@@ -1,21 +1,21 @@
-//! Says where in the files of a user stands what a text says that was made of them.
+//! A source map: from positions in a generated text to positions in the files that it was generated from.
 
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The places that stretches of a text were made of, and files that users know by other names than the program.
+/// The origins of ranges of a generated text, and files that users know by other names than the program.
 #[derive(Clone, Default)]
-pub struct Origins {
+pub struct SourceMap {
     /// The first bytes of the stretches, in rising order. A place is written when an error asks for it.
     begins: Vec<(usize, Arc<dyn fmt::Display + Send + Sync>)>,
     /// A path, and what users know it by.
     renamed: Vec<(String, String)>,
 }
 
-impl Origins {
+impl SourceMap {
     /// Says where what begins at a byte of the text stands.
-    pub fn begin(&mut self, at: usize, place: impl fmt::Display + Send + Sync + 'static) {
+    pub fn map_from(&mut self, at: usize, place: impl fmt::Display + Send + Sync + 'static) {
         self.begins.push((at, Arc::new(place)));
     }
 
@@ -38,7 +38,7 @@ impl Origins {
     }
 }
 
-impl fmt::Debug for Origins {
+impl fmt::Debug for SourceMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let begins = self.begins.iter().map(|(at, place)| (at, place.to_string()));
         f.debug_map().entries(begins).finish()
