@@ -72,6 +72,15 @@ pub struct DriverMemory {
     lap_began: f64,
 }
 
+/// A step of the driver.
+#[derive(Debug, Clone, Copy)]
+pub struct TimeStep {
+    /// Its end [s].
+    pub end: f64,
+    /// Its length [s].
+    pub h: f64,
+}
+
 /// What the driver does with the pedals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
@@ -116,7 +125,7 @@ impl ControlLaws {
         station
     }
 
-    /// One step of `h` [s] to `time` [s].
+    /// Does one step.
     ///
     /// # Errors
     /// When the motion is not finite.
@@ -125,8 +134,7 @@ impl ControlLaws {
         plan: &DrivePlan,
         mode: Mode,
         input: &CarMotion,
-        time: f64,
-        h: f64,
+        step: TimeStep,
         memory: &mut DriverMemory,
         output: &mut DriverOutput,
     ) -> Result<(), ModelError> {
@@ -138,11 +146,11 @@ impl ControlLaws {
         let before = memory.s;
         let station = self.locate_car(plan, input, memory, output);
         let moved = before.map_or(0.0, |s| plan.line.moved(s, station.s));
-        count_laps(plan.line.length(), moved, time, h, memory, output);
+        count_laps(plan.line.length(), moved, step, memory, output);
         let road = Road { kappa: station.kappa, bank: output.bank, grade: output.grade };
-        output.delta = self.steer(plan, &station, &road, input, h, output.delta);
+        output.delta = self.steer(plan, &station, &road, input, step.h, output.delta);
         output.F_x = match mode {
-            Mode::Profile => self.force(plan, &station, &road, input, h, &mut memory.integral),
+            Mode::Profile => self.force(plan, &station, &road, input, step.h, &mut memory.integral),
             Mode::Steering => 0.0,
         };
         Ok(())
@@ -199,8 +207,7 @@ impl ControlLaws {
 fn count_laps(
     length: f64,
     moved: f64,
-    time: f64,
-    h: f64,
+    step: TimeStep,
     memory: &mut DriverMemory,
     output: &mut DriverOutput,
 ) {
@@ -208,7 +215,7 @@ fn count_laps(
     output.distance += moved;
     let end = f64::from(output.lap + 1) * length;
     if before < end && output.distance >= end {
-        let crossed = time - h * (output.distance - end) / moved;
+        let crossed = step.end - step.h * (output.distance - end) / moved;
         output.lap += 1;
         output.lap_time = crossed - memory.lap_began;
         memory.lap_began = crossed;

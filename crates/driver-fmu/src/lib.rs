@@ -9,7 +9,7 @@ mod plan;
 
 use std::sync::Arc;
 
-use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, Mode};
+use control::{CarMotion, ControlLaws, DriverMemory, DriverOutput, Mode, TimeStep};
 use fmu_export::{
     Info, Member, Model, ModelError, Terminal, Variable, calculated_parameter, input, output,
     parameter,
@@ -280,7 +280,8 @@ impl Model for Driver {
         let plan = self.plan()?;
         let mode = if self.mode == 1 { Mode::Steering } else { Mode::Profile };
         let end = time + step;
-        self.laws.drive(&plan, mode, &self.input, end, step, &mut self.memory, &mut self.output)
+        let step = TimeStep { end, h: step };
+        self.laws.drive(&plan, mode, &self.input, step, &mut self.memory, &mut self.output)
     }
 }
 
