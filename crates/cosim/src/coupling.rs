@@ -13,8 +13,7 @@ mod solver;
 use diagnostics::Error;
 
 use crate::exchange::{Exchange, Interruption};
-use crate::system::Algorithm;
-use crate::system::System;
+use crate::system::{Algorithm, System};
 pub use account::{Account, ConnectionError, DivisionAccount, LoopAccount};
 use divided::Divided;
 pub use gauss_seidel::GaussSeidel;

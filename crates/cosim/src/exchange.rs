@@ -24,8 +24,7 @@ use self::judge::{accept, check_numbers};
 pub(crate) use self::loops::{check_failures, lacking, unsolved};
 use self::route::Routes;
 pub use self::snapshot::Snapshot;
-use crate::clock::At;
-use crate::clock::Clock;
+use crate::clock::{At, Clock};
 use crate::course::{Course, Moving};
 use crate::node::{Node, SAME};
 use crate::system::{Body, NodePlan, ResolvedConnection, System};
@@ -47,7 +46,7 @@ pub enum Interruption {
 }
 
 /// What an exchange remembers from one step to the next.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Memory {
     start: Row<Full>,
     /// The row at the last communication point.

@@ -291,7 +291,9 @@ pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
             Body::Table(table) => Box::new(SourceNode::new(table.clone())),
             Body::Driver(driver) => Box::new(DriverNode::new(driver)),
             // The exchange puts the values of connectors into the row.
-            Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
+            Body::Own | Body::Inlet | Body::Outlet | Body::Fmu { .. } => {
+                Box::new(SourceNode::new(Vec::new()))
+            }
         }
     };
     system.nodes.iter_mut().map(source).collect()
@@ -322,8 +324,8 @@ fn node(
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
         Body::Table(table) => Box::new(SourceNode::new(table.clone())),
         Body::Driver(driver) => Box::new(DriverNode::new(driver)),
-        // The exchange puts their values into the row.
-        Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
+        // The exchange puts the values of connectors into the row; the program brings its own nodes.
+        Body::Own | Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
     })
 }
 

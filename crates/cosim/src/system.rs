@@ -140,6 +140,8 @@ pub enum Body {
     Table(Table),
     /// The driver of a manoeuvre.
     Driver(DriverPlan),
+    /// A node that the program brings along.
+    Own,
     /// A connector, whose input is its output. It takes its value before the nodes that it leads to step.
     Inlet,
     /// The same; it takes its value after the node that it comes from has stepped.
@@ -150,7 +152,7 @@ impl Body {
     /// Whether it knows more than its inputs and the time.
     #[must_use]
     pub fn remembers(&self) -> bool {
-        matches!(self, Body::Fmu { .. } | Body::Driver(_))
+        matches!(self, Body::Fmu { .. } | Body::Driver(_) | Body::Own)
     }
 }
 

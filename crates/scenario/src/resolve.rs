@@ -42,6 +42,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use assessment::{CheckPlan, Condition};
+use cosim::assembly;
 use cosim::clock::Clock;
 use cosim::system::{NodePlan, System};
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
@@ -155,15 +156,16 @@ impl RunPlan {
         let conversions =
             connection_units::judge(scenario, &connects, &mut unplaced, &mut mistakes);
         let converted = (connects.as_slice(), &conversions);
-        let mut connections =
+        let connections =
             connections::connect(scenario, &unplaced, converted, timed, &mut mistakes);
         warnings.extend(descriptions::notes(&unplaced, clock));
         warnings.extend(noted(scenario).chain(connections::kept(scenario, &connects, &unplaced)));
         let units = SignalUnits::of_nodes(&unplaced);
         let judged = SignalUnits::of_expressions(&unplaced);
         let notes = (&mut mistakes, &mut warnings);
-        let order = order::order(scenario, &connects, &unplaced, &mut connections, notes);
-        let (mut nodes, columns) = place::place(unplaced, connections);
+        let mut nodes = place::connected(unplaced, connections);
+        let order = order::order(scenario, &connects, &mut nodes, notes);
+        let (mut nodes, columns) = assembly::place(nodes);
         call_faults::attach(scenario, (&mut nodes, &columns), timed.1, &mut mistakes);
         let coupling = coupling::plan(scenario, (&mut nodes, &columns), clock, &mut mistakes);
         let notes = (&mut mistakes, &mut warnings);

@@ -170,6 +170,7 @@ fn kind(system: &System, node: &NodePlan) -> String {
         Body::Signals(_) => "signals".to_owned(),
         Body::Table(_) => "table".to_owned(),
         Body::Driver(plan) => format!("driver of {}", plan.manoeuvre.kind.title()),
+        Body::Own => "node of the program".to_owned(),
         Body::Inlet => "input connector".to_owned(),
         Body::Outlet => "output connector".to_owned(),
     };

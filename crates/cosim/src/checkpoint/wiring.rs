@@ -42,6 +42,7 @@ enum Kind {
     },
     /// A fingerprint of its signals or its table.
     Source(u64),
+    Own,
     Connector,
 }
 
@@ -157,6 +158,7 @@ impl NodeWiring {
             Body::Signals(signals) => (Kind::Source(fingerprint(signals)), Vec::new()),
             Body::Table(table) => (Kind::Source(fingerprint(table)), Vec::new()),
             Body::Driver(driver) => (Kind::Source(fingerprint(driver)), Vec::new()),
+            Body::Own => (Kind::Own, Vec::new()),
             Body::Inlet | Body::Outlet => (Kind::Connector, Vec::new()),
         };
         let columns = &system.columns;
@@ -203,7 +205,7 @@ impl NodeWiring {
                 fit.changes.extend(changed);
             }
             (Kind::Fmu { .. }, Kind::Fmu { .. }) => self.tune(then, system, fit),
-            (Kind::Connector, Kind::Connector) => {}
+            (Kind::Own, Kind::Own) | (Kind::Connector, Kind::Connector) => {}
             _ => fit.misfits.push(format!("`{name}` is a node of another kind there")),
         }
         if self.pace != then.pace {

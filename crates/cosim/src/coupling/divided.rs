@@ -9,8 +9,7 @@ use super::energy::Energy;
 use super::{Coupling, postcard_error};
 use crate::clock::Clock;
 use crate::exchange::{Exchange, Interruption, Snapshot, check_failures, lacking, unsolved};
-use crate::system::ErrorEstimate;
-use crate::system::{Body, Division, NodePlan, System};
+use crate::system::{Body, Division, ErrorEstimate, NodePlan, System};
 
 /// A communication step is halved at most so often [-].
 const DEEPEST: u32 = 20;

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::account::LoopAccount;
 use super::solver::Solver;
 use crate::exchange::{Exchange, Interruption, Snapshot, unsolved};
-use crate::system::Method;
-use crate::system::{Block, Iteration};
+use crate::system::{Block, Iteration, Method};
 
 /// Nodes that get values from each other within a step.
 pub(super) struct Loop {

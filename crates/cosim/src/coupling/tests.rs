@@ -4,53 +4,52 @@ mod mass;
 
 use fmu_import::CallError;
 use nalgebra::{Matrix4, Vector4};
-use recording::NumberRange;
 
 use self::mass::Mass;
-use crate::clock::At;
-use crate::clock::Clock;
+use crate::builder::{ConnectionOptions, SystemBuilder};
+use crate::clock::{At, Clock};
 use crate::course::Extrapolate;
 use crate::node::{Node, NodeState};
-use crate::system::{Algorithm, ErrorEstimate, Method};
-use crate::system::{Block, Division, Iteration, Pace, System, Tear};
-use crate::testing::{Record, link, play, play_at, system};
+use crate::system::{
+    Algorithm, Block, BondPlan, Division, ErrorEstimate, Iteration, Method, Pace, System, Tear,
+};
+use crate::testing::{Record, idle, play, play_at, system};
 
-/// Two masses of 1 kg in a row: position and speed of the first one go to the second one, its force comes back. Rows are `x_1`, `v_1`,
-/// `-F_1`, `x_2`, `v_2`, `F`, then the inputs.
+/// Two masses of 1 kg in a row, and the wall that the first one hangs on: position and speed of the first one go to the second one, its
+/// force comes back. Rows are `x_1`, `v_1`, `-F_1`, `x_2`, `v_2`, `F`, position and speed of the wall, then the inputs.
 fn two_masses(algorithm: Algorithm, step: f64, stop: f64) -> System {
-    let steps = (stop / step).round() as u64;
-    let mut system = system(6, &[], steps);
-    system.nodes.truncate(2);
-    system.clock = Clock { start: 0.0, step, steps };
-    system.order = vec![0, 1];
-    system.columns = crate::testing::columns(11, recording::ValueKind::Real);
-    let at = if algorithm == Algorithm::Jacobi { At::Start } else { At::End };
-    let course = (algorithm == Algorithm::Iterate).then_some(Extrapolate::Linear);
-    let link = |source| crate::system::ResolvedConnection { course, ..link(source, at) };
-    for (place, (outputs, inputs, sources)) in
-        [(0..3, 6..9, vec![6, 6, 5]), (3..6, 9..11, vec![0, 1])].into_iter().enumerate()
+    let clock = Clock { start: 0.0, step, steps: (stop / step).round() as u64 };
+    let mut builder = SystemBuilder::new(clock, algorithm);
+    let outputs = ["x", "v", "F_0"];
+    builder.add_node("first", idle(), &["x_0", "v_0", "F"], &outputs).expect("a new name");
+    builder.add_node("second", idle(), &["x_0", "v_0"], &outputs).expect("a new name");
+    builder.add_node("wall", idle(), &[], &["x", "v"]).expect("a new name");
+    let extrapolate = (algorithm == Algorithm::Iterate).then_some(Extrapolate::Linear);
+    for (output, input) in
+        [("second.F_0", "first.F"), ("first.x", "second.x_0"), ("first.v", "second.v_0")]
     {
-        let node = &mut system.nodes[place];
-        node.outputs = NumberRange::new(outputs);
-        node.needed = node.outputs.indices().collect();
-        node.inputs = NumberRange::new(inputs);
-        node.connections = sources.into_iter().map(link).collect();
+        let options = ConnectionOptions { extrapolate, ..ConnectionOptions::default() };
+        builder.connect_with(output, input, options).expect("both are there");
     }
-    // The wall stays where it is: an input that is fed by itself.
-    for own in &mut system.nodes[0].connections[..2] {
-        own.source.at = At::Start;
-        own.course = None;
+    for (output, input) in [("wall.x", "first.x_0"), ("wall.v", "first.v_0")] {
+        let options = ConnectionOptions { at: Some(At::Start), ..ConnectionOptions::default() };
+        builder.connect_with(output, input, options).expect("both are there");
     }
-    system.coupling.algorithm = algorithm;
-    system.coupling.blocks =
-        vec![Block { nodes: vec![0, 1], tears: vec![Tear { node: 0, place: 2 }] }];
-    system
+    builder.system().expect("a system").0
 }
 
 const STIFF: [f64; 2] = [40.0, 25.0];
 
 fn masses(damping: f64) -> Vec<Box<dyn Node>> {
-    vec![Box::new(Mass::new(STIFF[0], damping, 0.0)), Box::new(Mass::new(STIFF[1], damping, 0.1))]
+    let masses = [0.0, 0.1].into_iter().zip(STIFF);
+    let masses = masses.map(|(position, stiffness)| Mass::new(stiffness, damping, position));
+    hung(masses.collect())
+}
+
+/// Masses, and the wall.
+fn hung(masses: Vec<Mass>) -> Vec<Box<dyn Node>> {
+    let masses = masses.into_iter().map(|mass| Box::new(mass) as Box<dyn Node>);
+    masses.chain([idle()]).collect()
 }
 
 /// Positions and speeds of both masses at a time [s]: `exp(A t)`.
@@ -126,13 +125,12 @@ fn only_iterate_keeps_the_energy() {
 #[test]
 fn slopes_of_inputs_are_better_than_means() {
     let error = |takes_slopes| {
-        let nodes = masses(0.3).len();
-        let nodes = (0..nodes).map(|place| {
-            let position = [0.0, 0.1][place];
-            let mass = Mass { takes_slopes, ..Mass::new(STIFF[place], 0.3, position) };
-            Box::new(mass) as Box<dyn Node>
+        let masses = [0.0, 0.1].into_iter().zip(STIFF);
+        let masses = masses.map(|(position, stiffness)| Mass {
+            takes_slopes,
+            ..Mass::new(stiffness, 0.3, position)
         });
-        let record = run(two_masses(Algorithm::Iterate, 0.02, 2.0), nodes.collect());
+        let record = run(two_masses(Algorithm::Iterate, 0.02, 2.0), hung(masses.collect()));
         (state(last(&record)) - exact(0.3, 2.0)).norm()
     };
     let [means, slopes] = [false, true].map(error);
@@ -161,7 +159,7 @@ fn a_tolerance_divides_steps_until_the_error_is_small() {
 fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
     let play = |tolerance| {
         let mut system = two_masses(Algorithm::GaussSeidel, 0.05, 2.0);
-        let bond = crate::system::BondPlan {
+        let bond = BondPlan {
             name: "F, v".to_owned(),
             effort: Tear { node: 0, place: 2 },
             flow: Tear { node: 1, place: 1 },
@@ -186,11 +184,11 @@ fn a_discarded_step_is_done_in_halves() {
     let mut system = two_masses(Algorithm::GaussSeidel, 0.1, 1.0);
     let nodes = |longest| -> Vec<Box<dyn Node>> {
         let second = Mass { longest, ..Mass::new(STIFF[1], 0.3, 0.1) };
-        vec![Box::new(Mass::new(STIFF[0], 0.3, 0.0)), Box::new(second)]
+        hung(vec![Mass::new(STIFF[0], 0.3, 0.0), second])
     };
     let (.., result) = play_at(&mut system, nodes(0.03), 0.1);
     let failed = result.expect_err("nobody halves").to_string();
-    assert!(failed.contains("n1") && failed.contains("is too long"), "{failed}");
+    assert!(failed.contains("second") && failed.contains("is too long"), "{failed}");
     system.coupling.division = Some(Division { halves_discarded: true, ..Division::default() });
     let (record, progress, result) = play_at(&mut system, nodes(0.03), 0.1);
     result.expect("halves are short enough");
@@ -287,7 +285,7 @@ fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
 fn a_loop_without_a_solution_is_named_with_what_does_not_fit() {
     let (.., result) = play(&mut adders(Method::FixedPoint, 20), loop_of(-30.0, true));
     let error = result.expect_err("it diverges").to_string();
-    assert!(error.contains("first communication point") && error.contains(".v2"), "{error}");
+    assert!(error.contains("first communication point") && error.contains("n0.u0"), "{error}");
     // The same loop with a step in it is left to the step.
     let mut system = adders(Method::FixedPoint, 20);
     system.coupling.initial.clear();

@@ -68,6 +68,12 @@ pub(super) struct Efforts {
     deadline: Option<Duration>,
 }
 
+impl Default for Efforts {
+    fn default() -> Self {
+        Efforts::of(0)
+    }
+}
+
 impl Efforts {
     /// Those of so many nodes, before the first step.
     pub fn of(nodes: usize) -> Self {

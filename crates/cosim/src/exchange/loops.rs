@@ -5,8 +5,7 @@ use recording::{Full, NumberIndex};
 
 use super::{Exchange, Interruption};
 use crate::clock::At;
-use crate::system::OnFailure;
-use crate::system::{Accepts, Body, Tear};
+use crate::system::{Accepts, Body, OnFailure, Tear};
 
 impl Exchange<'_> {
     /// Puts the inputs of a node into the row as [`feed`](Self::feed) does; those of some connections, by their places, are given.

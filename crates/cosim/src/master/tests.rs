@@ -3,11 +3,9 @@
 use recording::{NumberRange, TextIndex, TextRange, ValueKind};
 
 use super::*;
-use crate::clock::At;
-use crate::clock::Clock;
+use crate::clock::{At, Clock};
 use crate::fault::{Bias, FaultWords, Freeze, Gain, Value};
-use crate::system::Algorithm;
-use crate::system::{Accepts, FaultPlan, Source, TextPlan};
+use crate::system::{Accepts, Algorithm, FaultPlan, Source, TextPlan};
 use crate::testing::{Record, STEP, columns, mock, play, system};
 
 /// A clock and two nodes that add one to what they get.
@@ -68,7 +66,7 @@ fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
     let nodes = vec![mock(|time, _| Ok(if time > 1.0 { f64::NAN } else { time }))];
     let (record, progress, result) = play(&mut system, nodes);
     let error = result.expect_err("NaN").to_string();
-    assert!(error.contains("n0") && error.contains("v0") && error.contains("1.5 s"), "{error}");
+    assert!(error.contains("n0") && error.contains("`y`") && error.contains("1.5 s"), "{error}");
     assert_eq!((record.rows.len(), progress.steps), (3, 2));
 }
 
@@ -155,7 +153,7 @@ fn a_number_that_the_input_does_not_take_ends_the_run() {
     let nodes = vec![mock(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock(|_, _| Ok(0.0))];
     let (record, _, result) = play(&mut system, nodes);
     let error = result.expect_err("0.5 is no truth").to_string();
-    assert!(error.contains(".v2` would get 0.5 from `.v0` at t = 0.5 s"), "{error}");
+    assert!(error.contains("`n1.u0` would get 0.5 from `n0.y` at t = 0.5 s"), "{error}");
     assert_eq!(record.rows.len(), 1);
 }
 

@@ -22,8 +22,7 @@ use super::NodeState;
 use super::faulty::Provocation;
 use super::refusal::Refusal;
 use crate::clock::Clock;
-use crate::system::OnFailure;
-use crate::system::{Isolation, Ports, Start};
+use crate::system::{Isolation, OnFailure, Ports, Start};
 
 /// What processes for FMUs need of the program that starts them.
 #[derive(Clone)]

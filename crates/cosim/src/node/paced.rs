@@ -5,8 +5,7 @@ use fmu_import::{CallError, Instance, Message};
 
 use super::faulty::Provocation;
 use super::{Node, NodeState};
-use crate::clock::At;
-use crate::clock::Clock;
+use crate::clock::{At, Clock};
 use crate::course::Course;
 use crate::system::{NodePlan, Pace, Start};
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use cosim::assembly::Connection;
 use cosim::clock::Clock;
 use cosim::effect::{Context, stream_seed};
 use cosim::system::{Accepts, Body, FaultPlan, InputChain};
@@ -13,23 +14,10 @@ use super::nodes::UnplacedNode;
 use super::port::{Side, find};
 use super::ports::Port;
 use super::{coupling, manoeuvres, types};
-use crate::words::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
+use crate::words::{At, Connect, Fault, Scenario, Unconnected};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
-
-/// A connection whose values have no place in the row yet.
-#[derive(Debug)]
-pub(super) struct Connection {
-    /// The node and its output that the value comes from.
-    pub from: (usize, usize),
-    /// Which end of the step the value is taken at.
-    pub at: At,
-    /// The way of a number; a text arrives unchanged.
-    pub input_chain: Option<InputChain>,
-    /// The course of the input within a step; without one it holds its value.
-    pub course: Option<Extrapolate>,
-}
 
 /// Connects the unplaced as the scenario says.
 pub(super) fn connect(
@@ -86,7 +74,7 @@ fn connection(
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
     let course = coupling::course(scenario, connect, at, (ports.0, ports.1, &unplaced[to.0].body))?;
-    Ok(Connection { from, at, input_chain, course })
+    Ok(Connection { node: from.0, output: from.1, at, input_chain, course })
 }
 
 /// The way of a number to its input.

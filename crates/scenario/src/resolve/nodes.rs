@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use cosim::assembly::is_tunable;
 use cosim::clock::Clock;
 use cosim::signal::Signal;
 use cosim::system::{Body, Ports};
@@ -18,7 +19,7 @@ use units::Unit;
 use super::archives::{Opened, archive, noted, open_for};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
-use super::ports::{Port, Side, is_tunable, port, references};
+use super::ports::{Port, Side, port};
 use super::starts::{Given, starts};
 use super::{Notes, isolation, manoeuvres, overrides, readings};
 use crate::build_request::BuildRequest;
@@ -325,14 +326,13 @@ fn fmu(
     let shown = shown(scenario, node, (variables, events), mistakes);
     let outputs = ports(shown);
     let (starts, started) = starts(scenario, node, variables, given, mistakes);
-    let references = references(&outputs);
     Ok(UnplacedNode {
         name: node.name.get_ref().clone(),
         body: Body::Fmu {
             fmu,
             starts,
             inputs: Ports::default(),
-            outputs: references,
+            outputs: Ports::default(),
             log: node.log,
             isolation: isolation::isolation(scenario, node, given.0, mistakes),
         },

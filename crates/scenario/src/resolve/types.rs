@@ -2,25 +2,10 @@
 
 use cosim::system::Accepts;
 use diagnostics::Error;
-use fmu_import::description::{Storage, Type, list};
-use recording::ValueKind;
+use fmu_import::description::{Type, list};
 
 use super::ports::Port;
 use crate::words::{Connect, Convert, Scenario};
-
-/// The kind in which values of a type travel and are recorded: enumerations are integers.
-pub(super) fn recorded_kind(of: Type, form: Storage) -> ValueKind {
-    match of {
-        Type::Real => ValueKind::Real,
-        Type::Integer | Type::Enumeration if form == Storage::Int64 => ValueKind::Int64,
-        Type::Integer | Type::Enumeration if form == Storage::UInt64 => ValueKind::UInt64,
-        Type::Integer | Type::Enumeration => ValueKind::Integer,
-        // A clock ticks or does not; nothing connects it.
-        Type::Boolean | Type::Clock => ValueKind::Boolean,
-        // Bytes are recorded as hexadecimal digits.
-        Type::String | Type::Binary => ValueKind::String,
-    }
-}
 
 /// A start value that the variable could have, as it is written in a scenario.
 pub(super) fn example(port: &Port) -> String {

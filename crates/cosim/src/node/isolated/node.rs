@@ -10,8 +10,7 @@ use crate::course::Course;
 use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
 use crate::node::{Node, NodeState, means};
-use crate::system::OnFailure;
-use crate::system::Start;
+use crate::system::{OnFailure, Start};
 
 /// The outputs of an FMU that has failed.
 struct HeldState((Vec<f64>, Others));
