@@ -6,7 +6,7 @@ use std::rc::Rc;
 use cosim::checkpoint::States;
 use cosim::clock::Clock;
 use cosim::node::Node;
-use cosim::system::{Body, Ports, System};
+use cosim::system::{Body, System, VariableGroups};
 use diagnostics::{Error, Mistakes};
 use scenario::Scenario;
 
@@ -22,13 +22,13 @@ pub(crate) struct Held {
 struct HeldFmu {
     name: String,
     /// Inputs and outputs that it hands over.
-    ports: (Ports, Ports),
+    ports: (VariableGroups, VariableGroups),
     /// None while a run has it.
     node: Option<Box<dyn Node>>,
 }
 
 /// The ports of a node, if it is an FMU.
-fn ports(body: &Body) -> Option<(Ports, Ports)> {
+fn ports(body: &Body) -> Option<(VariableGroups, VariableGroups)> {
     match body {
         Body::Fmu { inputs, outputs, .. } => Some((inputs.clone(), outputs.clone())),
         _ => None,
@@ -70,7 +70,9 @@ impl Held {
         for (plan, place) in system.nodes.iter().zip(nodes) {
             let held = self.fmus.iter_mut().find(|held| held.name == plan.name);
             if let Some(mut node) = held.and_then(|held| held.node.take()) {
-                node.take_faults(&plan.faults, &system.clock);
+                if let Some(faults) = node.faults() {
+                    faults.set_call_faults(&plan.faults, &system.clock);
+                }
                 *place = node;
             }
         }

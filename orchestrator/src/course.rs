@@ -5,11 +5,13 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use assessment::check::CheckMemory;
-use cosim::checkpoint::{Checkpoint, Difference, Fit, States, Wiring, check_able, differences};
+use cosim::checkpoint::{
+    Checkpoint, Compatibility, Difference, States, SystemFingerprint, check_able, differences,
+};
 use cosim::clock::Clock;
 use cosim::coupling::{self, Coupling};
 use cosim::exchange::Exchange;
-use cosim::master::Along;
+use cosim::master::RunObserver;
 use cosim::node::{self, Host, Node};
 use cosim::system::System;
 use diagnostics::{Error, Mistakes, rounded};
@@ -26,7 +28,7 @@ pub(crate) type Remembered = Arc<Mutex<Vec<CheckMemory>>>;
 /// Where a run begins, and which checkpoints it leaves.
 pub(crate) struct Course {
     scenario: String,
-    wiring: Wiring,
+    fingerprint: SystemFingerprint,
     origin: Option<Origin>,
     wanted: Vec<Wanted>,
     taken: Vec<Taken>,
@@ -43,7 +45,7 @@ pub(crate) struct Origin {
     pub states: Option<Rc<States>>,
     /// Where it comes from.
     pub place: String,
-    fit: Fit,
+    fit: Compatibility,
     /// Whether the run still goes on in the same way.
     same: bool,
 }
@@ -78,7 +80,8 @@ impl Course {
     pub fn plan(plan: &RunPlan, options: &RunOptions, held: Option<&Held>) -> Result<Self, Error> {
         let alone = options.checkpoints.is_empty() && options.resume.is_none() && held.is_none();
         // Fingerprints of large tables take their time.
-        let wiring = if alone { Wiring::default() } else { Wiring::of(&plan.system) };
+        let fingerprint =
+            if alone { SystemFingerprint::default() } else { SystemFingerprint::of(&plan.system) };
         let in_bytes = options.role == Role::Alone;
         let mut mistakes = Mistakes::default();
         if !options.checkpoints.is_empty() {
@@ -96,7 +99,7 @@ impl Course {
             .collect();
         wanted.sort_by_key(|it| it.tick);
         wanted.dedup_by_key(|it| it.tick);
-        let origin = mistakes.take(origin(plan, &wiring, options, held)).flatten();
+        let origin = mistakes.take(origin(plan, &fingerprint, options, held)).flatten();
         mistakes.finish()?;
         let before = origin.as_ref().map_or(0, |origin| origin.checkpoint.system.tick);
         if let Some(early) = wanted.iter().find(|it| it.tick < before) {
@@ -107,7 +110,7 @@ impl Course {
         }
         Ok(Course {
             scenario: plan.header.scenario.clone(),
-            wiring,
+            fingerprint,
             origin,
             wanted,
             taken: Vec::new(),
@@ -159,7 +162,7 @@ impl Course {
         let Origin { checkpoint, place, fit, .. } = self.origin.as_ref()?;
         Some(Resumed {
             checkpoint: place.clone(),
-            scenario: checkpoint.system.scenario.clone(),
+            scenario: checkpoint.system.name.clone(),
             time: rounded(checkpoint.system.time),
             changes: fit.changes.clone(),
         })
@@ -214,7 +217,7 @@ impl Course {
             };
             let time = taken.checkpoint.system.time;
             self.warnings.extend(match tried {
-                Ok(found) => Difference::told(&found, time),
+                Ok(found) => Difference::warning(&found, time),
                 Err(error) => Some(format!(
                     "nothing goes on from the checkpoint at {} s: {error}",
                     rounded(time)
@@ -255,7 +258,7 @@ impl Taken {
         coupling: &mut dyn Coupling,
         host: &Host,
     ) -> Result<Vec<Difference>, Error> {
-        let mut twins = node::apart(system, nodes, host)?;
+        let mut twins = node::isolated_copies(system, nodes, host)?;
         let found = cosim::checkpoint::rehearse(
             &self.checkpoint.system,
             system,
@@ -291,7 +294,7 @@ fn wanted(time: f64, clock: Clock) -> Result<(Wanted, Option<String>), Error> {
 /// The checkpoint that the options name, if it fits.
 fn origin(
     plan: &RunPlan,
-    wiring: &Wiring,
+    fingerprint: &SystemFingerprint,
     options: &RunOptions,
     held: Option<&Held>,
 ) -> Result<Option<Origin>, Error> {
@@ -300,7 +303,7 @@ fn origin(
             let (checkpoint, states) = (held.checkpoint.clone(), Rc::clone(&held.states));
             (
                 checkpoint,
-                held.checkpoint.system.scenario.clone(),
+                held.checkpoint.system.name.clone(),
                 Some(states),
                 held.misfits(&plan.system),
             )
@@ -321,7 +324,7 @@ fn origin(
         }
         _ => return Ok(None),
     };
-    let fit = wiring.fit(&checkpoint.system.wiring, &plan.system);
+    let fit = fingerprint.compare(&checkpoint.system.fingerprint, &plan.system);
     misfits.extend(fit.misfits.iter().cloned());
     let time = rounded(checkpoint.system.time);
     if checkpoint.system.tick > plan.system.clock.steps {
@@ -334,7 +337,7 @@ fn origin(
         let same = fit.changes.is_empty();
         return Ok(Some(Origin { checkpoint, states, place, fit, same }));
     }
-    let scenario = &checkpoint.system.scenario;
+    let scenario = &checkpoint.system.name;
     let message = format!(
         "the checkpoint of `{scenario}` at {time} s ({place}) does not fit: {}",
         misfits.join("; ")
@@ -342,8 +345,8 @@ fn origin(
     Err(Error::input(message).help("a run that goes on may have other tunable parameters, signals, effects, faults, checks and another stop time; for all else write a new checkpoint"))
 }
 
-impl Along for Course {
-    fn begin(
+impl RunObserver for Course {
+    fn initialise(
         &mut self,
         exchange: &mut Exchange,
         coupling: &mut dyn Coupling,
@@ -352,11 +355,11 @@ impl Along for Course {
             coupling.initialise(exchange)?;
         }
         let Some(Origin { checkpoint, states, fit, .. }) = &self.origin else { return Ok(0) };
-        checkpoint.system.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;
+        checkpoint.system.restore(exchange, coupling, states.as_deref(), &self.fingerprint, fit)?;
         Ok(checkpoint.system.tick)
     }
 
-    fn reach(
+    fn on_communication_point(
         &mut self,
         tick: u64,
         exchange: &mut Exchange,
@@ -371,8 +374,15 @@ impl Along for Course {
         }
         let Some(place) = self.wanted.iter().position(|it| it.tick == tick) else { return Ok(()) };
         let wanted = self.wanted.remove(place);
-        let (about, in_bytes) = ((self.scenario.as_str(), &self.wiring), self.role == Role::Alone);
-        let taken = Checkpoint::take(exchange, coupling, about, tick, in_bytes)?;
+        let in_bytes = self.role == Role::Alone;
+        let taken = Checkpoint::take(
+            exchange,
+            coupling,
+            &self.scenario,
+            &self.fingerprint,
+            tick,
+            in_bytes,
+        )?;
         let (system, states) = taken;
         let mut remembered = self.remembered.lock().unwrap_or_else(PoisonError::into_inner);
         let checkpoint = RunCheckpoint { system, checks: std::mem::take(&mut *remembered) };
@@ -389,7 +399,7 @@ impl Along for Course {
         Ok(())
     }
 
-    fn goes_on(&self) -> bool {
+    fn keeps_nodes(&self) -> bool {
         matches!(self.role, Role::WarmUp | Role::End { last: false })
     }
 }
@@ -406,8 +416,8 @@ impl Course {
             return;
         };
         let time = exchange.clock().at(tick);
-        let found = differences(exchange.columns(), (&then, now), time);
+        let found = differences(exchange.columns(), &then, now, time);
         origin.same = found.is_empty();
-        self.warnings.extend(Difference::told(&found, origin.checkpoint.system.time));
+        self.warnings.extend(Difference::warning(&found, origin.checkpoint.system.time));
     }
 }

@@ -51,7 +51,7 @@ impl Remains {
 
     /// Frees those FMUs of which a process can hold one instance only: what follows may need one.
     fn free_singles(&mut self) {
-        self.nodes.retain(|node| !node.only_once());
+        self.nodes.retain(|node| !node.is_single_instance());
     }
 
     /// The nodes of a system: new ones, or those that its course takes over.
@@ -66,7 +66,7 @@ impl Remains {
                 let mut nodes = node::instantiate(system, host).map_err(|error| self.why(error))?;
                 if course.is_warm_up() {
                     // The ends may have faults of calls that the warm-up does not have.
-                    node::with_faults(system, &mut nodes, true);
+                    node::with_call_faults(system, &mut nodes, true);
                 }
                 Ok(nodes)
             }
@@ -167,7 +167,7 @@ impl Job<'_> {
             *announced = announced.map(|stop| stop.max(latest));
         }
         validation::rehearse(self.scenario, self.built, &plan.system)?;
-        plan.leave_unneeded();
+        plan.restrict_outputs();
         let (baselines, options) = self.compared(&plan)?;
         let host = remains.host(self.options);
         let mut course = Course::plan(&plan, self.options, remains.held.as_ref())?;
@@ -317,7 +317,7 @@ fn simulate(
     }
     tick(course.first())?;
     let mut coupling = coupling::of(system);
-    master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (tick, course))
+    master::run_observed(system, nodes, coupling.as_mut(), recorder, progress, tick, course)
 }
 
 fn analyse(

@@ -10,11 +10,11 @@ use recording::{
 };
 
 use crate::clock::At;
-use crate::course::Extrapolate;
+use crate::extrapolation::ExtrapolationOrder;
 use crate::order::Edge;
 use crate::system::{
-    Accepts, Body, ExactConnection, ExactPlan, Group, InputChain, NodePlan, Ports,
-    ResolvedConnection, Source, TextPlan,
+    AcceptedValues, Body, InputChain, IntegerConnection, IntegerPlan, NodePlan, NumberConnection,
+    Source, TextPlan, VariableGroup, VariableGroups,
 };
 
 /// A variable of a node that can be connected or recorded.
@@ -127,8 +127,8 @@ pub struct Connection {
     pub at: At,
     /// The way of a number; a text arrives unchanged.
     pub input_chain: Option<InputChain>,
-    /// The course of the input within a step; without one it holds its value.
-    pub course: Option<Extrapolate>,
+    /// The extrapolation of the input within a step; without one it holds its value.
+    pub extrapolation: Option<ExtrapolationOrder>,
 }
 
 /// A node whose values have no places in the row yet.
@@ -256,26 +256,26 @@ pub fn place(unplaced: Vec<UnplacedNode>) -> (Vec<NodePlan>, Columns<Full>) {
         let mut plan = NodePlan {
             name,
             body,
-            pace: None,
+            step_ratio: None,
             outputs: output.numbers,
             needed: output.numbers.indices().collect(),
             inputs: input.numbers,
             connections: Vec::new(),
             texts: TextPlan { outputs: output.texts, inputs: input.texts, ..TextPlan::default() },
-            exact: ExactPlan {
+            exact: IntegerPlan {
                 outputs: output.integers,
                 numbers: integers[output.integers.positions()].to_vec(),
                 inputs: input.integers,
-                ..ExactPlan::default()
+                ..IntegerPlan::default()
             },
             faults: Vec::new(),
         };
-        for Connection { node, output, at, input_chain, course } in connections {
+        for Connection { node, output, at, input_chain, extrapolation } in connections {
             // Types were compared: a number goes to a number and a text to a text.
             match (sides[node].ports[output], input_chain) {
                 (ColumnIndex::Number(index), Some(input_chain)) => {
                     let source = Source { index, at };
-                    plan.connections.push(ResolvedConnection { source, input_chain, course });
+                    plan.connections.push(NumberConnection { source, input_chain, extrapolation });
                 }
                 (ColumnIndex::Text(index), _) => plan.texts.connections.push(Source { index, at }),
                 (ColumnIndex::Number(_), None) => unreachable!("a number goes to a text"),
@@ -289,19 +289,19 @@ pub fn place(unplaced: Vec<UnplacedNode>) -> (Vec<NodePlan>, Columns<Full>) {
 
 /// The variables of ports that are read and written at once; the ports are in the order of their forms and of the file.
 #[must_use]
-pub fn groups(ports: &[Port]) -> Ports {
-    let mut found = Ports::default();
+pub fn groups(ports: &[Port]) -> VariableGroups {
+    let mut found = VariableGroups::default();
     for port in ports {
         let is_text = port.kind == ValueKind::String;
         let groups = if is_text { &mut found.texts } else { &mut found.numbers };
-        let one_more = |group: &mut Group| {
+        let one_more = |group: &mut VariableGroup| {
             if group.references.last() != Some(&port.reference) {
                 group.references.push(port.reference);
                 group.elements += port.element.1;
             }
             group.places.push(group.elements - port.element.1 + port.element.0);
         };
-        let joins = |group: &&mut Group| {
+        let joins = |group: &&mut VariableGroup| {
             let same = group.references.last() == Some(&port.reference);
             let alike = (group.storage, group.discrete, group.tunable)
                 == (port.storage, port.discrete, port.tunable)
@@ -311,7 +311,7 @@ pub fn groups(ports: &[Port]) -> Ports {
         match groups.last_mut().filter(joins) {
             Some(group) => one_more(group),
             None => {
-                let mut group = Group {
+                let mut group = VariableGroup {
                     storage: port.storage,
                     references: Vec::new(),
                     elements: 0,
@@ -358,8 +358,8 @@ fn connect_exactly(plan: &mut NodePlan, columns: &Columns<Full>) {
         }
         let chain = &mut link.input_chain;
         let both = source.is_some() && input.is_some() && chain.is_plain();
-        let as_it_is = both.then(|| std::mem::replace(&mut chain.accepts, Accepts::Real));
-        plan.exact.connections.push(ExactConnection { place, source, input, as_it_is });
+        let as_it_is = both.then(|| std::mem::replace(&mut chain.accepts, AcceptedValues::Real));
+        plan.exact.connections.push(IntegerConnection { place, source, input, as_it_is });
     }
 }
 

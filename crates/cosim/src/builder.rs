@@ -11,13 +11,14 @@ use units::Unit;
 
 use crate::assembly::{Connection, Port, UnplacedNode, edges, follows, is_tunable, place};
 use crate::clock::{At, Clock};
-use crate::course::Extrapolate;
 use crate::effect::Chain;
 use crate::execution::Execution;
+use crate::extrapolation::ExtrapolationOrder;
 use crate::node::{self, Node};
 use crate::order::{Graph, Order};
 use crate::system::{
-    Accepts, Algorithm, Body, CouplingPlan, InputChain, Iteration, NodePlan, Ports, Start, System,
+    AcceptedValues, Algorithm, Body, CouplingPlan, InputChain, Iteration, NodePlan, StartValue,
+    System, VariableGroups,
 };
 
 /// A system that is being built. Nodes step in the order of the flow, and else in that in which they were added.
@@ -34,8 +35,8 @@ pub struct SystemBuilder {
 pub struct ConnectionOptions {
     /// The end of the step at which the value is taken; without it that of the coupling algorithm.
     pub at: Option<At>,
-    /// The course of the input within a step; without one it holds its value.
-    pub extrapolate: Option<Extrapolate>,
+    /// The extrapolation of the input within a step; without one it holds its value.
+    pub extrapolation: Option<ExtrapolationOrder>,
     /// Sensor effects on the way.
     pub effects: Chain,
 }
@@ -80,8 +81,8 @@ impl SystemBuilder {
         let body = Body::Fmu {
             fmu: Arc::clone(fmu),
             starts: starts.collect::<Result<_, _>>()?,
-            inputs: Ports::default(),
-            outputs: Ports::default(),
+            inputs: VariableGroups::default(),
+            outputs: VariableGroups::default(),
             log: false,
             isolation: None,
         };
@@ -182,8 +183,8 @@ impl SystemBuilder {
         });
         let default = self.coupling.algorithm.rules().default_at;
         let at = options.at.unwrap_or(default);
-        let course = options.extrapolate;
-        let connection = Connection { node: from, output: given, at, input_chain, course };
+        let extrapolation = options.extrapolation;
+        let connection = Connection { node: from, output: given, at, input_chain, extrapolation };
         self.nodes[to].connections[taken] = Some(connection);
         Ok(self)
     }
@@ -226,7 +227,7 @@ impl SystemBuilder {
                     "take one of them at the start of the step, or choose the algorithm `Iterate`",
                 )
             })?;
-        let (coupling, order) = order.looped(coupling);
+        let (coupling, order) = order.into_coupling(coupling);
         let (nodes, columns): (Vec<NodePlan>, _) = place(nodes);
         let system = System {
             coupling,
@@ -261,13 +262,18 @@ impl SystemBuilder {
 }
 
 /// The start value of a variable of an FMU.
-fn start(node: &str, variables: &[Variable], name: &str, value: &Value) -> Result<Start, Error> {
+fn start(
+    node: &str,
+    variables: &[Variable],
+    name: &str,
+    value: &Value,
+) -> Result<StartValue, Error> {
     let found = variables.iter().find(|variable| variable.name == name);
     let Some(Variable { reference, storage, element, causality, .. }) = found else {
         let known = variables.iter().map(|variable| variable.name.as_str());
         return Err(unknown(&format!("variable of `{node}`"), name, known).input());
     };
-    Ok(Start {
+    Ok(StartValue {
         name: name.to_owned(),
         reference: *reference,
         storage: *storage,
@@ -290,17 +296,17 @@ fn conversion(output: &Port, input: &Port) -> Result<(f64, f64), String> {
 }
 
 /// The values that an input of a node accepts; none for a text.
-fn accepts(node: &UnplacedNode, input: &Port) -> Option<Accepts> {
+fn accepts(node: &UnplacedNode, input: &Port) -> Option<AcceptedValues> {
     let items = match &node.body {
         Body::Fmu { fmu, .. } => fmu.description.variables[input.place].items.clone(),
         _ => Vec::new(),
     };
     match input.kind {
         ValueKind::String => None,
-        ValueKind::Real => Some(Accepts::Real),
-        ValueKind::Boolean => Some(Accepts::Boolean),
-        _ if items.is_empty() => Some(Accepts::Integer(input.storage)),
-        _ => Some(Accepts::Enumeration(items)),
+        ValueKind::Real => Some(AcceptedValues::Real),
+        ValueKind::Boolean => Some(AcceptedValues::Boolean),
+        _ if items.is_empty() => Some(AcceptedValues::Integer(input.storage)),
+        _ => Some(AcceptedValues::Enumeration(items)),
     }
 }
 

@@ -5,7 +5,7 @@ use fmu_import::CallError;
 use recording::{ColumnIndex, Full, Row};
 
 use crate::coupling::{self, Coupling};
-use crate::exchange::{Exchange, Interruption, Memory, failure};
+use crate::exchange::{Exchange, Interruption, Memory, NodeStop, failure};
 use crate::node::Node;
 use crate::system::System;
 
@@ -71,8 +71,8 @@ impl Execution {
         self.exchange(|exchange, coupling| {
             exchange.begin(tick);
             coupling.step(exchange)?;
-            match exchange.last().cloned() {
-                Some((node, error)) => Err(Interruption::Call { node, error }),
+            match exchange.stop().cloned() {
+                Some(NodeStop { node, error }) => Err(Interruption::Call { node, error }),
                 None => Ok(()),
             }
         })
@@ -118,7 +118,9 @@ impl Execution {
     pub fn terminate(&mut self) -> Result<(), Error> {
         let time = self.time();
         let mut all = self.system.nodes.iter().zip(&mut self.nodes);
-        all.try_for_each(|(plan, node)| node.end().map_err(|error| failure(plan, error, time)))
+        all.try_for_each(|(plan, node)| {
+            node.terminate().map_err(|error| failure(plan, error, time))
+        })
     }
 
     /// Works on the nodes with the coupling.

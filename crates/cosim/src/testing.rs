@@ -21,15 +21,15 @@ pub(crate) struct Mock<F> {
 }
 
 impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError> + Send> Node for Mock<F> {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs = inputs.to_vec();
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.output.clone()?;
         Ok(())
     }
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.time = clock.at(tick + 1);
         self.output = (self.compute)(self.time, &self.inputs);
         self.output.clone().map(|_| ())

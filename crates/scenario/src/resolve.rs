@@ -186,7 +186,7 @@ impl RunPlan {
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
             return Err(Error::follow_up());
         };
-        let (coupling, order) = order.looped(coupling);
+        let (coupling, order) = order.into_coupling(coupling);
         let graph = view::graph(&nodes, &order, &coupling);
         let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
         let system = System {

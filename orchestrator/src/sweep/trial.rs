@@ -1,6 +1,6 @@
 //! Finds out whether instances of FMUs that were reset give the same results as new ones.
 
-use cosim::node::Kept;
+use cosim::node::ReusableInstances;
 use scenario::resolve::Overrides;
 
 use super::variant::{Bench, Fingerprint, Outcome};
@@ -10,9 +10,9 @@ pub(super) enum Reuse {
     /// No variant has run yet.
     Unknown,
     /// One has, and its instances are kept.
-    Tried(Kept),
+    Tried(ReusableInstances),
     /// A variant on instances that were reset gave the rows of one on new instances, bit for bit.
-    Proven(Kept),
+    Proven(ReusableInstances),
     /// They are not.
     Refused,
 }
@@ -23,7 +23,7 @@ impl Reuse {
     pub fn run(&mut self, bench: &mut Bench, overrides: &Overrides) -> Outcome {
         match std::mem::replace(self, Reuse::Refused) {
             Reuse::Unknown => {
-                let mut kept = Kept::default();
+                let mut kept = ReusableInstances::default();
                 let outcome = bench.run(overrides, &mut kept, None);
                 // What went wrong once is no sign of what a reset does.
                 *self = match outcome.failure {
@@ -35,7 +35,7 @@ impl Reuse {
             Reuse::Tried(mut kept) => {
                 let (mut again, mut new) = (Fingerprint::default(), Fingerprint::default());
                 let one = bench.run(overrides, &mut kept, Some(&mut again));
-                let mut fresh = Kept::default();
+                let mut fresh = ReusableInstances::default();
                 let other = bench.run(overrides, &mut fresh, Some(&mut new));
                 let same = one.failure.is_none() && other.failure.is_none() && again == new;
                 if same && kept.refused().is_none() {
@@ -48,9 +48,13 @@ impl Reuse {
                 let failed = outcome.failure.is_some();
                 *self = Reuse::Proven(kept);
                 // A failure counts when it is one on new instances.
-                if failed { bench.run(overrides, &mut Kept::default(), None) } else { outcome }
+                if failed {
+                    bench.run(overrides, &mut ReusableInstances::default(), None)
+                } else {
+                    outcome
+                }
             }
-            Reuse::Refused => bench.run(overrides, &mut Kept::default(), None),
+            Reuse::Refused => bench.run(overrides, &mut ReusableInstances::default(), None),
         }
     }
 }

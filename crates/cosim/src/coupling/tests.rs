@@ -8,10 +8,10 @@ use nalgebra::{Matrix4, Vector4};
 use self::mass::Mass;
 use crate::builder::{ConnectionOptions, SystemBuilder};
 use crate::clock::{At, Clock};
-use crate::course::Extrapolate;
-use crate::node::{Node, NodeState};
+use crate::extrapolation::ExtrapolationOrder;
+use crate::node::{DirectionalDerivatives, Node, NodeState, Stateful};
 use crate::system::{
-    Algorithm, Block, BondPlan, Division, ErrorEstimate, Iteration, Method, Pace, System, Tear,
+    Algorithm, Block, BondPlan, Division, ErrorEstimate, Iteration, Method, StepRatio, System, Tear,
 };
 use crate::testing::{Record, idle, play, play_at, system};
 
@@ -24,11 +24,11 @@ fn two_masses(algorithm: Algorithm, step: f64, stop: f64) -> System {
     builder.add_node("first", idle(), &["x_0", "v_0", "F"], &outputs).expect("a new name");
     builder.add_node("second", idle(), &["x_0", "v_0"], &outputs).expect("a new name");
     builder.add_node("wall", idle(), &[], &["x", "v"]).expect("a new name");
-    let extrapolate = (algorithm == Algorithm::Iterate).then_some(Extrapolate::Linear);
+    let extrapolation = (algorithm == Algorithm::Iterate).then_some(ExtrapolationOrder::Linear);
     for (output, input) in
         [("second.F_0", "first.F"), ("first.x", "second.x_0"), ("first.v", "second.v_0")]
     {
-        let options = ConnectionOptions { extrapolate, ..ConnectionOptions::default() };
+        let options = ConnectionOptions { extrapolation, ..ConnectionOptions::default() };
         builder.connect_with(output, input, options).expect("both are there");
     }
     for (output, input) in [("wall.x", "first.x_0"), ("wall.v", "first.v_0")] {
@@ -169,7 +169,7 @@ fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
             Some(Division { control, bonds: vec![bond], ..Division::default() });
         let (record, progress, result) = play_at(&mut system, masses(0.3), 0.05);
         result.expect("the run comes to its end");
-        let division = progress.account.division.expect("the division");
+        let division = progress.coupling.division.expect("the division");
         assert_eq!(division.repeated, 0);
         ((state(last(&record)) - exact(0.3, 2.0)).norm(), division)
     };
@@ -193,7 +193,7 @@ fn a_discarded_step_is_done_in_halves() {
     let (record, progress, result) = play_at(&mut system, nodes(0.03), 0.1);
     result.expect("halves are short enough");
     assert_eq!(record.rows.len(), 11);
-    let division = progress.account.division.expect("the division");
+    let division = progress.coupling.division.expect("the division");
     assert_eq!(division.shortest.0, 0.025);
     let fine = run(two_masses(Algorithm::GaussSeidel, 0.025, 1.0), nodes(1.0));
     // After each success it tries a longer step again, so not all parts are the shortest.
@@ -213,24 +213,37 @@ struct Adder {
 }
 
 impl Node for Adder {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.input = inputs[0];
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.gain * self.input + self.offset;
         Ok(())
     }
-    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+    fn do_step(&mut self, _clock: &Clock, _tick: u64) -> Result<(), CallError> {
+        Ok(())
+    }
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
+    }
+    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        Some(self)
+    }
+}
+
+impl DirectionalDerivatives for Adder {
+    fn directional_derivatives(
+        &mut self,
+        changes: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
         outputs[0] = self.gain * changes[0];
         Ok(self.knows)
     }
-    fn step(&mut self, _clock: &Clock, _tick: u64) -> Result<(), CallError> {
-        Ok(())
-    }
-    fn can_save(&self) -> bool {
-        true
-    }
+}
+
+impl Stateful for Adder {
     fn save(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(()))
     }
@@ -273,7 +286,7 @@ fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
                 assert!((row[1] - y).abs() < 1e-10, "{method:?} {gain}: {row:?}");
                 assert!((row[2] - row[1]).abs() < 1e-10, "{row:?}");
             }
-            let account = &progress.account.loops[0];
+            let account = &progress.coupling.loops[0];
             assert_eq!((account.steps, account.inputs.len()), (3, 1));
             // From the second step on, the first guess fits.
             assert!(account.passes <= 3 + u64::from(account.most.0), "{account:?}");
@@ -304,15 +317,15 @@ struct Clocked {
 }
 
 impl Node for Clocked {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.input = inputs.first().copied().unwrap_or_default();
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.output;
         Ok(())
     }
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.steps.lock().expect("no panic").push((clock.at(tick), self.input));
         self.output = self.input + 100.0;
         Ok(())
@@ -321,24 +334,28 @@ impl Node for Clocked {
 
 #[test]
 fn a_node_with_a_step_of_its_own_takes_inputs_where_its_step_begins_or_ends() {
-    for (pace, at, times, inputs) in [
-        (Pace::Coarser(2), At::End, vec![0.0, 1.0], vec![1.0, 2.0]),
-        (Pace::Coarser(2), At::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
-        (Pace::Finer(2), At::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
+    for (step_ratio, at, times, inputs) in [
+        (StepRatio::Coarser(2), At::End, vec![0.0, 1.0], vec![1.0, 2.0]),
+        (StepRatio::Coarser(2), At::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
+        (StepRatio::Finer(2), At::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
     ] {
         let mut system = system(2, &[(0, 1, at)], 4);
-        system.nodes[1].pace = Some(pace);
+        system.nodes[1].step_ratio = Some(step_ratio);
         let steps = std::sync::Arc::default();
         let clocked = Clocked { input: 0.0, output: 0.0, steps: std::sync::Arc::clone(&steps) };
         let plan = &system.nodes[1];
-        let paced = crate::node::paced(Box::new(clocked), plan, system.clock);
+        let paced = crate::node::with_own_step(Box::new(clocked), plan, system.clock);
         let clock = crate::testing::mock(|time, _| Ok(time));
         let (record, _, result) = play(&mut system, vec![clock, paced]);
         result.expect("the run comes to its end");
         let seen = steps.lock().expect("no panic").clone();
         let seen = &seen[..times.len()];
-        assert_eq!(seen, times.into_iter().zip(inputs).collect::<Vec<_>>(), "{pace:?} {at:?}");
-        if let Pace::Coarser(_) = pace {
+        assert_eq!(
+            seen,
+            times.into_iter().zip(inputs).collect::<Vec<_>>(),
+            "{step_ratio:?} {at:?}"
+        );
+        if let StepRatio::Coarser(_) = step_ratio {
             let shown: Vec<_> = record.rows.iter().map(|row| row[1]).collect();
             assert_eq!(shown[0], shown[1], "it keeps its output until its step ends");
             assert_eq!(shown[2], shown[3]);

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use cosim::assembly::Connection;
 use cosim::clock::Clock;
 use cosim::effect::{Context, stream_seed};
-use cosim::system::{Accepts, Body, FaultPlan, InputChain};
+use cosim::system::{AcceptedValues, Body, InputChain, InputFault};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Type;
 
@@ -73,8 +73,9 @@ fn connection(
         accepts.map(chain).transpose()
     });
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
-    let course = coupling::course(scenario, connect, at, (ports.0, ports.1, &unplaced[to.0].body))?;
-    Ok(Connection { node: from.0, output: from.1, at, input_chain, course })
+    let receiver = &unplaced[to.0].body;
+    let extrapolation = coupling::extrapolation(scenario, connect, at, ports, receiver)?;
+    Ok(Connection { node: from.0, output: from.1, at, input_chain, extrapolation })
 }
 
 /// The way of a number to its input.
@@ -82,7 +83,7 @@ fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
     units: Option<(f64, f64)>,
-    (accepts, (clock, seed)): (Accepts, (Option<Clock>, u64)),
+    (accepts, (clock, seed)): (AcceptedValues, (Option<Clock>, u64)),
 ) -> Result<InputChain, Error> {
     let stages = || {
         let communication_step = clock.ok_or_else(Error::follow_up)?.step;
@@ -174,14 +175,14 @@ fn chain<'c>(
 fn action(
     scenario: &Scenario,
     (fault, input): (&Fault, &Spanned<String>),
-) -> Result<FaultPlan, Error> {
+) -> Result<InputFault, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
         return Err(scenario.error(input, message));
     };
     let [from, until] = window(scenario, fault)?;
-    Ok(FaultPlan { from, until, action })
+    Ok(InputFault { from, until, action })
 }
 
 /// The first communication point of a fault and the first one after it [s].

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use cosim::assembly::is_tunable;
 use cosim::clock::Clock;
 use cosim::signal::Signal;
-use cosim::system::{Body, Ports};
+use cosim::system::{Body, VariableGroups};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Interval, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
@@ -331,8 +331,8 @@ fn fmu(
         body: Body::Fmu {
             fmu,
             starts,
-            inputs: Ports::default(),
-            outputs: Ports::default(),
+            inputs: VariableGroups::default(),
+            outputs: VariableGroups::default(),
             log: node.log,
             isolation: isolation::isolation(scenario, node, given.0, mistakes),
         },

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
 
-use cosim::system::{Start, WordPlace};
+use cosim::system::{StartValue, WordPlace};
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Storage, Type, Variable, list};
 use fmu_import::{Causality, Value, Variability, bytes};
@@ -25,7 +25,7 @@ pub(super) fn starts(
     variables: &[Variable],
     (overrides, parameters): Given,
     mistakes: &mut Mistakes,
-) -> (Vec<Start>, Vec<String>) {
+) -> (Vec<StartValue>, Vec<String>) {
     let (mut starts, texts) = (Starts::new(variables), &parameters.texts);
     let of_this = |given: &&Override| given.node == *node.name.get_ref();
     let outer = |given: &Override, starts: &mut Starts, mistakes: &mut Mistakes| {
@@ -125,7 +125,7 @@ struct Starts<'a> {
     /// The places of variables, and of the first elements of arrays.
     names: HashMap<&'a str, usize>,
     arrays: HashMap<&'a str, usize>,
-    written: BTreeMap<usize, Option<Start>>,
+    written: BTreeMap<usize, Option<StartValue>>,
 }
 
 impl<'a> Starts<'a> {
@@ -209,7 +209,7 @@ impl<'a> Starts<'a> {
         self.written.insert(index, None);
         let value = start(variable, value)?;
         let Variable { name, reference, storage, element, causality, .. } = variable.clone();
-        let start = Start { name, reference, storage, element, causality, value, place };
+        let start = StartValue { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Checks the types of connections and gives the values that an input accepts.
 
-use cosim::system::Accepts;
+use cosim::system::AcceptedValues;
 use diagnostics::Error;
 use fmu_import::description::{Type, list};
 
@@ -40,7 +40,7 @@ pub(super) fn fit(
     scenario: &Scenario,
     connect: &Connect,
     (from, to): (&Port, &Port),
-) -> Result<Option<Accepts>, Error> {
+) -> Result<Option<AcceptedValues>, Error> {
     let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
     types_fit(scenario, connect, &names, (from, to))?;
     if connect.inverted && [from.kind, to.kind] != [Type::Real; 2] {
@@ -66,11 +66,11 @@ pub(super) fn fit(
             let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
             return Err(scenario.source.error(place, message, ""));
         }
-        Type::Real => Accepts::Real,
-        Type::Integer => Accepts::Integer(to.storage),
-        Type::Boolean | Type::Clock => Accepts::Boolean,
-        Type::Enumeration if to.items.is_empty() => Accepts::Integer(to.storage),
-        Type::Enumeration => Accepts::Enumeration(to.items.clone()),
+        Type::Real => AcceptedValues::Real,
+        Type::Integer => AcceptedValues::Integer(to.storage),
+        Type::Boolean | Type::Clock => AcceptedValues::Boolean,
+        Type::Enumeration if to.items.is_empty() => AcceptedValues::Integer(to.storage),
+        Type::Enumeration => AcceptedValues::Enumeration(to.items.clone()),
     }))
 }
 

@@ -1,6 +1,6 @@
 //! The words of `[[fault]]`: of an input, and of the calls of a node.
 
-use cosim::fault::{FaultAction, FaultWords};
+use cosim::fault::{FaultAction, FaultKind};
 use cosim::for_each_fault;
 use diagnostics::Spanned;
 use schemars::JsonSchema;
