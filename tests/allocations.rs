@@ -52,7 +52,7 @@ fn allocated(scenario: &Scenario, built: &BuildArtifacts, steps: u64) -> Allocat
     let mut plan = RunPlan::resolve(scenario, built, &Overrides::default(), PathBuf::new())
         .expect("a sound scenario");
     (plan.system.clock.steps, plan.system.announced_stop) = (steps, None);
-    plan.leave_unneeded();
+    plan.restrict_outputs();
     let mut nodes = node::instantiate(&mut plan.system, None).expect("the FMUs load");
     let mut checks = std::mem::take(&mut plan.checks);
     // The end of a check is an event, which has a text: all of them go on.

@@ -5,11 +5,13 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use assessment::check::CheckMemory;
-use cosim::checkpoint::{Checkpoint, Difference, Fit, States, Wiring, check_able, differences};
+use cosim::checkpoint::{
+    Checkpoint, Compatibility, Difference, States, SystemFingerprint, check_able, differences,
+};
 use cosim::clock::Clock;
 use cosim::coupling::{self, Coupling};
 use cosim::exchange::Exchange;
-use cosim::master::Along;
+use cosim::master::RunObserver;
 use cosim::node::{self, Host, Node};
 use cosim::system::System;
 use diagnostics::{Error, Mistakes, rounded};
@@ -33,7 +35,7 @@ pub(crate) struct CheckSnapshots {
 /// The checkpoint that a run resumes from, and those that it saves.
 pub(crate) struct CheckpointPlan {
     scenario: String,
-    wiring: Wiring,
+    fingerprint: SystemFingerprint,
     origin: Option<ResumePoint>,
     /// Those that are still to be saved.
     requests: Vec<CheckpointRequest>,
@@ -51,7 +53,7 @@ pub(crate) struct ResumePoint {
     pub states: Option<Rc<States>>,
     /// Its file, or the scenario of the run in this process.
     pub label: String,
-    fit: Fit,
+    fit: Compatibility,
     /// Whether the run still repeats the original one.
     repeats: bool,
 }
@@ -91,7 +93,8 @@ impl CheckpointPlan {
         let alone =
             options.checkpoints.is_empty() && options.resume.is_none() && warm_start.is_none();
         // Fingerprints of large tables take their time.
-        let wiring = if alone { Wiring::default() } else { Wiring::of(&plan.system) };
+        let fingerprint =
+            if alone { SystemFingerprint::default() } else { SystemFingerprint::of(&plan.system) };
         let in_bytes = options.role == BranchRole::Standalone;
         let mut mistakes = Mistakes::default();
         if !options.checkpoints.is_empty() {
@@ -105,7 +108,7 @@ impl CheckpointPlan {
         }
         requests.sort_by_key(|it| it.tick);
         requests.dedup_by_key(|it| it.tick);
-        let origin = mistakes.take(resume_point(plan, &wiring, options, warm_start)).flatten();
+        let origin = mistakes.take(resume_point(plan, &fingerprint, options, warm_start)).flatten();
         mistakes.finish()?;
         let before = origin.as_ref().map_or(0, |origin| origin.checkpoint.system.tick);
         if let Some(early) = requests.iter().find(|it| it.tick < before) {
@@ -116,7 +119,7 @@ impl CheckpointPlan {
         }
         Ok(CheckpointPlan {
             scenario: plan.header.scenario.clone(),
-            wiring,
+            fingerprint,
             origin,
             requests,
             saved: Vec::new(),
@@ -175,7 +178,7 @@ impl CheckpointPlan {
         let ResumePoint { checkpoint, label, fit, .. } = self.origin.as_ref()?;
         Some(ResumeReport {
             checkpoint: label.clone(),
-            scenario: checkpoint.system.scenario.clone(),
+            scenario: checkpoint.system.name.clone(),
             time: rounded(checkpoint.system.time),
             changes: fit.changes.clone(),
         })
@@ -230,7 +233,7 @@ impl CheckpointPlan {
             };
             let time = saved.checkpoint.system.time;
             self.warnings.extend(match verified {
-                Ok(differences) => Difference::told(&differences, time),
+                Ok(differences) => Difference::warning(&differences, time),
                 Err(error) => Some(format!(
                     "nothing goes on from the checkpoint at {} s: {error}",
                     rounded(time)
@@ -267,7 +270,7 @@ impl SavedCheckpoint {
         coupling: &mut dyn Coupling,
         host: &Host,
     ) -> Result<Vec<Difference>, Error> {
-        let mut twins = node::apart(system, nodes, host)?;
+        let mut twins = node::isolated_copies(system, nodes, host)?;
         let differences =
             cosim::checkpoint::rehearse(&self.checkpoint.system, system, &mut twins, coupling, None);
         node::return_sources(system, nodes, twins);
@@ -303,7 +306,7 @@ impl CheckpointRequest {
 /// The checkpoint that the options name, if it fits the system.
 fn resume_point(
     plan: &RunPlan,
-    wiring: &Wiring,
+    fingerprint: &SystemFingerprint,
     options: &RunOptions,
     warm_start: Option<&WarmStart>,
 ) -> Result<Option<ResumePoint>, Error> {
@@ -311,7 +314,7 @@ fn resume_point(
     match (options.role, warm_start, &options.resume) {
         (BranchRole::Branch { .. }, Some(warm), _) => {
             checkpoint = warm.checkpoint.clone();
-            label = warm.checkpoint.system.scenario.clone();
+            label = warm.checkpoint.system.name.clone();
             states = Some(Rc::clone(&warm.states));
             misfits = warm.misfits(&plan.system);
         }
@@ -324,7 +327,7 @@ fn resume_point(
         }
         _ => return Ok(None),
     }
-    let fit = wiring.fit(&checkpoint.system.wiring, &plan.system);
+    let fit = fingerprint.compare(&checkpoint.system.fingerprint, &plan.system);
     misfits.extend(fit.misfits.iter().cloned());
     let time = rounded(checkpoint.system.time);
     if checkpoint.system.tick > plan.system.clock.steps {
@@ -337,7 +340,7 @@ fn resume_point(
         let repeats = fit.changes.is_empty();
         return Ok(Some(ResumePoint { checkpoint, states, label, fit, repeats }));
     }
-    let scenario = &checkpoint.system.scenario;
+    let scenario = &checkpoint.system.name;
     let message = format!(
         "the checkpoint of `{scenario}` at {time} s ({label}) does not fit: {}",
         misfits.join("; ")
@@ -356,8 +359,8 @@ fn refuse_own_folder(file: &Path, folder: &Path) -> Result<(), Error> {
     Err(Error::input(message).help("name another folder for this run: --out FOLDER"))
 }
 
-impl Along for CheckpointPlan {
-    fn begin(
+impl RunObserver for CheckpointPlan {
+    fn initialise(
         &mut self,
         exchange: &mut Exchange,
         coupling: &mut dyn Coupling,
@@ -366,11 +369,11 @@ impl Along for CheckpointPlan {
             coupling.initialise(exchange)?;
         }
         let Some(ResumePoint { checkpoint, states, fit, .. }) = &self.origin else { return Ok(0) };
-        checkpoint.system.restore(exchange, coupling, states.as_deref(), (&self.wiring, fit))?;
+        checkpoint.system.restore(exchange, coupling, states.as_deref(), &self.fingerprint, fit)?;
         Ok(checkpoint.system.tick)
     }
 
-    fn reach(
+    fn on_communication_point(
         &mut self,
         tick: u64,
         exchange: &mut Exchange,
@@ -388,9 +391,14 @@ impl Along for CheckpointPlan {
         };
         let request = self.requests.remove(index);
         let in_bytes = self.role == BranchRole::Standalone;
-        let origin = (self.scenario.as_str(), &self.wiring);
-        let (system, states) =
-            Checkpoint::take(exchange, coupling, origin, tick, in_bytes)?;
+        let (system, states) = Checkpoint::take(
+            exchange,
+            coupling,
+            &self.scenario,
+            &self.fingerprint,
+            tick,
+            in_bytes,
+        )?;
         let mut memories = self.check_memories.lock().unwrap_or_else(PoisonError::into_inner);
         let checkpoint = RunCheckpoint { system, checks: std::mem::take(&mut *memories) };
         let file = in_bytes.then(|| request.file());
@@ -406,7 +414,7 @@ impl Along for CheckpointPlan {
         Ok(())
     }
 
-    fn goes_on(&self) -> bool {
+    fn keeps_nodes(&self) -> bool {
         matches!(self.role, BranchRole::WarmUp | BranchRole::Branch { last: false })
     }
 }
@@ -423,8 +431,8 @@ impl CheckpointPlan {
             return;
         };
         let time = exchange.clock().at(tick);
-        let found = differences(exchange.columns(), (&then, now), time);
+        let found = differences(exchange.columns(), &then, now, time);
         origin.repeats = found.is_empty();
-        self.warnings.extend(Difference::told(&found, origin.checkpoint.system.time));
+        self.warnings.extend(Difference::warning(&found, origin.checkpoint.system.time));
     }
 }

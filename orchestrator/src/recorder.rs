@@ -5,7 +5,7 @@ use std::sync::PoisonError;
 use assessment::baseline::Baselines;
 use assessment::check::Checks;
 use assessment::collected::CollectedValues;
-use cosim::fault_report::Faults;
+use cosim::fault_report::FaultReporter;
 use diagnostics::{Error, rounded};
 use recording::{
     BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
@@ -23,7 +23,7 @@ use crate::sinks::SINKS;
 pub(crate) struct Recorder {
     pub checks: Checks,
     pub baselines: Baselines,
-    faults: Faults,
+    faults: FaultReporter,
     pub values: CollectedValues,
     /// What the nodes say.
     pub messages: Messages,
@@ -76,7 +76,7 @@ impl Recorder {
             recordings,
             values: CollectedValues::new(std::mem::take(&mut plan.collected)),
             collected: CollectedSignals::new(&plan.analyses),
-            faults: Faults::new(&plan.system),
+            faults: FaultReporter::new(&plan.system),
             checks: Checks::new(std::mem::take(&mut plan.checks), plan.system.clock.step),
             baselines,
             messages: Messages::default(),

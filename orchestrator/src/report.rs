@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use assessment::baseline::BaselineOutcome;
 use assessment::check::Verdict;
-use cosim::coupling::Account;
+use cosim::coupling::CouplingSummary;
 use cosim::exchange::Effort;
 use cosim::master::Progress;
 use cosim::system::NodePlan;
@@ -94,7 +94,7 @@ pub struct RunReport {
     /// The effort of each node, in the order of the file.
     pub nodes: Vec<NodeReport>,
     /// What the coupling did: passes through loops, parts of steps, errors of connections.
-    pub coupling: Account,
+    pub coupling: CouplingSummary,
     /// What it was made with.
     #[serde(flatten)]
     pub provenance: Provenance,
@@ -250,7 +250,7 @@ impl RunReport {
             late_points: None,
             // Connectors, which come last, do nothing that takes effort.
             nodes: plan.system.nodes.iter().filter(|it| !it.is_connector()).map(node).collect(),
-            coupling: Account::default(),
+            coupling: CouplingSummary::default(),
             provenance: Provenance::new(scenario, plan),
             files: Vec::new(),
             folder: plan.header.folder.clone(),
@@ -290,7 +290,7 @@ impl RunReport {
         self.warnings.extend(self.baselines.iter().flat_map(|it| it.warnings.clone()));
         self.steps = progress.steps;
         self.sim_seconds = progress.steps as f64 * step;
-        self.coupling = progress.account.clone();
+        self.coupling = progress.coupling.clone();
         for (node, effort) in self.nodes.iter_mut().zip(&progress.efforts) {
             node.set_effort(effort, progress.deadline.is_some());
         }

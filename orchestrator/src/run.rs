@@ -51,7 +51,7 @@ impl RunContext {
 
     /// Frees those FMUs of which a process can hold one instance only: what follows may need one.
     fn free_single_instances(&mut self) {
-        self.nodes.retain(|node| !node.only_once());
+        self.nodes.retain(|node| !node.is_single_instance());
     }
 
     /// The nodes of a system: new ones, or those of the warm start.
@@ -67,7 +67,7 @@ impl RunContext {
                     node::instantiate(system, host).map_err(|error| self.stop_reason_or(error))?;
                 if checkpoints.is_warm_up() {
                     // The branches may have faults of calls that the warm-up does not have.
-                    node::with_faults(system, &mut nodes, true);
+                    node::with_call_faults(system, &mut nodes, true);
                 }
                 Ok(nodes)
             }
@@ -260,7 +260,7 @@ impl Job<'_> {
             *announced_stop = announced_stop.map(|stop| stop.max(latest));
         }
         validation::check_all(self.scenario, self.built, &plan.system)?;
-        plan.leave_unneeded();
+        plan.restrict_outputs();
         Ok(plan)
     }
 
@@ -351,7 +351,15 @@ fn simulate(
     }
     on_tick(checkpoints.first_tick())?;
     let mut coupling = coupling::of(system);
-    master::run_along(system, nodes, coupling.as_mut(), recorder, progress, (on_tick, checkpoints))
+    master::run_observed(
+        system,
+        nodes,
+        coupling.as_mut(),
+        recorder,
+        progress,
+        on_tick,
+        checkpoints,
+    )
 }
 
 /// Runs the analyses one after the other.

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use cosim::system::{Body, NodePlan, Start, System};
+use cosim::system::{Body, NodePlan, StartValue, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, hexadecimal};
@@ -130,7 +130,7 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = ParameterStart> {
 }
 
 /// Whether a start value is that of a variable: in FMI 2.0 variables of different types may share a reference.
-fn is_of(start: &Start, variable: &Variable) -> bool {
+fn is_of(start: &StartValue, variable: &Variable) -> bool {
     let of = (variable.reference, variable.storage, variable.element);
     (start.reference, start.storage, start.element) == of
 }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use cosim::checkpoint::States;
 use cosim::clock::Clock;
 use cosim::node::Node;
-use cosim::system::{Body, Ports, System};
+use cosim::system::{Body, System, VariableGroups};
 use diagnostics::{Error, Mistakes};
 use scenario::Scenario;
 
@@ -79,7 +79,9 @@ impl WarmStart {
         for (plan, slot) in system.nodes.iter().zip(nodes) {
             let fmu = self.fmus.iter_mut().find(|fmu| fmu.name == plan.name);
             if let Some(mut node) = fmu.and_then(|fmu| fmu.node.take()) {
-                node.take_faults(&plan.faults, &system.clock);
+                if let Some(faults) = node.faults() {
+                    faults.set_call_faults(&plan.faults, &system.clock);
+                }
                 *slot = node;
             }
         }

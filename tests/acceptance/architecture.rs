@@ -103,7 +103,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "ros-bag", "units"]),
     ("assessment", &["diagnostics", "expression", "recording", "units"]),
-    ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording"]),
+    ("cosim", &["archive", "diagnostics", "fmu-import", "isolation", "manoeuvre", "recording", "units"]),
     ("scenario", &["assessment", "cosim", "diagnostics", "expression", "fmu-import", "manoeuvre", "plugin", "python", "recording", "ssp", "units"]),
     ("replay", &["diagnostics", "plugin", "recording", "scenario", "units"]),
     ("preparation", &["numerics", "vehicle"]),

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cosim::clock::Clock;
-use cosim::node::{FmuNode, Node};
-use cosim::system::{Group, Ports, Start};
+use cosim::node::{Experiment, FmuNode, Node, Stateful};
+use cosim::system::{StartValue, VariableGroup, VariableGroups};
 use fmu_import::{Causality, Fmu, Storage, Value};
 
 use super::fmus::ours;
@@ -20,9 +20,9 @@ fn five_steps(node: &mut dyn Node, first: u64, outputs: usize) -> Vec<u64> {
     let mut seen = Vec::new();
     for tick in first..first + 5 {
         let mut row = vec![0.0; outputs];
-        node.set(&[0.01 * tick as f64]).expect("an input");
-        node.step(&CLOCK, tick).expect("a step");
-        node.get(&mut row).expect("outputs");
+        node.set_inputs(&[0.01 * tick as f64]).expect("an input");
+        node.do_step(&CLOCK, tick).expect("a step");
+        node.get_outputs(&mut row).expect("outputs");
         seen.extend(row.into_iter().map(f64::to_bits));
     }
     seen
@@ -38,7 +38,7 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
         let (references, elements) = (names.iter().map(|name| reference(name)), names.len());
         let references = references.collect();
         let (storage, places) = (Storage::Float64, (0..elements).collect());
-        let numbers = vec![Group {
+        let numbers = vec![VariableGroup {
             storage,
             references,
             elements,
@@ -48,13 +48,13 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
             places,
             needed: true,
         }];
-        Ports { numbers, texts: Vec::new() }
+        VariableGroups { numbers, texts: Vec::new() }
     };
     const OUTPUTS: [&str; 6] = ["v_x", "v_y", "r", "X", "Y", "psi"];
     let outputs = real(&OUTPUTS);
-    let ports = (real(&["delta"]), outputs);
-    let mut node = FmuNode::new(&fmu, "plant", false, ports).expect("an instance");
-    let start = |name: &str, causality, value| Start {
+    let inputs = real(&["delta"]);
+    let mut node = FmuNode::new(&fmu, "plant", false, inputs, outputs).expect("an instance");
+    let start = |name: &str, causality, value| StartValue {
         name: name.to_owned(),
         reference: reference(name),
         storage: Storage::Float64,
@@ -65,9 +65,11 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     };
     let starts =
         vec![start("start.v_x", Causality::Parameter, 20.0), start("F_x", Causality::Input, 0.0)];
-    node.prepare((CLOCK.start, Some(CLOCK.announced_stop())), None, starts).expect("start values");
-    assert!(node.enter().expect("it starts").is_empty());
-    node.ready().expect("it starts");
+    let stop = Some(CLOCK.announced_stop());
+    let experiment = Experiment { start: CLOCK.start, stop, tolerance: None };
+    node.prepare(experiment, starts).expect("start values");
+    assert!(node.enter_initialization().expect("it starts").is_empty());
+    node.exit_initialization().expect("it starts");
     assert!(node.can_save());
     five_steps(&mut node, 0, OUTPUTS.len());
     let state = node.save().expect("a state");
@@ -75,5 +77,5 @@ fn a_restored_plant_repeats_its_steps_bit_for_bit() {
     node.restore(&state).expect("its own state");
     assert_eq!(five_steps(&mut node, 5, OUTPUTS.len()), first);
     drop(state);
-    node.end().expect("it ends");
+    node.terminate().expect("it ends");
 }

@@ -1,8 +1,8 @@
 //! Holds all that a run needs to go on from a communication point: states of nodes, values, what connections remember.
 
+mod compatibility;
 mod rehearsal;
 mod values;
-mod wiring;
 
 use std::collections::HashMap;
 
@@ -11,15 +11,15 @@ use fmu_import::CallError;
 use recording::{Full, Row};
 use serde::{Deserialize, Serialize};
 
+pub use self::compatibility::{Compatibility, SystemFingerprint};
 pub use self::rehearsal::{Difference, differences, rehearse};
-use self::values::Missing;
-pub use self::values::{Names, Values};
-pub use self::wiring::{Fit, Wiring};
+use self::values::MissingOutputs;
+pub use self::values::{RowNames, RowValues};
 use crate::coupling::Coupling;
-use crate::course::Moving;
-use crate::exchange::{Exchange, failure, get};
-use crate::node::{Node, NodeState};
-use crate::system::{Body, ChainMemory, NodePlan, System};
+use crate::exchange::{Exchange, failure, get_outputs};
+use crate::extrapolation::ExtrapolatedInput;
+use crate::node::{Node, NodeState, state_of};
+use crate::system::{Body, ChainMemory, NodePlan, StartValue, System};
 
 /// So many communication points after a checkpoint are remembered with it, so that one can see whether a run goes on in the same way.
 pub const FOLLOWING: usize = 10;
@@ -27,22 +27,22 @@ pub const FOLLOWING: usize = 10;
 /// A run at a communication point.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Checkpoint {
-    /// The scenario.
-    pub scenario: String,
+    /// The name of the run.
+    pub name: String,
     /// The number of the communication point.
     pub tick: u64,
     /// Its time [s].
     pub time: f64,
     /// What the system is made of.
-    pub wiring: Wiring,
+    pub fingerprint: SystemFingerprint,
     /// The values at the communication points after it.
-    pub following: Vec<Values>,
-    names: Names,
-    values: Values,
+    pub following: Vec<RowValues>,
+    row_names: RowNames,
+    values: RowValues,
     /// What the ways to inputs remember, by the names of the inputs.
     chains: Vec<(String, ChainMemory)>,
-    /// The last values of inputs with courses within a step, by the names of the inputs.
-    moving: Vec<(String, Moving)>,
+    /// The last values of extrapolated inputs, by the names of the inputs.
+    extrapolated: Vec<(String, ExtrapolatedInput)>,
     /// The states of FMUs and drivers by the names of their nodes; none when they do not leave the process.
     nodes: Vec<(String, Vec<u8>)>,
     coupling: Vec<u8>,
@@ -93,7 +93,8 @@ impl Checkpoint {
     pub fn take(
         exchange: &mut Exchange,
         coupling: &dyn Coupling,
-        (scenario, wiring): (&str, &Wiring),
+        name: &str,
+        fingerprint: &SystemFingerprint,
         tick: u64,
         in_bytes: bool,
     ) -> Result<(Self, States), Error> {
@@ -104,9 +105,10 @@ impl Checkpoint {
                 continue;
             }
             let failed = |error| failure(plan, error, time);
-            let state = node.save().map_err(failed)?;
+            let stateful = state_of(node.as_mut()).map_err(failed)?;
+            let state = stateful.save().map_err(failed)?;
             if in_bytes {
-                nodes.push((plan.name.clone(), node.serialise(&state).map_err(failed)?));
+                nodes.push((plan.name.clone(), stateful.serialise(&state).map_err(failed)?));
                 // An FMU that knows of a state to go back to may remember more.
                 continue;
             }
@@ -118,15 +120,15 @@ impl Checkpoint {
             inputs.zip(links)
         });
         let checkpoint = Checkpoint {
-            scenario: scenario.to_owned(),
+            name: name.to_owned(),
             tick,
             time,
-            wiring: wiring.clone(),
+            fingerprint: fingerprint.clone(),
             following: Vec::new(),
-            names: Names::of(exchange.plans, exchange.columns),
-            values: Values::of(exchange.row()),
+            row_names: RowNames::of(exchange.plans, exchange.columns),
+            values: RowValues::of(exchange.row()),
             chains: chains.collect(),
-            moving: exchange.moving(),
+            extrapolated: exchange.extrapolated_inputs(),
             nodes,
             coupling: coupling.memory(),
         };
@@ -136,7 +138,7 @@ impl Checkpoint {
     /// Takes the values at the communication point after those that it has; whether it needs more.
     pub fn follow(&mut self, row: &Row<Full>) -> bool {
         if self.following.len() < FOLLOWING {
-            self.following.push(Values::of(row));
+            self.following.push(RowValues::of(row));
         }
         self.following.len() < FOLLOWING
     }
@@ -150,7 +152,7 @@ impl Checkpoint {
         exchange: &Exchange,
     ) -> Option<Row<Full>> {
         let mut row = system.clone();
-        let missing = self.names.fill(self.following.get(index)?, exchange.columns, &mut row);
+        let missing = self.row_names.fill(self.following.get(index)?, exchange.columns, &mut row);
         missing.is_ok_and(|missing| missing.is_empty()).then_some(row)
     }
 
@@ -163,10 +165,11 @@ impl Checkpoint {
         exchange: &mut Exchange,
         coupling: &mut dyn Coupling,
         states: Option<&States>,
-        (wiring, fit): (&Wiring, &Fit),
+        fingerprint: &SystemFingerprint,
+        compatibility: &Compatibility,
     ) -> Result<(), Error> {
         let mut row = exchange.row.clone();
-        let missing = self.names.fill(&self.values, exchange.columns, &mut row);
+        let missing = self.row_names.fill(&self.values, exchange.columns, &mut row);
         let missing = missing.map_err(|what| self.broken(&what))?;
         let clock = exchange.clock();
         let chains = self.chains.iter().map(|(name, memory)| (name.as_str(), memory)).collect();
@@ -178,7 +181,10 @@ impl Checkpoint {
             let time = clock.at(self.tick);
             let failed = |error: CallError| failure(plan, error, time);
             match (plan.body.remembers(), kept, bytes.get(name.as_str())) {
-                (true, Some(state), _) => node.restore(state).map_err(failed)?,
+                (true, Some(state), _) => {
+                    let stateful = state_of(node.as_mut()).map_err(failed)?;
+                    stateful.restore(state).map_err(failed)?;
+                }
                 (true, None, Some(bytes)) => {
                     from_bytes(node.as_mut(), bytes).map_err(failed)?;
                 }
@@ -189,15 +195,15 @@ impl Checkpoint {
                 (false, ..) => from_bytes(node.as_mut(), &time.to_le_bytes()).map_err(failed)?,
             }
             self.recall(plan, exchange.columns, &row, &chains)?;
-            let tuned = fit.tuned.iter().filter(|(node, _)| *node == name);
+            let tuned = compatibility.tuned.iter().filter(|(node, _)| *node == name);
             for (_, values) in tuned {
-                node.tune(values, time).map_err(|error| failure(plan, error, time))?;
+                tune(node.as_mut(), values, time).map_err(|error| failure(plan, error, time))?;
             }
         }
         exchange.row.copy_from(&row);
-        exchange.recall_moving(&self.moving);
-        show(exchange, &missing, clock.at(self.tick))?;
-        if wiring.is_coupled_as(&self.wiring) && !self.coupling.is_empty() {
+        exchange.recall_extrapolated_inputs(&self.extrapolated);
+        read_missing(exchange, &missing, clock.at(self.tick))?;
+        if fingerprint.is_coupled_as(&self.fingerprint) && !self.coupling.is_empty() {
             coupling.recall(&self.coupling).map_err(|error| self.broken(&error.to_string()))?;
         }
         Ok(())
@@ -224,20 +230,21 @@ impl Checkpoint {
 
     /// The error of a checkpoint that is not whole.
     fn broken(&self, what: &str) -> Error {
-        let Checkpoint { scenario, time, .. } = self;
-        Error::input(format!("the checkpoint of `{scenario}` at {time} s is damaged: {what}"))
+        let Checkpoint { name, time, .. } = self;
+        Error::input(format!("the checkpoint of `{name}` at {time} s is damaged: {what}"))
     }
 }
 
 /// Reads outputs that a row at a time [s] has no values of.
-fn show(exchange: &mut Exchange, missing: &Missing, time: f64) -> Result<(), Error> {
+fn read_missing(exchange: &mut Exchange, missing: &MissingOutputs, time: f64) -> Result<(), Error> {
     if missing.is_empty() {
         return Ok(());
     }
     let mut row = exchange.row.clone();
     for (plan, node) in exchange.plans.iter().zip(exchange.nodes.iter_mut()) {
         if let Body::Fmu { .. } = plan.body {
-            get(plan, node.as_mut(), &mut row).map_err(|error| failure(plan, error, time))?;
+            get_outputs(plan, node.as_mut(), &mut row)
+                .map_err(|error| failure(plan, error, time))?;
         }
     }
     for number in &missing.numbers {
@@ -251,6 +258,12 @@ fn show(exchange: &mut Exchange, missing: &Missing, time: f64) -> Result<(), Err
 }
 
 fn from_bytes(node: &mut dyn Node, bytes: &[u8]) -> Result<(), CallError> {
-    let state = node.deserialise(bytes)?;
-    node.restore(&state)
+    let stateful = state_of(node)?;
+    let state = stateful.deserialise(bytes)?;
+    stateful.restore(&state)
+}
+
+fn tune(node: &mut dyn Node, values: &[StartValue], time: f64) -> Result<(), CallError> {
+    let none = || CallError::new("the node", "has no parameters");
+    node.parameters().ok_or_else(none)?.tune(values, time)
 }

@@ -1,25 +1,24 @@
 //! Coupling algorithms: each says how all nodes go from one communication point to the next.
 
-mod account;
-mod divided;
 mod energy;
 mod gauss_seidel;
 mod initial;
 mod iterate;
 mod jacobi;
-mod looped;
+mod loop_solver;
 mod solver;
+mod step_control;
+mod summary;
 
 use diagnostics::Error;
 
 use crate::exchange::{Exchange, Interruption};
-use crate::system::Algorithm;
-use crate::system::System;
-pub use account::{Account, ConnectionError, DivisionAccount, LoopAccount};
-use divided::Divided;
+use crate::system::{Algorithm, System};
 pub use gauss_seidel::GaussSeidel;
 use iterate::Iterate;
 pub use jacobi::Jacobi;
+use step_control::StepControl;
+pub use summary::{ConnectionError, CouplingSummary, DivisionSummary, LoopSummary};
 
 /// A coupling algorithm. A new one is a file with this trait and a line in [`of`]; the end of the step at which
 /// its inputs take values by default is a property of [`Algorithm`], since connections are checked before a run.
@@ -39,8 +38,8 @@ pub trait Coupling: Send {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption>;
 
     /// What it did so far.
-    fn account(&self) -> Account {
-        Account::default()
+    fn summary(&self) -> CouplingSummary {
+        CouplingSummary::default()
     }
 
     /// What it remembers from one step to the next, as bytes.
@@ -65,7 +64,7 @@ fn postcard_error(error: postcard::Error) -> Error {
 #[must_use]
 pub fn of(system: &System) -> Box<dyn Coupling> {
     let plan = &system.coupling;
-    let initial = initial::Initial::new(system);
+    let initial = initial::InitialLoops::new(system);
     let inner: Box<dyn Coupling> = match plan.algorithm {
         Algorithm::GaussSeidel => Box::new(GaussSeidel::new(initial)),
         Algorithm::Jacobi => Box::new(Jacobi::new(initial)),
@@ -73,7 +72,7 @@ pub fn of(system: &System) -> Box<dyn Coupling> {
     };
     match &plan.division {
         None => inner,
-        Some(division) => Box::new(Divided::new(system, division.clone(), inner)),
+        Some(division) => Box::new(StepControl::new(system, division.clone(), inner)),
     }
 }
 

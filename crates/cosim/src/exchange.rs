@@ -1,16 +1,17 @@
 //! Moves values between nodes and the row: the small steps that coupling algorithms are made of.
 
-mod along;
 mod effort;
 mod exact;
+mod extrapolated;
 mod histogram;
 mod initial;
-mod judge;
+mod inputs;
+mod limits;
 mod loops;
-mod route;
 mod snapshot;
-mod visit;
+mod step_node;
 
+use std::ops::Range;
 use std::time::Duration;
 
 use diagnostics::Error;
@@ -19,16 +20,17 @@ use recording::{Columns, Full, Row};
 
 pub use self::effort::Effort;
 use self::effort::Efforts;
-pub use self::initial::Solved;
-use self::judge::{accept, check_numbers};
+pub use self::initial::TearValue;
+pub use self::inputs::GuessedInput;
+use self::inputs::PlainConnections;
+use self::limits::{accept, check_numbers};
+pub use self::loops::ConnectionValues;
 pub(crate) use self::loops::{check_failures, lacking, unsolved};
-use self::route::Routes;
 pub use self::snapshot::Snapshot;
-use crate::clock::At;
 use crate::clock::Clock;
-use crate::course::{Course, Moving};
-use crate::node::{Node, SAME};
-use crate::system::{Body, NodePlan, ResolvedConnection, System};
+use crate::extrapolation::ExtrapolatedInput;
+use crate::node::{InputPolynomial, Node, SAME};
+use crate::system::{Body, NodePlan, System};
 
 /// Why a step did not come to its end.
 #[derive(Debug)]
@@ -46,18 +48,27 @@ pub enum Interruption {
     Unsolved(Error),
 }
 
-/// What an exchange remembers from one step to the next.
+/// The end of a run by a node at the end of a step.
 #[derive(Debug, Clone)]
+pub struct NodeStop {
+    /// The index of the node.
+    pub node: usize,
+    /// Its call, with the reason.
+    pub error: CallError,
+}
+
+/// What an exchange remembers from one step to the next.
+#[derive(Debug, Clone, Default)]
 pub struct Memory {
     start: Row<Full>,
     /// The row at the last communication point.
     pub row: Row<Full>,
     efforts: Efforts,
     notices: Vec<String>,
-    last: Option<(usize, CallError)>,
-    /// The inputs that have courses within a step, by node.
-    pub moving: Vec<Vec<Moving>>,
-    routes: Routes,
+    stop: Option<NodeStop>,
+    /// The inputs that are extrapolated within a step, by node.
+    pub extrapolated: Vec<Vec<ExtrapolatedInput>>,
+    plain: PlainConnections,
 }
 
 impl Memory {
@@ -66,9 +77,9 @@ impl Memory {
     pub fn new(system: &System) -> Self {
         let row = system.columns.row();
         let efforts = Efforts::of(system.nodes.len());
-        let moving = system.nodes.iter().map(along::moving).collect();
-        let (notices, routes) = (Vec::new(), Routes::of(&system.nodes));
-        Memory { start: row.clone(), row, efforts, notices, last: None, moving, routes }
+        let extrapolated = system.nodes.iter().map(extrapolated::inputs).collect();
+        let (notices, plain) = (Vec::new(), PlainConnections::of(&system.nodes));
+        Memory { start: row.clone(), row, efforts, notices, stop: None, extrapolated, plain }
     }
 }
 
@@ -89,17 +100,17 @@ pub struct Exchange<'a> {
     part: (Clock, u64),
     /// Whether the part begins at the communication point, where sensors take their samples.
     samples: bool,
-    moving: Vec<Vec<Moving>>,
-    /// Inputs of the node that takes courses, and these.
-    scratch: (Vec<f64>, Vec<(usize, Course)>),
+    extrapolated: Vec<Vec<ExtrapolatedInput>>,
+    /// Memory for the inputs of a node that is extrapolated, and for their polynomials.
+    input_buffer: Vec<f64>,
+    polynomial_buffer: Vec<InputPolynomial>,
     efforts: Efforts,
     /// What nodes did not keep of what they were told.
     notices: Vec<String>,
-    /// The node that ended the run at the end of this step, and how.
-    last: Option<(usize, CallError)>,
+    stop: Option<NodeStop>,
     /// Whether a node has messages.
-    spoke: bool,
-    routes: Routes,
+    message_flag: bool,
+    plain: PlainConnections,
 }
 
 impl<'a> Exchange<'a> {
@@ -114,13 +125,14 @@ impl<'a> Exchange<'a> {
     #[must_use]
     pub fn resume(system: &'a mut System, nodes: &'a mut [Box<dyn Node>], memory: Memory) -> Self {
         let System { nodes: plans, order, columns, clock, .. } = system;
-        let Memory { start, row, efforts, notices, last, moving, routes } = memory;
+        let Memory { start, row, efforts, notices, stop, extrapolated, plain } = memory;
         let clock = *clock;
         Exchange {
             part: (clock, 0),
             samples: true,
-            moving,
-            scratch: Default::default(),
+            extrapolated,
+            input_buffer: Vec::new(),
+            polynomial_buffer: Vec::new(),
             plans,
             nodes,
             columns,
@@ -131,22 +143,22 @@ impl<'a> Exchange<'a> {
             tick: 0,
             efforts,
             notices,
-            last,
-            spoke: true,
-            routes,
+            stop,
+            message_flag: true,
+            plain,
         }
     }
 
     /// Whether a node may have messages that were there at the end of its step, or other ones; from here on none has.
-    pub(crate) fn take_spoke(&mut self) -> bool {
-        std::mem::take(&mut self.spoke)
+    pub(crate) fn take_message_flag(&mut self) -> bool {
+        std::mem::take(&mut self.message_flag)
     }
 
     /// What it remembers.
     #[must_use]
     pub fn into_memory(self) -> Memory {
-        let Exchange { start, row, efforts, notices, last, moving, routes, .. } = self;
-        Memory { start, row, efforts, notices, last, moving, routes }
+        let Exchange { start, row, efforts, notices, stop, extrapolated, plain, .. } = self;
+        Memory { start, row, efforts, notices, stop, extrapolated, plain }
     }
 
     /// The nodes in the order in which they step.
@@ -186,8 +198,8 @@ impl<'a> Exchange<'a> {
     }
 
     /// Counts from here on the steps of nodes that take longer than this, in real time.
-    pub fn keep_to(&mut self, deadline: Duration) {
-        self.efforts.keep_to(deadline);
+    pub fn set_deadline(&mut self, deadline: Duration) {
+        self.efforts.set_deadline(deadline);
     }
 
     /// What nodes did not keep of what they were told.
@@ -207,7 +219,7 @@ impl<'a> Exchange<'a> {
     pub fn begin_part(&mut self, clock: Clock, tick: u64) {
         self.part = (clock, tick);
         self.samples = clock.at(tick) == self.clock.at(self.tick);
-        match self.routes.texts {
+        match self.plain.has_texts {
             true => self.start.copy_from(&self.row),
             false => self.start.copy_numbers_from(&self.row),
         }
@@ -221,63 +233,9 @@ impl<'a> Exchange<'a> {
 
     /// Begin and end of the part [s].
     #[must_use]
-    pub fn span(&self) -> (f64, f64) {
+    pub fn span(&self) -> Range<f64> {
         let (clock, tick) = &self.part;
-        (clock.at(*tick), clock.at(tick + 1))
-    }
-
-    /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
-    /// step with each call.
-    ///
-    /// # Errors
-    /// When an input does not accept its value.
-    pub fn feed(&mut self, node: usize) -> Result<(), Interruption> {
-        self.efforts.turn_to(node);
-        if self.lead_directly(node) {
-            return Ok(());
-        }
-        match self.plans[node].body {
-            // It gets its value when that is there.
-            Body::Outlet => Ok(()),
-            _ => self.lead(node, &[]),
-        }
-    }
-
-    /// Leads values to the inputs of a node; those of some connections, by their places, are given.
-    fn lead(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Interruption> {
-        self.efforts.turn_to(node);
-        let span = self.span();
-        let shown = |at| if at == At::End { span.1 } else { span.0 };
-        let (plan, row) = (&mut self.plans[node], &mut self.row);
-        if !plan.exact.connections.is_empty() {
-            exact::check(plan, self.columns, (Some(&self.start), row), &shown)
-                .map_err(Interruption::Value)?;
-        }
-        // Faults begin and end at communication points.
-        let time = self.clock.at(self.tick);
-        let links = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
-        for (place, (ResolvedConnection { source, input_chain, .. }, input)) in links {
-            if let Some((_, value)) = given.iter().find(|(own, _)| *own == place) {
-                row[input] = *value;
-                continue;
-            }
-            if !self.samples && !input_chain.effects.is_empty() {
-                continue;
-            }
-            let from = if source.at == At::Start { &self.start } else { &*row };
-            row[input] = input_chain.value(from[source.index], time);
-            let (ends, shown) = ((source.index, input), || shown(source.at));
-            accept(input_chain, self.columns, ends, row[input], shown)
-                .map_err(Interruption::Value)?;
-        }
-        exact::carry(plan, Some(&self.start), row);
-        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
-            match source.at {
-                At::Start => row[input].clone_from(&self.start[source.index]),
-                At::End => row.copy_text(source.index, input),
-            }
-        }
-        Ok(())
+        clock.at(*tick)..clock.at(tick + 1)
     }
 
     /// Hands a node its inputs and lets it go to the end of the step. A node that ends the run there does so for all: the others
@@ -285,56 +243,56 @@ impl<'a> Exchange<'a> {
     ///
     /// # Errors
     /// When the node fails, or ends the run before the end of the step.
-    pub fn step(&mut self, node: usize) -> Result<(), Interruption> {
+    pub fn do_step(&mut self, node: usize) -> Result<(), Interruption> {
         let (clock, tick) = self.part;
         self.efforts.count(node);
-        let stepped = match self.moving[node].is_empty() {
+        let stepped = match self.extrapolated[node].is_empty() {
             true => self.call(node, |plan, node, row| {
-                set(plan, node, row)?;
-                node.step(&clock, tick)
+                set_inputs(plan, node, row)?;
+                node.do_step(&clock, tick)
             }),
-            false => self.step_along(node),
+            false => self.do_extrapolated_step(node),
         };
         match stepped {
-            Err(Interruption::Call { error, .. }) => self.ended(node, error),
+            Err(Interruption::Call { error, .. }) => self.stop_or_fail(node, error),
             other => other,
         }
     }
 
     /// Takes the error of a node that stepped for its end, if it ended the run at the end of the step.
-    fn ended(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
-        let end = self.span().1 - SAME * self.part.0.step;
+    fn stop_or_fail(&mut self, node: usize, error: CallError) -> Result<(), Interruption> {
+        let end = self.span().end - SAME * self.part.0.step;
         if error.terminated.is_none_or(|at| at < end) {
             return Err(Interruption::Call { node, error });
         }
-        self.last.get_or_insert((node, error));
+        self.stop.get_or_insert(NodeStop { node, error });
         Ok(())
     }
 
     /// The node that ended the run at the end of this step, and how.
     #[must_use]
-    pub fn last(&self) -> Option<&(usize, CallError)> {
-        self.last.as_ref()
+    pub fn stop(&self) -> Option<&NodeStop> {
+        self.stop.as_ref()
     }
 
     /// The row of a node that ended the run between the communication points: its outputs, with all else as at the start of the
     /// step; nothing when they cannot be read.
-    pub fn cut_short(&mut self, node: usize) -> Option<&Row<Full>> {
+    pub fn row_at_stop(&mut self, node: usize) -> Option<&Row<Full>> {
         self.row.copy_from(&self.start);
-        self.read(node).is_ok().then_some(&self.row)
+        self.read_outputs(node).is_ok().then_some(&self.row)
     }
 
     /// Reads the outputs of a node into the row.
     ///
     /// # Errors
     /// When the node fails, or an output is NaN.
-    pub fn read(&mut self, node: usize) -> Result<(), Interruption> {
+    pub fn read_outputs(&mut self, node: usize) -> Result<(), Interruption> {
         if matches!(self.plans[node].body, Body::Outlet) {
-            self.lead(node, &[])?;
+            self.gather(node, &[])?;
         }
-        self.call(node, get)?;
-        self.spoke |= self.nodes[node].has_messages();
-        self.check(node)
+        self.call(node, get_outputs)?;
+        self.message_flag |= self.nodes[node].has_messages();
+        self.check_outputs(node)
     }
 
     fn call(
@@ -360,33 +318,45 @@ pub fn failure(plan: &NodePlan, error: CallError, time: f64) -> Error {
     Error::component(&plan.name, &error.call, Some(time), what)
 }
 
-fn set(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
-    node.set(&row[plan.inputs])?;
-    set_others(plan, node, row)
+fn set_inputs(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
+    node.set_inputs(&row[plan.inputs])?;
+    set_typed_values(plan, node, row)
 }
 
 /// Gives a node its inputs besides the numbers.
-fn set_others(plan: &NodePlan, node: &mut dyn Node, row: &Row<Full>) -> Result<(), CallError> {
-    if !plan.exact.connections.is_empty() {
+fn set_typed_values(
+    plan: &NodePlan,
+    node: &mut dyn Node,
+    row: &Row<Full>,
+) -> Result<(), CallError> {
+    let (integers, texts) = (!plan.exact.connections.is_empty(), &row[plan.texts.inputs]);
+    if !integers && texts.is_empty() {
+        return Ok(());
+    }
+    let Some(node) = node.typed_values() else { return Ok(()) };
+    if integers {
         node.set_integers(&row[plan.exact.inputs])?;
     }
-    node.set_texts(&row[plan.texts.inputs])
+    if texts.is_empty() { Ok(()) } else { node.set_texts(texts) }
 }
 
-pub(crate) fn get(
+pub(crate) fn get_outputs(
     plan: &NodePlan,
     node: &mut dyn Node,
     row: &mut Row<Full>,
 ) -> Result<(), CallError> {
-    node.get(&mut row[plan.outputs])?;
-    if !plan.exact.numbers.is_empty() && !plan.exact.unneeded {
+    node.get_outputs(&mut row[plan.outputs])?;
+    let integers = !plan.exact.numbers.is_empty() && !plan.exact.unneeded;
+    let texts = !plan.texts.unneeded && !plan.texts.outputs.positions().is_empty();
+    if !integers && !texts {
+        return Ok(());
+    }
+    let Some(node) = node.typed_values() else { return Ok(()) };
+    if integers {
         node.get_integers(&mut row[plan.exact.outputs])?;
         for pair in plan.exact.outputs.indices().zip(plan.exact.numbers.iter().copied()) {
             row.put(pair, row[pair.0]);
         }
     }
-    match plan.texts.unneeded {
-        true => Ok(()),
-        false => node.get_texts(&mut row[plan.texts.outputs]),
-    }
+    if texts { node.get_texts(&mut row[plan.texts.outputs]) } else { Ok(()) }
 }

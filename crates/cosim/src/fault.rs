@@ -30,7 +30,7 @@ macro_rules! for_each_fault {
 }
 
 /// The words of a kind of fault.
-pub trait FaultWords {
+pub trait FaultKind {
     /// Its action; none when the words switch it off.
     fn action(&self) -> Option<Box<dyn FaultAction>>;
 }

@@ -7,15 +7,15 @@ use crate::system::System;
 
 /// The inputs and nodes of a run that have faults.
 #[derive(Debug, Default)]
-pub struct Faults {
-    faulty: Vec<Faulty>,
+pub struct FaultReporter {
+    tracks: Vec<FaultTrack>,
     notices: Vec<Notice>,
     /// Whether there was a row before.
     seen: bool,
 }
 
 #[derive(Debug)]
-struct Faulty {
+struct FaultTrack {
     /// The name of the input or the node.
     name: String,
     /// For each fault the first communication point of it and the first one after it [s].
@@ -23,33 +23,33 @@ struct Faulty {
     acts: bool,
 }
 
-impl Faults {
+impl FaultReporter {
     /// The faults of all connections and of all calls.
     #[must_use]
     pub fn new(system: &System) -> Self {
         let connections =
             system.nodes.iter().flat_map(|node| node.connections.iter().zip(node.inputs.indices()));
-        let faulty = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
-        let faulty = faulty.map(|(link, input)| Faulty {
+        let tracks = connections.filter(|(link, _)| !link.input_chain.faults.is_empty());
+        let tracks = tracks.map(|(link, input)| FaultTrack {
             name: system.columns[input].name(),
             windows: link.input_chain.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
         let nodes = system.nodes.iter().filter(|node| !node.faults.is_empty());
-        let nodes = nodes.map(|node| Faulty {
+        let nodes = nodes.map(|node| FaultTrack {
             name: node.name.clone(),
             windows: node.faults.iter().map(|it| [it.from, it.until]).collect(),
             acts: false,
         });
-        Faults { faulty: faulty.chain(nodes).collect(), notices: Vec::new(), seen: false }
+        FaultReporter { tracks: tracks.chain(nodes).collect(), notices: Vec::new(), seen: false }
     }
 }
 
-impl Sink<Full> for Faults {
+impl Sink<Full> for FaultReporter {
     /// Notices what begins or ends at the communication point.
     #[inline]
     fn row(&mut self, tick: u64, time: f64, _row: &Row<Full>) -> Result<(), Error> {
-        for it in &mut self.faulty {
+        for it in &mut self.tracks {
             let acts = it.windows.iter().any(|[from, until]| (*from..*until).contains(&time));
             if acts == std::mem::replace(&mut it.acts, acts) {
                 continue;

@@ -2,12 +2,15 @@
 //! algorithm. The row of each communication point goes to a sink.
 #![forbid(unsafe_code)]
 
+pub mod assembly;
+pub mod builder;
 pub mod checkpoint;
 pub mod clock;
 pub mod coupling;
-pub mod course;
 pub mod effect;
 pub mod exchange;
+pub mod execution;
+pub mod extrapolation;
 pub mod fault;
 pub mod fault_report;
 pub mod master;

@@ -6,8 +6,8 @@ use diagnostics::{Error, rounded};
 use fmu_import::{CallError, Message, MessageLevel, SUMMARY};
 use recording::{Column, Event, Full, Level, NumberIndex, Sink, fits_number};
 
-use crate::coupling::{Account, Coupling};
-use crate::exchange::{Effort, Exchange, Interruption, failure};
+use crate::coupling::{Coupling, CouplingSummary};
+use crate::exchange::{Effort, Exchange, Interruption, NodeStop, failure};
 use crate::node::{Node, SAME};
 use crate::system::System;
 
@@ -18,23 +18,23 @@ pub struct Progress {
     pub steps: u64,
     /// Who ended the run before its last communication point, as planned, and when.
     pub ended: Option<String>,
-    /// What nodes did not keep of what they were told.
+    /// What nodes did not keep of their start values.
     pub notices: Vec<String>,
     /// The effort of each node, in the order of the file.
     pub efforts: Vec<Effort>,
     /// What the coupling did.
-    pub account: Account,
+    pub coupling: CouplingSummary,
     /// How long a node may take for a communication step; longer ones are counted.
     pub deadline: Option<Duration>,
 }
 
-/// What goes along with a run.
-pub trait Along {
+/// Observes a run, and may begin it at a later communication point.
+pub trait RunObserver {
     /// Brings the nodes to the first communication point of the run, and says which one that is.
     ///
     /// # Errors
     /// When a node fails.
-    fn begin(
+    fn initialise(
         &mut self,
         exchange: &mut Exchange,
         coupling: &mut dyn Coupling,
@@ -46,7 +46,7 @@ pub trait Along {
     ///
     /// # Errors
     /// What ends the run.
-    fn reach(
+    fn on_communication_point(
         &mut self,
         _tick: u64,
         _exchange: &mut Exchange,
@@ -56,13 +56,13 @@ pub trait Along {
     }
 
     /// Whether the nodes are needed after the run, and so do not hear of its end.
-    fn goes_on(&self) -> bool {
+    fn keeps_nodes(&self) -> bool {
         false
     }
 }
 
-/// Nothing goes along.
-impl Along for () {}
+/// Observes nothing.
+impl RunObserver for () {}
 
 /// Runs the system to its last communication point. `progress` tells how far the run came, also when it
 /// fails; `tick` is called at every communication point; an error of it ends the run there.
@@ -77,80 +77,81 @@ pub fn run(
     progress: &mut Progress,
     tick: &mut dyn FnMut(u64) -> Result<(), Error>,
 ) -> Result<(), Error> {
-    run_along(system, nodes, coupling, sink, progress, (tick, &mut ()))
+    run_observed(system, nodes, coupling, sink, progress, tick, &mut ())
 }
 
-/// The same, with something that goes along and may begin later.
+/// The same with an observer.
 ///
 /// # Errors
-/// As of [`run`], and what goes along ends it with.
-pub fn run_along(
+/// As of [`run`], and those of the observer.
+pub fn run_observed(
     system: &mut System,
     nodes: &mut [Box<dyn Node>],
     coupling: &mut dyn Coupling,
     sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
-    (tick, along): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut dyn Along),
+    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
+    observer: &mut dyn RunObserver,
 ) -> Result<(), Error> {
     let mut exchange = Exchange::new(system, nodes);
-    progress.deadline.into_iter().for_each(|deadline| exchange.keep_to(deadline));
-    let result = drive(&mut exchange, coupling, sink, progress, (tick, along));
+    progress.deadline.into_iter().for_each(|deadline| exchange.set_deadline(deadline));
+    let result = simulate(&mut exchange, coupling, sink, progress, tick, observer);
     progress.efforts = exchange.efforts().to_vec();
-    progress.account = coupling.account();
+    progress.coupling = coupling.summary();
     progress.notices = exchange.notices().to_vec();
     result
 }
 
-fn drive(
+fn simulate(
     exchange: &mut Exchange,
     coupling: &mut dyn Coupling,
     sink: &mut dyn Sink<Full>,
     progress: &mut Progress,
-    (tick, along): (&mut dyn FnMut(u64) -> Result<(), Error>, &mut dyn Along),
+    tick: &mut dyn FnMut(u64) -> Result<(), Error>,
+    observer: &mut dyn RunObserver,
 ) -> Result<(), Error> {
     let clock = exchange.clock();
-    let begun = along.begin(exchange, coupling);
+    let begun = observer.initialise(exchange, coupling);
     let start = clock.at(begun.as_ref().copied().unwrap_or_default());
     report_messages(exchange, sink, start, true)?;
     let first = begun?;
-    let mut told = Vec::new();
-    report_rounded(exchange, sink, &mut told, start)?;
+    let mut reported = Vec::new();
+    report_rounded(exchange, sink, &mut reported, start)?;
     sink.row(first, start, exchange.row())?;
-    along.reach(first, exchange, coupling)?;
+    observer.on_communication_point(first, exchange, coupling)?;
     for k in first..clock.steps {
         exchange.begin(k);
         if let Err(interruption) = coupling.step(exchange) {
-            progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, along, sink, clock.at(k));
+            progress.ended = Some(on_interruption(exchange, interruption, k, sink)?);
+            return terminate(exchange, observer, sink, clock.at(k));
         }
         let time = clock.at(k + 1);
-        if exchange.take_spoke() {
+        if exchange.take_message_flag() {
             report_messages(exchange, sink, time, false)?;
         }
-        report_rounded(exchange, sink, &mut told, time)?;
+        report_rounded(exchange, sink, &mut reported, time)?;
         sink.row(k + 1, time, exchange.row())?;
         progress.steps = k + 1 - first;
-        along.reach(k + 1, exchange, coupling)?;
+        observer.on_communication_point(k + 1, exchange, coupling)?;
         if let Err(error) = tick(k + 1) {
             // Whoever calls the run off asks for nothing more.
-            let _ = end(exchange, &(), sink, time);
+            let _ = terminate(exchange, &(), sink, time);
             return Err(error);
         }
-        if let Some((node, error)) = exchange.last() {
-            let (node, error) = (*node, error.clone());
+        if let Some(NodeStop { node, error }) = exchange.stop().cloned() {
             let interruption = Interruption::Call { node, error };
-            progress.ended = Some(interrupted(exchange, interruption, k, sink)?);
-            return end(exchange, along, sink, time);
+            progress.ended = Some(on_interruption(exchange, interruption, k, sink)?);
+            return terminate(exchange, observer, sink, time);
         }
     }
-    end(exchange, along, sink, clock.at(clock.steps.max(first)))
+    terminate(exchange, observer, sink, clock.at(clock.steps.max(first)))
 }
 
 /// Says who ended the run in the step from communication point `k` on, if that was planned.
 ///
 /// # Errors
 /// When it was not.
-fn interrupted(
+fn on_interruption(
     exchange: &mut Exchange,
     interruption: Interruption,
     k: u64,
@@ -169,7 +170,7 @@ fn interrupted(
             let between = |from: f64, to: f64| reached > from && reached < to;
             let edge = SAME * clock.step;
             let row = between(clock.at(k) + edge, clock.at(k + 1) - edge)
-                .then(|| exchange.cut_short(node))
+                .then(|| exchange.row_at_stop(node))
                 .flatten();
             if let Some(row) = row {
                 sink.row(k + 1, reached, row)?;
@@ -208,19 +209,19 @@ fn report_messages(
     Ok(())
 }
 
-/// Says of each integer of 64 bits, once, that from this time on not all see it exactly. `told` has those of which it was said.
+/// Says of each integer of 64 bits, once, that from this time on not all see it exactly. `reported` has those of which it was said.
 fn report_rounded(
     exchange: &Exchange,
     sink: &mut dyn Sink<Full>,
-    told: &mut Vec<NumberIndex<Full>>,
+    reported: &mut Vec<NumberIndex<Full>>,
     time: f64,
 ) -> Result<(), Error> {
     for (integer, number) in exchange.columns.integers() {
         let value = exchange.row()[integer];
-        if fits_number(value) || told.contains(&number) {
+        if fits_number(value) || reported.contains(&number) {
             continue;
         }
-        told.push(number);
+        reported.push(number);
         let Column { node, variable, .. } = &exchange.columns[number];
         let message = format!(
             "`{variable}` is {value}, which no number holds exactly: run.csv and run.mcap have it as it is, diagrams, comparisons, \
@@ -237,18 +238,17 @@ fn report_rounded(
     Ok(())
 }
 
-fn end(
+fn terminate(
     exchange: &mut Exchange,
-    along: &dyn Along,
+    observer: &dyn RunObserver,
     sink: &mut dyn Sink<Full>,
     time: f64,
 ) -> Result<(), Error> {
     let mut nodes = exchange.plans.iter().zip(exchange.nodes.iter_mut());
-    let ended = match along.goes_on() {
+    let ended = match observer.keeps_nodes() {
         true => Ok(()),
-        false => {
-            nodes.try_for_each(|(plan, node)| node.end().map_err(|it| failure(plan, it, time)))
-        }
+        false => nodes
+            .try_for_each(|(plan, node)| node.terminate().map_err(|it| failure(plan, it, time))),
     };
     report_messages(exchange, sink, time, false)?;
     ended

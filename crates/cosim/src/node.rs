@@ -1,170 +1,176 @@
 //! Gives everything that is stepped one interface: FMUs, generated signals and recorded tables.
 //!
-//! Each function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
+//! A node takes numbers, steps, and gives numbers. What only some nodes can do beside that is a capability, which a node has or has not:
+//! [`Stateful`], [`TypedValues`], [`ExtrapolatedInputs`], [`DirectionalDerivatives`], [`TunableParameters`], [`FaultInjection`]. Each
+//! function that can fail does so when the FMU behind the node refuses the call; signals and tables never refuse.
 
-mod apart;
 mod driver;
-mod faulty;
+mod fault_injection;
 mod fmu;
 mod isolated;
-mod kept;
-mod paced;
+mod isolated_copies;
 mod refusal;
+mod reusable;
 mod source;
+mod sub_stepping;
 
 use std::any::Any;
+use std::ops::Range;
+use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes};
-use fmu_import::{CallError, Instance, Message};
+use fmu_import::{CallError, Fmu, Instance, Message};
 
 use crate::clock::Clock;
-use crate::course::Course;
+use crate::extrapolation::InputExtrapolation;
 use crate::fault::CallFault;
-use crate::system::{Body, Isolation, NodePlan, Start, System};
-pub use apart::{apart, return_sources};
+use crate::system::{Body, Isolation, NodePlan, StartValue, System, VariableGroups};
 use driver::DriverNode;
-pub use faulty::{Provocation, with_faults};
+pub use fault_injection::with_call_faults;
 pub use fmu::FmuNode;
+use isolated::IsolatedNode;
 pub use isolated::{Host, serve};
-use isolated::{IsolatedNode, Making};
-pub use kept::Kept;
-use paced::Paced;
+pub use isolated_copies::{isolated_copies, return_sources};
 pub use refusal::Refusal;
+pub use reusable::ReusableInstances;
 pub use source::{Source, SourceNode};
+use sub_stepping::SubSteppingNode;
 
 /// Share of a step that times may differ by and still be the same.
 pub(crate) const SAME: f64 = 1e-6;
 
-/// A node of the run. The master calls [`enter`](Node::enter), then [`set`](Node::set) and
-/// [`get`](Node::get) in the order of the data flow, then [`ready`](Node::ready), then `set`,
-/// [`step`](Node::step), `get` for each communication step, and [`end`](Node::end).
+/// A node of a system. The master calls [`enter_initialization`](Node::enter_initialization), then [`set_inputs`](Node::set_inputs) and
+/// [`get_outputs`](Node::get_outputs) in the order of the data flow, then [`exit_initialization`](Node::exit_initialization), then
+/// `set_inputs`, [`do_step`](Node::do_step), `get_outputs` for each communication step, and [`terminate`](Node::terminate).
 pub trait Node: Send {
-    /// Begins the initialisation; what the node did not keep of what it was told.
-    fn enter(&mut self) -> Result<Vec<String>, Error> {
-        Ok(Vec::new())
+    /// The node inside, of a node that changes only some of what another one does: what it does not do itself, that one does.
+    fn inner(&self) -> Option<&dyn Node> {
+        None
+    }
+
+    /// The same, to be called.
+    fn inner_mut(&mut self) -> Option<&mut dyn Node> {
+        None
+    }
+
+    /// Begins the initialisation; what the node did not keep of its start values.
+    fn enter_initialization(&mut self) -> Result<Vec<String>, Error> {
+        self.inner_mut().map_or(Ok(Vec::new()), |node| node.enter_initialization())
     }
 
     /// Ends the initialisation.
-    fn ready(&mut self) -> Result<(), CallError> {
-        Ok(())
+    fn exit_initialization(&mut self) -> Result<(), CallError> {
+        self.inner_mut().map_or(Ok(()), |node| node.exit_initialization())
     }
 
     /// Takes the values of the connected inputs.
-    fn set(&mut self, _inputs: &[f64]) -> Result<(), CallError> {
-        Ok(())
-    }
-
-    /// Takes the values of the connected inputs, some of which have courses in a step between two times [s], by their places. Without
-    /// more, they hold the mean. `inputs` is left with any values.
-    fn set_courses(
-        &mut self,
-        inputs: &mut [f64],
-        courses: &[(usize, Course)],
-        span: (f64, f64),
-    ) -> Result<(), CallError> {
-        self.set(means(inputs, courses, span))
-    }
-
-    /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.
-    fn settle(&mut self, inputs: &[f64]) -> Result<(), CallError> {
-        self.set(inputs)
-    }
-
-    /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
-    /// [`set`](Self::set), become those of the outputs, in the order of [`get`](Self::get). False if the node does not know.
-    fn derivatives(&mut self, _changes: &[f64], _outputs: &mut [f64]) -> Result<bool, CallError> {
-        Ok(false)
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.inner_mut().map_or(Ok(()), |node| node.set_inputs(inputs))
     }
 
     /// Gives the values of all outputs.
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError>;
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError>;
 
-    /// Takes the texts of the connected inputs, beside the numbers of [`set`](Node::set).
-    fn set_texts(&mut self, _inputs: &[String]) -> Result<(), CallError> {
-        Ok(())
-    }
+    /// Goes from communication point `tick` of the clock to the next one.
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
 
-    /// Gives the texts of all outputs, beside the numbers of [`get`](Node::get).
-    fn get_texts(&mut self, _outputs: &mut [String]) -> Result<(), CallError> {
-        Ok(())
-    }
-
-    /// Takes the connected inputs that are integers of 64 bits, which [`set`](Node::set) leaves to this.
-    fn set_integers(&mut self, _inputs: &[i128]) -> Result<(), CallError> {
-        Ok(())
-    }
-
-    /// Gives the outputs that are integers of 64 bits, which [`get`](Node::get) leaves to this.
-    fn get_integers(&mut self, _outputs: &mut [i128]) -> Result<(), CallError> {
-        Ok(())
-    }
-
-    /// Goes from communication point `tick` to the next one.
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError>;
-
-    /// Takes the values of the connected inputs, goes from communication point `tick` of the clock to the next one, and gives the values of
-    /// all outputs: [`set`](Node::set), [`step`](Node::step) and [`get`](Node::get) of a node without texts and integers of 64 bits.
-    /// Says whether there are messages to take.
-    fn visit(
+    /// [`set_inputs`](Node::set_inputs), [`do_step`](Node::do_step) and [`get_outputs`](Node::get_outputs) in one call, of a node without
+    /// [`TypedValues`]. Says whether there are messages to take.
+    fn do_step_with(
         &mut self,
         inputs: &[f64],
-        (clock, tick): (&Clock, u64),
+        clock: &Clock,
+        tick: u64,
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
-        self.set(inputs)?;
-        self.step(clock, tick)?;
-        self.get(outputs)?;
+        self.set_inputs(inputs)?;
+        self.do_step(clock, tick)?;
+        self.get_outputs(outputs)?;
         Ok(self.has_messages())
     }
 
-    /// Whether a process can hold one instance of it only.
-    fn only_once(&self) -> bool {
-        false
+    /// Takes the values of the connected inputs at the end of a step, before its outputs are read: some follow them.
+    fn update_outputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        match self.inner_mut() {
+            Some(node) => node.update_outputs(inputs),
+            None => self.set_inputs(inputs),
+        }
     }
-
-    /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
-    fn tune(&mut self, _values: &[Start], _time: f64) -> Result<(), CallError> {
-        Err(CallError::new("the node", "has no parameters"))
-    }
-
-    /// Asks the node to do this in its next step; whether it will.
-    fn provoke(&mut self, _what: Provocation) -> bool {
-        false
-    }
-
-    /// Takes other faults of its calls, for a run with these communication points.
-    fn take_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
 
     /// Ends the run.
-    fn end(&mut self) -> Result<(), CallError> {
-        Ok(())
+    fn terminate(&mut self) -> Result<(), CallError> {
+        self.inner_mut().map_or(Ok(()), |node| node.terminate())
     }
 
-    /// Whether the node can save and restore its state.
-    fn can_save(&self) -> bool {
-        false
+    /// Whether there are messages to take now: of a kind that is new, or each one that it logs if it logs all it has to say.
+    fn has_messages(&self) -> bool {
+        self.inner().is_some_and(Node::has_messages)
     }
 
-    /// Saves the state, so that steps from here on can be repeated. Dropping the copy frees its memory.
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        Err(state_error("the node cannot save its state"))
+    /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`Message::again`].
+    fn messages(&mut self) -> Vec<Message> {
+        self.inner_mut().map(|node| node.messages()).unwrap_or_default()
     }
+
+    /// Its state, of a node that can go back to an earlier one.
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        self.inner_mut()?.state()
+    }
+
+    /// Its values that do not travel as numbers, of a node that has some.
+    fn typed_values(&mut self) -> Option<&mut dyn TypedValues> {
+        self.inner_mut()?.typed_values()
+    }
+
+    /// Its inputs that change within a step, of a node that does not hold them.
+    fn extrapolated_inputs(&mut self) -> Option<&mut dyn ExtrapolatedInputs> {
+        self.inner_mut()?.extrapolated_inputs()
+    }
+
+    /// The derivatives of its outputs, of a node that may know them.
+    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        self.inner_mut()?.derivatives()
+    }
+
+    /// Its parameters, of a node that has some that change between two steps.
+    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+        self.inner_mut()?.parameters()
+    }
+
+    /// Its calls, of a node that lets them fail on demand.
+    fn faults(&mut self) -> Option<&mut dyn FaultInjection> {
+        self.inner_mut()?.faults()
+    }
+
+    /// Whether a process can hold one instance of it only.
+    fn is_single_instance(&self) -> bool {
+        self.inner().is_some_and(Node::is_single_instance)
+    }
+
+    /// The instance of an FMU in this process, for another run.
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        None
+    }
+}
+
+/// A node that saves its state and goes back to it, so that steps can be repeated.
+pub trait Stateful {
+    /// Whether it can do so now.
+    fn can_save(&mut self) -> bool {
+        true
+    }
+
+    /// Saves the state. Dropping the copy frees its memory.
+    fn save(&mut self) -> Result<NodeState, CallError>;
 
     /// Saves the state in the place of one that this node saved.
-    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+    fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
         *state = self.save()?;
         Ok(())
     }
 
     /// Goes back to a state that this node saved.
-    fn restore(&mut self, _state: &NodeState) -> Result<(), CallError> {
-        Err(state_error("the node cannot restore its state"))
-    }
-
-    /// Whether a saved state can be turned into bytes.
-    fn can_serialise(&self) -> bool {
-        false
-    }
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError>;
 
     /// A saved state as bytes.
     fn serialise(&mut self, _state: &NodeState) -> Result<Vec<u8>, CallError> {
@@ -175,27 +181,103 @@ pub trait Node: Send {
     fn deserialise(&mut self, _bytes: &[u8]) -> Result<NodeState, CallError> {
         Err(state_error("the node cannot read its state from bytes"))
     }
+}
 
-    /// Whether there are messages to take now: of a kind that is new, or each one that it logs if it logs all it has to say.
-    fn has_messages(&self) -> bool {
+/// A node with inputs or outputs that are texts, or integers of 64 bits, which no number holds exactly.
+pub trait TypedValues {
+    /// Takes the texts of the connected inputs.
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError>;
+
+    /// Gives the texts of all outputs.
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError>;
+
+    /// Takes the connected inputs that are integers of 64 bits, which [`Node::set_inputs`] leaves to this.
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError>;
+
+    /// Gives the outputs that are integers of 64 bits, which [`Node::get_outputs`] leaves to this.
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError>;
+}
+
+/// A node whose inputs change within a step.
+pub trait ExtrapolatedInputs {
+    /// Takes the values of the connected inputs for a step between two times [s], in place of [`Node::set_inputs`]; some go on by their
+    /// polynomials. `inputs` is left with any values.
+    fn set_extrapolated_inputs(
+        &mut self,
+        inputs: &mut [f64],
+        polynomials: &[InputPolynomial],
+        span: Range<f64>,
+    ) -> Result<(), CallError>;
+}
+
+/// A node that knows how its outputs change with its inputs.
+pub trait DirectionalDerivatives {
+    /// How outputs change with inputs at this moment, without a step in between: `changes` of the inputs, in the order of
+    /// [`Node::set_inputs`], become those of the outputs, in the order of [`Node::get_outputs`]. False if the node does not know.
+    fn directional_derivatives(
+        &mut self,
+        changes: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError>;
+}
+
+/// A node whose parameters may change between two steps.
+pub trait TunableParameters {
+    /// Takes other values of tunable parameters and of inputs that nothing is connected to, between two steps at `time` [s].
+    fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError>;
+}
+
+/// What a node does in its next step on demand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum InjectedFault {
+    /// It waits for this time first [s].
+    Wait(f64),
+    /// It crashes.
+    Crash,
+}
+
+/// A node whose calls fail on demand.
+pub trait FaultInjection {
+    /// Asks the node to do this in its next step; whether it will.
+    fn inject_fault(&mut self, _fault: InjectedFault) -> bool {
         false
     }
 
-    /// Takes the messages that the node logged since the last time; repeated ones may have waited for it, see [`Message::again`].
-    fn messages(&mut self) -> Vec<Message> {
-        Vec::new()
-    }
-
-    /// The instance of an FMU in this process, for another run.
-    fn into_instance(self: Box<Self>) -> Option<Instance> {
-        None
-    }
+    /// Takes other faults of its calls, for a run with these communication points.
+    fn set_call_faults(&mut self, _faults: &[CallFault], _clock: &Clock) {}
 }
 
-/// Inputs that hold the mean of their courses between two times [s].
-fn means<'i>(inputs: &'i mut [f64], courses: &[(usize, Course)], span: (f64, f64)) -> &'i [f64] {
-    courses.iter().for_each(|(place, course)| inputs[*place] = course.mean(span));
-    inputs
+/// The polynomial of an input, by its place among those of a node that are numbers.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct InputPolynomial {
+    /// The place of the input.
+    pub place: usize,
+    /// Its values over time.
+    pub polynomial: InputExtrapolation,
+}
+
+/// The state of a node.
+///
+/// # Errors
+/// When the node has none.
+pub fn state_of(node: &mut dyn Node) -> Result<&mut dyn Stateful, CallError> {
+    node.state().ok_or_else(|| state_error("the node cannot save its state"))
+}
+
+/// Gives a node its inputs for a step between two times [s]. One that holds them gets the mean of those that change.
+pub(crate) fn set_extrapolated_inputs(
+    node: &mut dyn Node,
+    inputs: &mut [f64],
+    polynomials: &[InputPolynomial],
+    span: Range<f64>,
+) -> Result<(), CallError> {
+    if let Some(extrapolated) = node.extrapolated_inputs() {
+        return extrapolated.set_extrapolated_inputs(inputs, polynomials, span);
+    }
+    for InputPolynomial { place, polynomial } in polynomials {
+        inputs[*place] = polynomial.mean(&span);
+    }
+    node.set_inputs(inputs)
 }
 
 /// The saved state of a node, which that node alone can restore.
@@ -239,7 +321,7 @@ fn state_error(what: &str) -> CallError {
 /// With the node's name, when an FMU does not load or refuses the experiment; at the word that gives it, when an FMU refuses a start
 /// value.
 pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<dyn Node>>, Error> {
-    instantiate_again(system, host, &mut Kept::default())
+    instantiate_again(system, host, &mut ReusableInstances::default())
 }
 
 /// The same with instances of an earlier run, where there are some.
@@ -249,10 +331,9 @@ pub fn instantiate(system: &mut System, host: Option<&Host>) -> Result<Vec<Box<d
 pub fn instantiate_again(
     system: &mut System,
     host: Option<&Host>,
-    kept: &mut Kept,
+    reusable: &mut ReusableInstances,
 ) -> Result<Vec<Box<dyn Node>>, Error> {
     let System { clock, announced_stop, tolerance, .. } = *system;
-    let times = (clock.start, announced_stop);
     let mut notices = Vec::new();
     let nodes = system.nodes.iter_mut().map(|plan| {
         if let Body::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
@@ -263,22 +344,23 @@ pub fn instantiate_again(
             *isolation = Some(Isolation::plain());
         }
         // The last step of its own may end a unit in the last place later.
-        let own = plan.pace.map(|pace| pace.of(&clock).announced_stop());
-        let stop = times.1.map(|stop| own.map_or(stop, |own| own.max(stop)));
-        let node = node(plan, ((times.0, stop), tolerance), host, kept)?;
-        Ok(paced(node, plan, clock))
+        let own = plan.step_ratio.map(|step_ratio| step_ratio.of(&clock).announced_stop());
+        let stop = announced_stop.map(|stop| own.map_or(stop, |own| own.max(stop)));
+        let experiment = Experiment { start: clock.start, stop, tolerance };
+        let node = node(plan, experiment, host, reusable)?;
+        Ok(with_own_step(node, plan, clock))
     });
     let mut nodes = Mistakes::all(nodes)?;
     system.warnings.append(&mut notices);
-    with_faults(system, &mut nodes, false);
+    with_call_faults(system, &mut nodes, false);
     Ok(nodes)
 }
 
 /// The node with the step of its own, if it has one.
-pub(crate) fn paced(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
-    match plan.pace {
+pub(crate) fn with_own_step(node: Box<dyn Node>, plan: &NodePlan, clock: Clock) -> Box<dyn Node> {
+    match plan.step_ratio {
         None => node,
-        Some(pace) => Box::new(Paced::new(node, plan, pace, clock)),
+        Some(step_ratio) => Box::new(SubSteppingNode::new(node, plan, step_ratio, clock)),
     }
 }
 
@@ -291,40 +373,81 @@ pub fn sources(system: &mut System) -> Vec<Box<dyn Node>> {
             Body::Table(table) => Box::new(SourceNode::new(table.clone())),
             Body::Driver(driver) => Box::new(DriverNode::new(driver)),
             // The exchange puts the values of connectors into the row.
-            Body::Inlet | Body::Outlet | Body::Fmu { .. } => Box::new(SourceNode::new(Vec::new())),
+            Body::Own | Body::Inlet | Body::Outlet | Body::Fmu { .. } => {
+                Box::new(SourceNode::new(Vec::new()))
+            }
         }
     };
     system.nodes.iter_mut().map(source).collect()
 }
 
+/// What an FMU is told of the run.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Experiment {
+    /// The first communication point [s].
+    pub start: f64,
+    /// The stop time [s], if it is known.
+    pub stop: Option<f64>,
+    /// The relative tolerance [-]; that of its description without it.
+    pub tolerance: Option<f64>,
+}
+
+/// What the node of an FMU is made of.
+pub(crate) struct InstanceSettings<'a> {
+    pub fmu: &'a Arc<Fmu>,
+    pub name: &'a str,
+    pub log: bool,
+    pub inputs: VariableGroups,
+    pub outputs: VariableGroups,
+    pub experiment: Experiment,
+    pub starts: Vec<StartValue>,
+}
+
 fn node(
     plan: &mut NodePlan,
-    (times, tolerance): ((f64, Option<f64>), Option<f64>),
+    experiment: Experiment,
     host: Option<&Host>,
-    kept: &mut Kept,
+    reusable: &mut ReusableInstances,
 ) -> Result<Box<dyn Node>, Error> {
     Ok(match &mut plan.body {
         Body::Fmu { fmu, starts, inputs, outputs, log, isolation } => {
-            let (log, name, ports) = (*log, &plan.name, (inputs.clone(), outputs.clone()));
-            let starts = starts.clone();
-            if let (Some(isolation), Some(host)) = (isolation, host) {
-                let making = Making { fmu, name, log, ports, times, tolerance, starts };
-                return Ok(Box::new(IsolatedNode::new(making, isolation, host)?));
-            }
-            let told = |refusal: Refusal| refusal.told(name, times.0);
-            let mut node = match kept.take(name, fmu, &starts) {
-                Some(instance) => FmuNode::of(instance, name, ports),
-                None => FmuNode::new(fmu, name, log, ports).map_err(told)?,
+            let settings = InstanceSettings {
+                fmu,
+                name: &plan.name,
+                log: *log,
+                inputs: inputs.clone(),
+                outputs: outputs.clone(),
+                experiment,
+                starts: starts.clone(),
             };
-            node.prepare(times, tolerance, starts).map_err(told)?;
-            Box::new(node)
+            match (isolation, host) {
+                (Some(isolation), Some(host)) => {
+                    Box::new(IsolatedNode::new(settings, isolation, host)?)
+                }
+                _ => Box::new(fmu_node(settings, reusable)?),
+            }
         }
         Body::Signals(signals) => Box::new(SourceNode::new(std::mem::take(signals))),
         Body::Table(table) => Box::new(SourceNode::new(table.clone())),
         Body::Driver(driver) => Box::new(DriverNode::new(driver)),
-        // The exchange puts their values into the row.
-        Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
+        // The exchange puts the values of connectors into the row; the program brings its own nodes.
+        Body::Own | Body::Inlet | Body::Outlet => Box::new(SourceNode::new(Vec::new())),
     })
+}
+
+/// The node of an FMU in this process, of an instance of an earlier run, if there is one.
+fn fmu_node(
+    settings: InstanceSettings,
+    reusable: &mut ReusableInstances,
+) -> Result<FmuNode, Error> {
+    let InstanceSettings { fmu, name, log, inputs, outputs, experiment, starts } = settings;
+    let failed = |refusal: Refusal| refusal.into_error(name, experiment.start);
+    let mut node = match reusable.take(name, fmu, &starts) {
+        Some(instance) => FmuNode::of(instance, name, inputs, outputs),
+        None => FmuNode::new(fmu, name, log, inputs, outputs).map_err(failed)?,
+    };
+    node.prepare(experiment, starts).map_err(failed)?;
+    Ok(node)
 }
 
 #[cfg(test)]

@@ -85,7 +85,7 @@ impl Order {
 
     /// The coupling with its loops, and the order of the nodes.
     #[must_use]
-    pub fn looped(self, coupling: CouplingPlan) -> (CouplingPlan, Vec<usize>) {
+    pub fn into_coupling(self, coupling: CouplingPlan) -> (CouplingPlan, Vec<usize>) {
         let Order { nodes, blocks, initial, loops } = self;
         (CouplingPlan { blocks, initial, loops, ..coupling }, nodes)
     }

@@ -1,12 +1,12 @@
 //! A system of coupled nodes: what each node is, where its values are in the row, and how they are connected. A graph of indices, in
 //! which no look-up by name can fail.
 
-mod accepts;
+mod accepted_values;
 mod coupling;
 mod driver;
 mod input_chain;
 mod isolation;
-mod needed;
+mod used_columns;
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,22 +20,22 @@ use recording::{
 use serde::{Deserialize, Serialize};
 
 use crate::clock::{At, Clock};
-use crate::course::Extrapolate;
+use crate::extrapolation::ExtrapolationOrder;
 use crate::fault::CallFault;
 use crate::signal::Signal;
-pub use accepts::Accepts;
+pub use accepted_values::AcceptedValues;
 pub use coupling::{
     Algorithm, Block, BondPlan, CouplingPlan, CouplingRules, Division, ErrorEstimate, Iteration,
-    Link, Loop, Method, Pace, Tear,
+    Link, Loop, Method, StepRatio, Tear,
 };
 pub use driver::DriverPlan;
-pub use input_chain::{ChainMemory, FaultPlan, InputChain};
+pub use input_chain::{ChainMemory, InputChain, InputFault};
 pub use isolation::{Isolation, OnFailure};
-pub use needed::Needed;
+pub use used_columns::UsedColumns;
 
 /// Variables of one form, which are read and written at once: all elements of arrays.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Group {
+pub struct VariableGroup {
     /// The form.
     pub storage: Storage,
     /// The value references.
@@ -54,7 +54,7 @@ pub struct Group {
     pub needed: bool,
 }
 
-impl Group {
+impl VariableGroup {
     /// Whether all elements travel.
     #[must_use]
     #[inline]
@@ -72,16 +72,16 @@ impl Group {
 
 /// Variables of an FMU, in the order in which their values travel.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Ports {
+pub struct VariableGroups {
     /// Those of numbers.
-    pub numbers: Vec<Group>,
+    pub numbers: Vec<VariableGroup>,
     /// Those of texts and bytes, which travel beside the numbers; each is one variable.
-    pub texts: Vec<Group>,
+    pub texts: Vec<VariableGroup>,
 }
 
 /// A start value of an FMU.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Start {
+pub struct StartValue {
     /// The variable.
     pub name: String,
     /// Its value reference.
@@ -102,7 +102,7 @@ pub struct Start {
 /// A place in the files of a scenario.
 pub type WordPlace = (Arc<diagnostics::Source>, Range<usize>);
 
-impl Start {
+impl StartValue {
     /// The error of an FMU called `node` that refuses the value, at the word that gives it.
     #[must_use]
     pub fn refused(&self, node: &str, what: &str) -> Error {
@@ -124,11 +124,11 @@ pub enum Body {
         /// The opened archive.
         fmu: Arc<Fmu>,
         /// The start values.
-        starts: Vec<Start>,
+        starts: Vec<StartValue>,
         /// The connected inputs.
-        inputs: Ports,
+        inputs: VariableGroups,
         /// All outputs.
-        outputs: Ports,
+        outputs: VariableGroups,
         /// Whether it logs all it has to say.
         log: bool,
         /// How it is kept apart from the others; without it, it is not.
@@ -140,6 +140,8 @@ pub enum Body {
     Table(Table),
     /// The driver of a manoeuvre.
     Driver(DriverPlan),
+    /// A node that the program brings along.
+    Own,
     /// A connector, whose input is its output. It takes its value before the nodes that it leads to step.
     Inlet,
     /// The same; it takes its value after the node that it comes from has stepped.
@@ -150,7 +152,7 @@ impl Body {
     /// Whether it knows more than its inputs and the time.
     #[must_use]
     pub fn remembers(&self) -> bool {
-        matches!(self, Body::Fmu { .. } | Body::Driver(_))
+        matches!(self, Body::Fmu { .. } | Body::Driver(_) | Body::Own)
     }
 }
 
@@ -162,7 +164,7 @@ pub struct NodePlan {
     /// Its kind.
     pub body: Body,
     /// Its own step, if that is not the communication step.
-    pub pace: Option<Pace>,
+    pub step_ratio: Option<StepRatio>,
     /// Its outputs that are numbers.
     pub outputs: NumberRange<Full>,
     /// Those of them that somebody uses, none of which may be NaN.
@@ -170,18 +172,18 @@ pub struct NodePlan {
     /// Its connected inputs that are numbers.
     pub inputs: NumberRange<Full>,
     /// The connection of each of these inputs.
-    pub connections: Vec<ResolvedConnection>,
+    pub connections: Vec<NumberConnection>,
     /// The same for texts.
     pub texts: TextPlan,
     /// The same for integers of 64 bits, which are among the numbers, too.
-    pub exact: ExactPlan,
+    pub exact: IntegerPlan,
     /// The faults of its calls.
     pub faults: Vec<CallFault>,
 }
 
 /// Indices of a node's integers of 64 bits in the row.
 #[derive(Debug, Default)]
-pub struct ExactPlan {
+pub struct IntegerPlan {
     /// Its outputs.
     pub outputs: IntegerRange<Full>,
     /// The number of each output.
@@ -189,14 +191,14 @@ pub struct ExactPlan {
     /// Its connected inputs.
     pub inputs: IntegerRange<Full>,
     /// The connections with such an integer at one end or at both.
-    pub connections: Vec<ExactConnection>,
+    pub connections: Vec<IntegerConnection>,
     /// Whether nobody uses any of its outputs.
     pub unneeded: bool,
 }
 
 /// What a connection of numbers is for an integer of 64 bits.
 #[derive(Debug)]
-pub struct ExactConnection {
+pub struct IntegerConnection {
     /// Its place among the node's connections of numbers.
     pub place: usize,
     /// The output, if it is such an integer.
@@ -205,7 +207,7 @@ pub struct ExactConnection {
     pub input: Option<IntegerIndex<Full>>,
     /// The integers that the input accepts when they arrive as they are; without it they go through the number, which has to
     /// hold them.
-    pub as_it_is: Option<Accepts>,
+    pub as_it_is: Option<AcceptedValues>,
 }
 
 impl NodePlan {
@@ -240,13 +242,13 @@ pub struct Source<I> {
 
 /// A connection of numbers: source, unit conversion, effects and faults.
 #[derive(Debug, Clone)]
-pub struct ResolvedConnection {
+pub struct NumberConnection {
     /// Source of the number.
     pub source: Source<NumberIndex<Full>>,
     /// Its way to the input.
     pub input_chain: InputChain,
-    /// The course of the input within a step; without one it holds its value.
-    pub course: Option<Extrapolate>,
+    /// The extrapolation of the input within a step; without one it holds its value.
+    pub extrapolation: Option<ExtrapolationOrder>,
 }
 
 /// Coupled nodes: what the master works with.

@@ -2,20 +2,15 @@
 
 use diagnostics::Error;
 use fmu_import::{CallError, Message, MessageLevel};
-use recording::{
-    Column, Columns, Direction, Event, Full, NumberIndex, NumberRange, Row, Sink, ValueKind,
-};
+use recording::{Column, Columns, Direction, Event, Full, Row, Sink, ValueKind};
 
-use crate::clock::At;
-use crate::clock::Clock;
+use crate::builder::{ConnectionOptions, SystemBuilder};
+use crate::clock::{At, Clock};
 use crate::coupling;
-use crate::effect::Chain;
 use crate::master::{Progress, run};
-use crate::node::Node;
-use crate::system::{
-    Accepts, Body, CouplingPlan, ExactPlan, InputChain, NodePlan, ResolvedConnection, Source,
-    System, TextPlan,
-};
+use crate::node::{Node, SourceNode};
+use crate::signal::Signal;
+use crate::system::{Algorithm, System};
 
 /// A node with one output: what a closure makes of the end of the step and the inputs.
 pub(crate) struct Mock<F> {
@@ -26,15 +21,15 @@ pub(crate) struct Mock<F> {
 }
 
 impl<F: FnMut(f64, &[f64]) -> Result<f64, CallError> + Send> Node for Mock<F> {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs = inputs.to_vec();
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.output.clone()?;
         Ok(())
     }
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.time = clock.at(tick + 1);
         self.output = (self.compute)(self.time, &self.inputs);
         self.output.clone().map(|_| ())
@@ -79,37 +74,31 @@ impl Sink<Full> for Record {
 
 pub(crate) const STEP: f64 = 0.5;
 
-/// A system of nodes with one output each. `connections` are producer, consumer and end of the step.
+/// A system of nodes `n0`, `n1` ... with one output `y` each, in this order, whose inputs are `u0`, `u1` ... `connections` are producer,
+/// consumer and end of the step.
 pub(crate) fn system(nodes: usize, connections: &[(usize, usize, At)], steps: u64) -> System {
-    let mut next = nodes;
-    let plans = (0..nodes).map(|index| {
-        let connections: Vec<_> = connections.iter().filter(|(_, to, _)| *to == index).collect();
-        let first = next;
-        next += connections.len();
-        NodePlan {
-            name: format!("n{index}"),
-            body: Body::Signals(Vec::new()),
-            pace: None,
-            outputs: NumberRange::new(index..index + 1),
-            needed: vec![NumberIndex::new(index)],
-            inputs: NumberRange::new(first..next),
-            connections: connections.iter().map(|(from, _, at)| link(*from, *at)).collect(),
-            texts: TextPlan::default(),
-            exact: ExactPlan::default(),
-            faults: Vec::new(),
-        }
-    });
-    let plans: Vec<_> = plans.collect();
-    System {
-        coupling: CouplingPlan::default(),
-        clock: Clock { start: 0.0, step: STEP, steps },
-        announced_stop: None,
-        tolerance: None,
-        nodes: plans,
-        order: (0..nodes).collect(),
-        columns: columns(next, ValueKind::Real),
-        warnings: Vec::new(),
+    let clock = Clock { start: 0.0, step: STEP, steps };
+    let mut builder = SystemBuilder::new(clock, Algorithm::default());
+    for node in 0..nodes {
+        let count = connections.iter().filter(|(_, to, _)| *to == node).count();
+        let inputs: Vec<_> = (0..count).map(|input| format!("u{input}")).collect();
+        let inputs: Vec<_> = inputs.iter().map(String::as_str).collect();
+        builder.add_node(&format!("n{node}"), idle(), &inputs, &["y"]).expect("a new name");
     }
+    let mut next = vec![0; nodes];
+    for (from, to, at) in connections {
+        let (output, input) = (format!("n{from}.y"), format!("n{to}.u{}", next[*to]));
+        let options = ConnectionOptions { at: Some(*at), ..ConnectionOptions::default() };
+        builder.connect_with(&output, &input, options).expect("both are there");
+        next[*to] += 1;
+    }
+    let (system, _) = builder.system().expect("no loop");
+    System { order: (0..nodes).collect(), ..system }
+}
+
+/// A node that does nothing, in the place of one that comes later.
+pub(crate) fn idle() -> Box<dyn Node> {
+    Box::new(SourceNode::new(Vec::<Signal>::new()))
 }
 
 pub(crate) fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
@@ -125,22 +114,6 @@ pub(crate) fn columns(count: usize, kind: ValueKind) -> Columns<Full> {
         });
     }
     columns
-}
-
-pub(crate) fn link(source: usize, at: At) -> ResolvedConnection {
-    let input_chain = InputChain {
-        factor: 1.0,
-        offset: 0.0,
-        effects: Chain::default(),
-        faults: Vec::new(),
-        map: Vec::new(),
-        accepts: Accepts::Real,
-    };
-    ResolvedConnection {
-        source: Source { index: NumberIndex::new(source), at },
-        input_chain,
-        course: None,
-    }
 }
 
 /// Plays a system with steps of [`STEP`].

@@ -28,7 +28,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
 pub use cosim::clock::At;
-pub use cosim::course::Extrapolate;
+pub use cosim::extrapolation::ExtrapolationOrder;
 pub use cosim::system::{Algorithm, ErrorEstimate, Method, OnFailure};
 use diagnostics::{Error, Source, Spanned};
 use schemars::JsonSchema;

@@ -6,7 +6,7 @@ mod sweep;
 use std::path::PathBuf;
 
 use assessment::{BaselinePlan, CheckPlan, CollectPlan, Collected, Condition};
-use cosim::system::{Needed, System};
+use cosim::system::{System, UsedColumns};
 use recording::{ColumnIndex, RunHeader, Selection};
 
 pub use analysis::{Analyser, AnalysisPlan, Origin, Wired};
@@ -49,14 +49,14 @@ pub struct RunPlan {
 impl RunPlan {
     /// Lets FMUs be asked for those outputs only that this run uses. Whoever reads the row besides must not call it: the other
     /// outputs have no values any more.
-    pub fn leave_unneeded(&mut self) {
-        let needed = self.needed();
-        self.system.leave_unneeded(needed);
+    pub fn restrict_outputs(&mut self) {
+        let used = self.used_columns();
+        self.system.restrict_outputs(used);
     }
 
     /// The columns that are recorded, checked, analysed and compared. What is drawn is recorded.
-    fn needed(&self) -> Needed {
-        let mut needed = Needed {
+    fn used_columns(&self) -> UsedColumns {
+        let mut used = UsedColumns {
             numbers: self.recorded.numbers().collect(),
             texts: self.recorded.texts().collect(),
         };
@@ -69,20 +69,20 @@ impl RunPlan {
             Collected::Result(_) => None,
         });
         for expression in checks.chain(collected) {
-            needed.numbers.extend(expression.numbers());
-            needed.texts.extend(expression.texts());
+            used.numbers.extend(expression.numbers());
+            used.texts.extend(expression.texts());
         }
         for wired in self.analyses.iter().flat_map(|analysis| &analysis.wired) {
             if let Origin::Run(number) = wired.origin {
-                needed.numbers.insert(number);
+                used.numbers.insert(number);
             }
         }
         for signal in self.baselines.iter().flat_map(|baseline| &baseline.signals) {
             match signal.column {
-                ColumnIndex::Number(number) => drop(needed.numbers.insert(number)),
-                ColumnIndex::Text(text) => drop(needed.texts.insert(text)),
+                ColumnIndex::Number(number) => drop(used.numbers.insert(number)),
+                ColumnIndex::Text(text) => drop(used.texts.insert(text)),
             }
         }
-        needed
+        used
     }
 }

@@ -43,6 +43,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use assessment::{CheckPlan, Condition};
+use cosim::assembly;
 use cosim::clock::Clock;
 use cosim::system::{NodePlan, System};
 use diagnostics::{Error, Mistakes, Source as TextSource, Spanned};
@@ -203,7 +204,7 @@ impl RunPlan {
         let (Some(clock), Some(order), Some(view)) = (clock, order, view) else {
             return Err(Error::follow_up());
         };
-        let (coupling, order) = order.looped(coupling);
+        let (coupling, order) = order.into_coupling(coupling);
         let graph = view::graph(&nodes, &order, &coupling);
         let view = View { limits: view::limits(&checks, &recorded), graph, ..view };
         let system = System {
@@ -255,15 +256,16 @@ impl Network {
         let Diagnostics { mistakes, warnings } = diagnostics;
         let conversions =
             connection_units::convert_units(scenario, &connects, &mut drafts, mistakes);
-        let mut connections =
+        let connections =
             connections::connect(scenario, &drafts, &connects, &conversions, run, mistakes);
         warnings.extend(description_notes::description_notes(&drafts, run.clock));
         warnings.extend(system_notes(scenario));
         warnings.extend(connections::start_value_notes(scenario, &connects, &drafts));
         let units = SignalUnits::of_nodes(&drafts);
         let expression_units = SignalUnits::of_expressions(&drafts);
-        let order = order::order(scenario, &connects, &drafts, &mut connections, diagnostics);
-        let (nodes, columns) = row::assign_columns(drafts, connections);
+        let mut connected = row::connected(drafts, connections);
+        let order = order::order(scenario, &connects, &mut connected, diagnostics);
+        let (nodes, columns) = assembly::place(connected);
         Network { nodes, columns, order, units, expression_units }
     }
 }

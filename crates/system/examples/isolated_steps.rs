@@ -53,7 +53,7 @@ fn time(path: &Path, host: Option<&Host>) -> Result<f64, Error> {
     let mut plan = RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, folder)?;
     let fmus =
         plan.system.nodes.iter().filter(|node| matches!(node.body, Body::Fmu { .. })).count();
-    plan.leave_unneeded();
+    plan.restrict_outputs();
     let mut system = plan.system;
     let mut nodes = node::instantiate(&mut system, host)?;
     let mut coupling = cosim::coupling::of(&system);

@@ -367,7 +367,7 @@ fn first_value(system: &mut System, node: &str, output: &str) -> f64 {
     match &mut plan.body {
         Body::Signals(signals) => signals[place].value(start),
         Body::Table(table) => table.value(place, start),
-        Body::Fmu { .. } | Body::Driver(_) | Body::Inlet | Body::Outlet => 0.0,
+        Body::Fmu { .. } | Body::Driver(_) | Body::Own | Body::Inlet | Body::Outlet => 0.0,
     }
 }
 

@@ -131,7 +131,9 @@ impl CoSimulation for Nested {
     }
 
     fn reset(&mut self) -> FmiResult {
-        self.retired = self.parts.take().filter(Parts::may_return).or(self.retired.take());
+        let may_return = self.parts.as_mut().is_some_and(Parts::may_return);
+        let parts = self.parts.take().filter(|_| may_return);
+        self.retired = parts.or(self.retired.take());
         self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
         self.stale = true;
         Ok(())

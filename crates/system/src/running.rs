@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use cosim::coupling::{self, Coupling};
-use cosim::exchange::{Exchange, Interruption, Memory, failure};
+use cosim::exchange::{Exchange, Interruption, Memory, NodeStop, failure};
 use cosim::node::{self, Node};
 use cosim::system::{Body, System};
 use diagnostics::Error;
@@ -15,7 +15,7 @@ use scenario::plan::RunPlan;
 use scenario::resolve::{Override, OverrideValue, Overrides};
 
 use crate::SCENARIO;
-use crate::guided::{Guided, Held};
+use crate::guided::{ExternalInputNode, ExternalValues};
 use crate::interface::{Interface, Role};
 
 /// The log category of what the FMUs of the scenario say.
@@ -39,7 +39,7 @@ pub(crate) struct Running {
 /// Inputs that take the place of outputs of one node.
 struct Inputs {
     /// Their values for the node.
-    held: Held,
+    external: ExternalValues,
     /// Their references and places in the row.
     places: Vec<(usize, NumberIndex<Full>)>,
 }
@@ -128,8 +128,10 @@ impl Running {
                         ended(exchange, node, error, time)
                     }
                 })?;
-                match exchange.last().cloned() {
-                    Some((node, error)) => Err(ended(exchange, node, error, clock.at(tick + 1))),
+                match exchange.stop().cloned() {
+                    Some(NodeStop { node, error }) => {
+                        Err(ended(exchange, node, error, clock.at(tick + 1)))
+                    }
                     None => Ok(()),
                 }
             });
@@ -171,8 +173,9 @@ impl Running {
     pub fn end(&mut self) -> Result<(), Error> {
         let time = self.system.clock.at(self.tick);
         let mut all = self.system.nodes.iter().zip(&mut self.nodes);
-        let ended =
-            all.try_for_each(|(plan, node)| node.end().map_err(|error| failure(plan, error, time)));
+        let ended = all.try_for_each(|(plan, node)| {
+            node.terminate().map_err(|error| failure(plan, error, time))
+        });
         self.hand_over(true);
         ended
     }
@@ -180,9 +183,9 @@ impl Running {
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
     fn hold(&mut self, values: &[Cell]) {
         let Some(memory) = &mut self.memory else { return };
-        for Inputs { held, places } in &self.inputs {
+        for Inputs { external, places } in &self.inputs {
             let number = |reference: usize| values[reference].number().unwrap_or_default();
-            held.hold(places.iter().map(|(reference, _)| number(*reference)));
+            external.set(places.iter().map(|(reference, _)| number(*reference)));
             places.iter().for_each(|(reference, at)| memory.row[*at] = number(*reference));
         }
     }
@@ -270,10 +273,11 @@ fn guide(
             return node;
         }
         let integer = |at| plan.exact.numbers.iter().position(|it| *it == at);
-        let held = Held::new(own.iter().filter_map(|(_, at)| Some((place(*at)?, integer(*at)))));
+        let external =
+            ExternalValues::new(own.iter().filter_map(|(_, at)| Some((place(*at)?, integer(*at)))));
         let places = own.into_iter().copied().collect();
-        inputs.push(Inputs { held: held.clone(), places });
-        Box::new(Guided { node, held }) as Box<dyn Node>
+        inputs.push(Inputs { external: external.clone(), places });
+        Box::new(ExternalInputNode { node, external }) as Box<dyn Node>
     });
     *nodes = guided.collect();
     Ok((inputs, outputs))

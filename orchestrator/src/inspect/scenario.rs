@@ -24,7 +24,7 @@ pub fn lines(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> S
         "{:<10} {} s, {} times from {} s on",
         "step", clock.step, clock.steps, clock.start
     );
-    let _ = writeln!(text, "{:<10} {}", "coupling", system.coupling.told());
+    let _ = writeln!(text, "{:<10} {}", "coupling", system.coupling.summary());
     let _ = writeln!(text, "\n{} nodes, in the order in which they step", system.order.len());
     let width = |names: &mut dyn Iterator<Item = usize>| names.max().unwrap_or(0).min(100);
     let names = width(&mut system.nodes.iter().map(|node| name(system, node).chars().count()));
@@ -79,7 +79,7 @@ pub fn json(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> Va
     let names = |nodes: &[usize]| nodes.iter().map(name).collect::<Vec<_>>();
     let node = |node: &usize| {
         let plan = &system.nodes[*node];
-        let step = plan.pace.map_or(system.clock, |pace| pace.of(&system.clock)).step;
+        let step = plan.step_ratio.map_or(system.clock, |ratio| ratio.of(&system.clock)).step;
         json!({ "name": name(node), "kind": kind(system, plan), "step": step })
     };
     let link = |link: &Link| json!({ "connection": link.label, "at": end(link.at), "followed": link.needed });
@@ -98,7 +98,7 @@ pub fn json(scenario: &Scenario, RunPlan { system, header, .. }: &RunPlan) -> Va
         "title": header.title,
         "step": system.clock.step,
         "steps": system.clock.steps,
-        "coupling": system.coupling.told(),
+        "coupling": system.coupling.summary(),
         "order": system.order.iter().map(node).collect::<Vec<_>>(),
         "connections": links(system).iter().map(connection).collect::<Vec<_>>(),
         "loops": system.coupling.loops.iter().map(of_loop).collect::<Vec<_>>(),
@@ -174,11 +174,12 @@ fn kind(system: &System, node: &NodePlan) -> String {
         Body::Signals(_) => "signals".to_owned(),
         Body::Table(_) => "table".to_owned(),
         Body::Driver(plan) => format!("driver of {}", plan.manoeuvre.kind.title()),
+        Body::Own => "node of the program".to_owned(),
         Body::Inlet => "input connector".to_owned(),
         Body::Outlet => "output connector".to_owned(),
     };
-    if let Some(pace) = node.pace {
-        let _ = write!(text, ", steps of {} s", pace.of(&system.clock).step);
+    if let Some(ratio) = node.step_ratio {
+        let _ = write!(text, ", steps of {} s", ratio.of(&system.clock).step);
     }
     text
 }
@@ -219,7 +220,9 @@ fn connections_to<'s>(
 fn links(system: &System) -> Vec<(String, String)> {
     let courses = |node: &NodePlan| {
         let links = node.inputs.indices().zip(&node.connections);
-        links.map(|(input, it)| (system.columns[input].name(), it.course)).collect::<Vec<_>>()
+        links
+            .map(|(input, it)| (system.columns[input].name(), it.extrapolation))
+            .collect::<Vec<_>>()
     };
     let all = system.nodes.iter().flat_map(|node| {
         let courses = courses(node);

@@ -1,6 +1,6 @@
 //! Reuse of FMU instances between variants, after a test that reset instances give the same results as new ones.
 
-use cosim::node::Kept;
+use cosim::node::ReusableInstances;
 use scenario::resolve::Overrides;
 
 use super::variant::{Fingerprint, Outcome, VariantRunner};
@@ -10,9 +10,9 @@ pub(super) enum InstanceReuse {
     /// No variant has run yet.
     Untested,
     /// One variant has run, and its instances are kept.
-    FirstRun(Kept),
+    FirstRun(ReusableInstances),
     /// A variant on instances that were reset gave the rows of one on new instances, bit for bit.
-    Verified(Kept),
+    Verified(ReusableInstances),
     /// Reset instances did not give the same results; each variant gets new ones.
     Rejected,
 }
@@ -23,7 +23,7 @@ impl InstanceReuse {
     pub fn run(&mut self, runner: &mut VariantRunner, overrides: &Overrides) -> Outcome {
         match std::mem::replace(self, InstanceReuse::Rejected) {
             InstanceReuse::Untested => {
-                let mut instances = Kept::default();
+                let mut instances = ReusableInstances::default();
                 let outcome = runner.run(overrides, &mut instances, None);
                 // A failed run does not test a reset.
                 *self = match outcome.failure {
@@ -36,7 +36,7 @@ impl InstanceReuse {
                 let mut of_reset = Fingerprint::default();
                 let reset = runner.run(overrides, &mut instances, Some(&mut of_reset));
                 let mut of_new = Fingerprint::default();
-                let new = runner.run(overrides, &mut Kept::default(), Some(&mut of_new));
+                let new = runner.run(overrides, &mut ReusableInstances::default(), Some(&mut of_new));
                 let same = reset.failure.is_none() && new.failure.is_none() && of_reset == of_new;
                 if same && instances.refused().is_none() {
                     *self = InstanceReuse::Verified(instances);
@@ -48,9 +48,9 @@ impl InstanceReuse {
                 let failed = outcome.failure.is_some();
                 *self = InstanceReuse::Verified(instances);
                 // A failure counts when it is one on new instances.
-                if failed { runner.run(overrides, &mut Kept::default(), None) } else { outcome }
+                if failed { runner.run(overrides, &mut ReusableInstances::default(), None) } else { outcome }
             }
-            InstanceReuse::Rejected => runner.run(overrides, &mut Kept::default(), None),
+            InstanceReuse::Rejected => runner.run(overrides, &mut ReusableInstances::default(), None),
         }
     }
 }

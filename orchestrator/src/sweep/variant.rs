@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use cosim::coupling;
 use cosim::master::{self, Progress};
-use cosim::node::{self, Host, Kept};
+use cosim::node::{self, Host, ReusableInstances};
 use diagnostics::Error;
 use recording::{Event, Full, Row, Sink, StatusChange};
 use scenario::plan::RunPlan;
@@ -100,7 +100,7 @@ impl VariantRunner {
     pub fn run(
         &mut self,
         overrides: &Overrides,
-        instances: &mut Kept,
+        instances: &mut ReusableInstances,
         fingerprint: Option<&mut Fingerprint>,
     ) -> Outcome {
         let begin = Instant::now();
@@ -120,7 +120,7 @@ impl VariantRunner {
     fn try_run(
         &mut self,
         overrides: &Overrides,
-        instances: &mut Kept,
+        instances: &mut ReusableInstances,
         fingerprint: Option<&mut Fingerprint>,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
@@ -128,7 +128,7 @@ impl VariantRunner {
         let folder = self.folder.clone();
         let VariantRunner { scenario, built, cache, program, .. } = self;
         let mut plan = RunPlan::resolve_cached(scenario, built, overrides, folder, cache)?;
-        plan.leave_unneeded();
+        plan.restrict_outputs();
         let program = (program.clone(), vec!["isolated".to_owned()]);
         let host = Host { program, patience: PATIENCE, give_up: stop.give_up_condition() };
         let mut nodes = node::instantiate_again(&mut plan.system, Some(&host), instances)

@@ -3,7 +3,7 @@
 use diagnostics::{Error, rounded};
 use recording::{Columns, Direction, Full, Row};
 
-use super::{Checkpoint, Fit, States};
+use super::{Checkpoint, Compatibility, States};
 use crate::coupling::Coupling;
 use crate::exchange::{Exchange, Interruption, failure};
 use crate::node::Node;
@@ -25,7 +25,7 @@ pub struct Difference {
 impl Difference {
     /// The differences as a warning about the checkpoint at a time [s].
     #[must_use]
-    pub fn told(all: &[Self], checkpoint: f64) -> Option<String> {
+    pub fn warning(all: &[Self], checkpoint: f64) -> Option<String> {
         let first = all.first()?;
         let Difference { node, time, .. } = first;
         let each = all.iter().map(|it| {
@@ -54,7 +54,8 @@ const SHOWN: usize = 5;
 #[must_use]
 pub fn differences(
     columns: &Columns<Full>,
-    (then, now): (&Row<Full>, &Row<Full>),
+    then: &Row<Full>,
+    now: &Row<Full>,
     time: f64,
 ) -> Vec<Difference> {
     let mut found = Vec::new();
@@ -72,10 +73,10 @@ pub fn differences(
     for (index, column) in columns.texts().filter(|(index, _)| then[*index] != now[*index]) {
         found.push((column, [&then[index], &now[index]].map(|text| format!("{text:?}"))));
     }
-    let led_astray = |node: &str| {
+    let has_other_inputs = |node: &str| {
         found.iter().any(|(column, _)| column.node == node && column.direction == Direction::Input)
     };
-    let own = found.iter().filter(|(column, _)| !led_astray(&column.node));
+    let own = found.iter().filter(|(column, _)| !has_other_inputs(&column.node));
     let own: Vec<_> =
         if own.clone().next().is_some() { own.collect() } else { found.iter().collect() };
     let difference = |(column, values): &&(&recording::Column, [String; 2])| Difference {
@@ -103,8 +104,8 @@ pub fn rehearse(
     if states.is_none() {
         coupling.initialise(&mut exchange)?;
     }
-    let fit = (&checkpoint.wiring, &Fit::default());
-    checkpoint.restore(&mut exchange, coupling, states, fit)?;
+    let (fingerprint, same) = (&checkpoint.fingerprint, &Compatibility::default());
+    checkpoint.restore(&mut exchange, coupling, states, fingerprint, same)?;
     for index in 0..checkpoint.following.len() {
         let tick = checkpoint.tick + index as u64;
         let time = exchange.clock().at(tick + 1);
@@ -115,7 +116,7 @@ pub fn rehearse(
         })?;
         let now = exchange.row().clone();
         let Some(then) = checkpoint.following_in(index, &now, &exchange) else { break };
-        let found = differences(exchange.columns, (&then, &now), time);
+        let found = differences(exchange.columns, &then, &now, time);
         if !found.is_empty() {
             return Ok(found);
         }

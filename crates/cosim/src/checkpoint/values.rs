@@ -9,24 +9,24 @@ use crate::system::{Body, NodePlan};
 
 /// The values of a row.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Values {
+pub struct RowValues {
     numbers: Vec<f64>,
     texts: Vec<String>,
     integers: Vec<i128>,
 }
 
-impl Values {
+impl RowValues {
     /// Those of a row.
     #[must_use]
     pub fn of(row: &Row<Full>) -> Self {
         let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
-        Values { numbers, texts, integers: row.integers().to_vec() }
+        RowValues { numbers, texts, integers: row.integers().to_vec() }
     }
 }
 
 /// The columns that have values: inputs, and outputs that somebody uses.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Names {
+pub struct RowNames {
     /// By the place in the row.
     numbers: Vec<Option<(bool, String)>>,
     texts: Vec<Option<(bool, String)>>,
@@ -36,12 +36,12 @@ pub struct Names {
 
 /// Outputs without a value.
 #[derive(Debug, Clone, Default)]
-pub struct Missing {
+pub struct MissingOutputs {
     pub(crate) numbers: HashSet<NumberIndex<Full>>,
     pub(crate) texts: HashSet<TextIndex<Full>>,
 }
 
-impl Missing {
+impl MissingOutputs {
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -55,8 +55,8 @@ fn key(column: &Column) -> (bool, String) {
 }
 
 /// The outputs that nobody uses, which are never asked for.
-fn unused(plans: &[NodePlan]) -> Missing {
-    let mut unused = Missing::default();
+fn unused(plans: &[NodePlan]) -> MissingOutputs {
+    let mut unused = MissingOutputs::default();
     for plan in plans {
         let Body::Fmu { outputs, .. } = &plan.body else { continue };
         let mut numbers = plan.outputs.indices();
@@ -73,14 +73,14 @@ fn unused(plans: &[NodePlan]) -> Missing {
     unused
 }
 
-impl Names {
+impl RowNames {
     /// Those of a system.
     #[must_use]
     pub fn of(plans: &[NodePlan], columns: &Columns<Full>) -> Self {
         let unused = unused(plans);
         let number = |(index, column)| (!unused.numbers.contains(&index)).then(|| key(column));
         let text = |(index, column)| (!unused.texts.contains(&index)).then(|| key(column));
-        Names {
+        RowNames {
             numbers: columns.numbers().map(number).collect(),
             texts: columns.texts().map(text).collect(),
             integers: columns.integers().map(|(_, number)| number.position()).collect(),
@@ -93,10 +93,10 @@ impl Names {
     /// Says what is wrong when the values do not fit the names, or an input has none.
     pub fn fill(
         &self,
-        values: &Values,
+        values: &RowValues,
         columns: &Columns<Full>,
         row: &mut Row<Full>,
-    ) -> Result<Missing, String> {
+    ) -> Result<MissingOutputs, String> {
         let sizes = [self.numbers.len(), self.texts.len(), self.integers.len()];
         if sizes != [values.numbers.len(), values.texts.len(), values.integers.len()] {
             return Err("it does not have a value for each of its columns".to_owned());
@@ -105,7 +105,7 @@ impl Names {
             let named = names.iter().enumerate();
             named.filter_map(|(place, name)| Some((name.clone()?, place))).collect()
         };
-        let mut missing = Missing::default();
+        let mut missing = MissingOutputs::default();
         let (numbers, texts) = (places(&self.numbers), places(&self.texts));
         let exact: HashMap<_, _> = self.integers.iter().copied().zip(&values.integers).collect();
         let absent = |column: &Column| match column.direction {

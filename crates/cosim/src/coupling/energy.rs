@@ -1,5 +1,6 @@
 //! Estimates the error of the coupling by the energy that connections lose or add (Sadjina et al. 2017, ECCO).
 
+use super::step_control::PartError;
 use crate::exchange::Exchange;
 use crate::system::BondPlan;
 
@@ -19,19 +20,20 @@ impl Energy {
     pub fn error(
         &self,
         exchange: &Exchange,
-        (sizes, errors): (&mut [f64], &mut Vec<(f64, f64)>),
+        sizes: &mut [f64],
+        errors: &mut Vec<PartError>,
     ) -> f64 {
-        let (from, to) = exchange.span();
+        let span = exchange.span();
         let mut worst = 0.0_f64;
         errors.clear();
         for (bond, size) in self.bonds.iter().zip(sizes) {
-            let (effort, given_effort) = exchange.carried(bond.effort);
-            let (flow, given_flow) = exchange.carried(bond.flow);
-            let lost = effort * given_flow - given_effort * flow;
-            *size = size.max((given_effort * given_flow).abs()).max((effort * flow).abs());
+            let (effort, flow) = (exchange.both_ends(bond.effort), exchange.both_ends(bond.flow));
+            let lost = effort.input * flow.source - effort.source * flow.input;
+            let powers = [effort.source * flow.source, effort.input * flow.input];
+            *size = size.max(powers[0].abs()).max(powers[1].abs());
             let relative = if lost == 0.0 { 0.0 } else { lost.abs() / *size };
             worst = worst.max(relative);
-            errors.push((lost.abs() * (to - from), relative));
+            errors.push(PartError { absolute: lost.abs() * (span.end - span.start), relative });
         }
         worst
     }

@@ -3,17 +3,17 @@
 use diagnostics::Error;
 
 use super::Coupling;
-use super::initial::Initial;
+use super::initial::InitialLoops;
 use crate::exchange::{Exchange, Interruption};
 
 /// Steps the nodes one after the other.
 #[derive(Debug, Default)]
 pub struct GaussSeidel {
-    initial: Initial,
+    initial: InitialLoops,
 }
 
 impl GaussSeidel {
-    pub(super) fn new(initial: Initial) -> Self {
+    pub(super) fn new(initial: InitialLoops) -> Self {
         GaussSeidel { initial }
     }
 }
@@ -25,8 +25,8 @@ impl Coupling for GaussSeidel {
 
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         for &node in exchange.order() {
-            exchange.feed(node)?;
-            exchange.go(node)?;
+            exchange.gather_inputs(node)?;
+            exchange.step_node(node)?;
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use diagnostics::{Error, rounded};
 
 use super::solver::Solver;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, GuessedInput, TearValue};
 use crate::system::{Block, Iteration, System, Tear};
 
 /// Passes after the first one that fits [-].
@@ -11,18 +11,18 @@ const POLISH: u32 = 4;
 
 /// The loops of the initialisation.
 #[derive(Debug, Default)]
-pub(super) struct Initial {
+pub(super) struct InitialLoops {
     blocks: Vec<Block>,
     iteration: Iteration,
     /// Whether a loop without a solution is an error; else it is told.
     strict: bool,
 }
 
-impl Initial {
+impl InitialLoops {
     pub fn new(system: &System) -> Self {
         let plan = &system.coupling;
         let strict = plan.algorithm.rules().solves_loops;
-        Initial { blocks: plan.initial.clone(), iteration: plan.iteration, strict }
+        InitialLoops { blocks: plan.initial.clone(), iteration: plan.iteration, strict }
     }
 
     /// Lets the values of the first communication point settle.
@@ -34,7 +34,8 @@ impl Initial {
             let mut solved = Vec::new();
             for block in &self.blocks {
                 let values = self.solve(exchange, block)?;
-                solved.extend(block.tears.iter().copied().zip(values));
+                let tears = block.tears.iter().zip(values);
+                solved.extend(tears.map(|(tear, value)| TearValue { tear: *tear, value }));
             }
             Ok(solved)
         })
@@ -43,15 +44,16 @@ impl Initial {
     /// The values of the connections that lead back; none if there is no solution.
     fn solve(&self, exchange: &mut Exchange, block: &Block) -> Result<Vec<f64>, Error> {
         let tears = &block.tears;
-        let mut guess: Vec<_> = tears.iter().map(|tear| exchange.taken(*tear)).collect();
-        let smooth: Vec<_> = tears.iter().map(|tear| exchange.is_continuous(*tear)).collect();
-        let mut solver = Solver::new(self.iteration, smooth);
+        let mut guess: Vec<_> = tears.iter().map(|tear| exchange.input_value(*tear)).collect();
+        let is_continuous: Vec<_> =
+            tears.iter().map(|tear| exchange.is_continuous(*tear)).collect();
+        let mut solver = Solver::new(self.iteration, is_continuous);
         let (mut found, mut worst) = (Vec::new(), 0);
         // What fits, how well, and how many passes more to make it fit better: a later step has no second chance.
         let mut best: Option<(Vec<f64>, f64)> = None;
         let mut more = POLISH;
         for pass in 1..=self.iteration.passes {
-            sweep(exchange, block, &guess, &mut found)?;
+            exchange_once(exchange, block, &guess, &mut found)?;
             match solver.misfit(&guess, &found) {
                 None if solver.is_near(&guess, &found) => {
                     let distance = distance(&guess, &found);
@@ -70,14 +72,14 @@ impl Initial {
                 break;
             }
             if solver.wants_derivatives() {
-                let columns = differences(exchange, block, &solver, (&guess, &found))?;
+                let columns = differences(exchange, block, &solver, &guess, &found)?;
                 solver.derivatives(&columns);
             }
             solver.advance(&mut guess, &found);
         }
         match best {
             Some((values, _)) => Ok(values),
-            None => self.unsolved(exchange, tears[worst], (guess[worst], found[worst])),
+            None => self.unsolved(exchange, tears[worst], guess[worst], found[worst]),
         }
     }
 
@@ -85,7 +87,8 @@ impl Initial {
         &self,
         exchange: &mut Exchange,
         tear: Tear,
-        (has, gets): (f64, f64),
+        has: f64,
+        gets: f64,
     ) -> Result<Vec<f64>, Error> {
         let message = format!(
             "the values of the first communication point do not fit after {} passes: `{}` has {} and would get {}",
@@ -120,13 +123,14 @@ fn differences(
     exchange: &mut Exchange,
     block: &Block,
     solver: &Solver,
-    (guess, found): (&[f64], &[f64]),
+    guess: &[f64],
+    found: &[f64],
 ) -> Result<Vec<Vec<f64>>, Error> {
     let mut columns = Vec::with_capacity(guess.len());
     for place in 0..guess.len() {
         let (mut other, mut changed) = (guess.to_vec(), Vec::new());
         other[place] += solver.nudge(place, guess[place]);
-        sweep(exchange, block, &other, &mut changed)?;
+        exchange_once(exchange, block, &other, &mut changed)?;
         let by = other[place] - guess[place];
         columns.push(changed.iter().zip(found).map(|(a, b)| (a - b) / by).collect());
     }
@@ -134,7 +138,7 @@ fn differences(
 }
 
 /// Hands the guessed values through the loop once.
-fn sweep(
+fn exchange_once(
     exchange: &mut Exchange,
     block: &Block,
     guess: &[f64],
@@ -142,10 +146,11 @@ fn sweep(
 ) -> Result<(), Error> {
     for &node in &block.nodes {
         let own = block.tears.iter().zip(guess).filter(|(tear, _)| tear.node == node);
-        let own: Vec<_> = own.map(|(tear, value)| (tear.place, *value)).collect();
-        exchange.visit_initially(node, &own)?;
+        let own: Vec<_> =
+            own.map(|(tear, value)| GuessedInput { place: tear.place, value: *value }).collect();
+        exchange.exchange_initially(node, &own)?;
     }
     found.clear();
-    found.extend(block.tears.iter().map(|tear| exchange.given_initially(*tear)));
+    found.extend(block.tears.iter().map(|tear| exchange.initial_source_value(*tear)));
     Ok(())
 }

@@ -2,50 +2,58 @@
 
 use diagnostics::Error;
 
-use super::account::Account;
-use super::initial::Initial;
-use super::looped::{Kept, Loop};
+use super::initial::InitialLoops;
+use super::loop_solver::{LoopMemory, LoopSolver};
+use super::summary::CouplingSummary;
 use super::{Coupling, postcard_error};
 use crate::exchange::{Exchange, Interruption, check_failures, lacking};
-use crate::system::{Accepts, System, Tear};
+use crate::system::{AcceptedValues, System, Tear};
 
 /// Steps the blocks of the system one after the other.
 pub(super) struct Iterate {
-    initial: Initial,
-    blocks: Vec<Part>,
+    initial: InitialLoops,
+    blocks: Vec<BlockStep>,
 }
 
-enum Part {
+enum BlockStep {
     Node(usize),
-    Loop(Box<Loop>),
+    Loop(Box<LoopSolver>),
 }
 
 impl Iterate {
-    pub fn new(system: &System, initial: Initial) -> Self {
+    pub fn new(system: &System, initial: InitialLoops) -> Self {
         let part = |block: &crate::system::Block| {
             let link = |tear: &Tear| &system.nodes[tear.node].connections[tear.place];
-            let smooth = |tear: &Tear| matches!(link(tear).input_chain.accepts, Accepts::Real);
+            let is_continuous =
+                |tear: &Tear| matches!(link(tear).input_chain.accepts, AcceptedValues::Real);
             let name = |tear: &Tear| {
                 let input = system.nodes[tear.node].inputs.index(tear.place);
                 input.map(|input| system.columns[input].name()).unwrap_or_default()
             };
             match (block.nodes.as_slice(), block.tears.is_empty()) {
-                (nodes, true) => nodes.iter().map(|node| Part::Node(*node)).collect::<Vec<_>>(),
+                (nodes, true) => {
+                    nodes.iter().map(|node| BlockStep::Node(*node)).collect::<Vec<_>>()
+                }
                 _ => {
-                    let smooth = block.tears.iter().map(smooth).collect();
+                    let is_continuous = block.tears.iter().map(is_continuous).collect();
                     let names = block.tears.iter().map(name).collect();
                     let iteration = system.coupling.iteration;
-                    vec![Part::Loop(Box::new(Loop::new(block.clone(), iteration, smooth, names)))]
+                    vec![BlockStep::Loop(Box::new(LoopSolver::new(
+                        block.clone(),
+                        iteration,
+                        is_continuous,
+                        names,
+                    )))]
                 }
             }
         };
         Iterate { initial, blocks: system.coupling.blocks.iter().flat_map(part).collect() }
     }
 
-    fn loops(&self) -> impl Iterator<Item = &Loop> {
+    fn loops(&self) -> impl Iterator<Item = &LoopSolver> {
         self.blocks.iter().filter_map(|part| match part {
-            Part::Loop(it) => Some(it.as_ref()),
-            Part::Node(_) => None,
+            BlockStep::Loop(it) => Some(it.as_ref()),
+            BlockStep::Node(_) => None,
         })
     }
 }
@@ -57,7 +65,7 @@ impl Coupling for Iterate {
             if !stuck.is_empty() {
                 let message = format!(
                     "the coupling `iterate` repeats the steps of the loop of `{}`, but {} cannot go back to the start of a step (canGetAndSetFMUstate)",
-                    it.account.inputs.join("`, `"),
+                    it.summary.inputs.join("`, `"),
                     lacking(exchange, &stuck)
                 );
                 return Err(Error::input(message).help(
@@ -72,31 +80,34 @@ impl Coupling for Iterate {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         for part in &mut self.blocks {
             match part {
-                Part::Loop(it) => it.step(exchange)?,
-                Part::Node(node) => {
-                    exchange.feed(*node)?;
-                    exchange.go(*node)?;
+                BlockStep::Loop(it) => it.step(exchange)?,
+                BlockStep::Node(node) => {
+                    exchange.gather_inputs(*node)?;
+                    exchange.step_node(*node)?;
                 }
             }
         }
         Ok(())
     }
 
-    fn account(&self) -> Account {
-        Account { loops: self.loops().map(|it| it.account.clone()).collect(), division: None }
+    fn summary(&self) -> CouplingSummary {
+        CouplingSummary {
+            loops: self.loops().map(|it| it.summary.clone()).collect(),
+            division: None,
+        }
     }
 
     fn memory(&self) -> Vec<u8> {
-        let kept: Vec<_> = self.loops().map(Loop::kept).collect();
+        let kept: Vec<_> = self.loops().map(LoopSolver::memory).collect();
         // Vectors of numbers always have bytes.
         postcard::to_stdvec(&kept).unwrap_or_default()
     }
 
     fn recall(&mut self, memory: &[u8]) -> Result<(), Error> {
-        let kept: Vec<Kept> = postcard::from_bytes(memory).map_err(postcard_error)?;
+        let kept: Vec<LoopMemory> = postcard::from_bytes(memory).map_err(postcard_error)?;
         let loops = self.blocks.iter_mut().filter_map(|part| match part {
-            Part::Loop(it) => Some(it),
-            Part::Node(_) => None,
+            BlockStep::Loop(it) => Some(it),
+            BlockStep::Node(_) => None,
         });
         let (mut loops, mut kept) = (loops, kept.into_iter());
         let recalled = loops.all(|it| kept.next().is_some_and(|kept| it.recall(kept)));

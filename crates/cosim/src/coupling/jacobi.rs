@@ -3,17 +3,17 @@
 use diagnostics::Error;
 
 use super::Coupling;
-use super::initial::Initial;
+use super::initial::InitialLoops;
 use crate::exchange::{Exchange, Interruption};
 
 /// Steps all nodes from the same values.
 #[derive(Debug, Default)]
 pub struct Jacobi {
-    initial: Initial,
+    initial: InitialLoops,
 }
 
 impl Jacobi {
-    pub(super) fn new(initial: Initial) -> Self {
+    pub(super) fn new(initial: InitialLoops) -> Self {
         Jacobi { initial }
     }
 }
@@ -25,7 +25,7 @@ impl Coupling for Jacobi {
 
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         let order = exchange.order();
-        order.iter().try_for_each(|&node| exchange.feed(node))?;
-        order.iter().try_for_each(|&node| exchange.go(node))
+        order.iter().try_for_each(|&node| exchange.gather_inputs(node))?;
+        order.iter().try_for_each(|&node| exchange.step_node(node))
     }
 }

@@ -7,8 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use self::anderson::Anderson;
 use self::newton::Newton;
-use crate::system::Iteration;
-use crate::system::Method;
+use crate::system::{Iteration, Method};
 
 /// Change for a derivative by differences, relative to the size of the value [-]: between the noise of an FMU's own integration and
 /// the curvature of its outputs.

@@ -4,53 +4,52 @@ mod mass;
 
 use fmu_import::CallError;
 use nalgebra::{Matrix4, Vector4};
-use recording::NumberRange;
 
 use self::mass::Mass;
-use crate::clock::At;
-use crate::clock::Clock;
-use crate::course::Extrapolate;
-use crate::node::{Node, NodeState};
-use crate::system::{Algorithm, ErrorEstimate, Method};
-use crate::system::{Block, Division, Iteration, Pace, System, Tear};
-use crate::testing::{Record, link, play, play_at, system};
+use crate::builder::{ConnectionOptions, SystemBuilder};
+use crate::clock::{At, Clock};
+use crate::extrapolation::ExtrapolationOrder;
+use crate::node::{DirectionalDerivatives, Node, NodeState, Stateful};
+use crate::system::{
+    Algorithm, Block, BondPlan, Division, ErrorEstimate, Iteration, Method, StepRatio, System, Tear,
+};
+use crate::testing::{Record, idle, play, play_at, system};
 
-/// Two masses of 1 kg in a row: position and speed of the first one go to the second one, its force comes back. Rows are `x_1`, `v_1`,
-/// `-F_1`, `x_2`, `v_2`, `F`, then the inputs.
+/// Two masses of 1 kg in a row, and the wall that the first one hangs on: position and speed of the first one go to the second one, its
+/// force comes back. Rows are `x_1`, `v_1`, `-F_1`, `x_2`, `v_2`, `F`, position and speed of the wall, then the inputs.
 fn two_masses(algorithm: Algorithm, step: f64, stop: f64) -> System {
-    let steps = (stop / step).round() as u64;
-    let mut system = system(6, &[], steps);
-    system.nodes.truncate(2);
-    system.clock = Clock { start: 0.0, step, steps };
-    system.order = vec![0, 1];
-    system.columns = crate::testing::columns(11, recording::ValueKind::Real);
-    let at = if algorithm == Algorithm::Jacobi { At::Start } else { At::End };
-    let course = (algorithm == Algorithm::Iterate).then_some(Extrapolate::Linear);
-    let link = |source| crate::system::ResolvedConnection { course, ..link(source, at) };
-    for (place, (outputs, inputs, sources)) in
-        [(0..3, 6..9, vec![6, 6, 5]), (3..6, 9..11, vec![0, 1])].into_iter().enumerate()
+    let clock = Clock { start: 0.0, step, steps: (stop / step).round() as u64 };
+    let mut builder = SystemBuilder::new(clock, algorithm);
+    let outputs = ["x", "v", "F_0"];
+    builder.add_node("first", idle(), &["x_0", "v_0", "F"], &outputs).expect("a new name");
+    builder.add_node("second", idle(), &["x_0", "v_0"], &outputs).expect("a new name");
+    builder.add_node("wall", idle(), &[], &["x", "v"]).expect("a new name");
+    let extrapolation = (algorithm == Algorithm::Iterate).then_some(ExtrapolationOrder::Linear);
+    for (output, input) in
+        [("second.F_0", "first.F"), ("first.x", "second.x_0"), ("first.v", "second.v_0")]
     {
-        let node = &mut system.nodes[place];
-        node.outputs = NumberRange::new(outputs);
-        node.needed = node.outputs.indices().collect();
-        node.inputs = NumberRange::new(inputs);
-        node.connections = sources.into_iter().map(link).collect();
+        let options = ConnectionOptions { extrapolation, ..ConnectionOptions::default() };
+        builder.connect_with(output, input, options).expect("both are there");
     }
-    // The wall stays where it is: an input that is fed by itself.
-    for own in &mut system.nodes[0].connections[..2] {
-        own.source.at = At::Start;
-        own.course = None;
+    for (output, input) in [("wall.x", "first.x_0"), ("wall.v", "first.v_0")] {
+        let options = ConnectionOptions { at: Some(At::Start), ..ConnectionOptions::default() };
+        builder.connect_with(output, input, options).expect("both are there");
     }
-    system.coupling.algorithm = algorithm;
-    system.coupling.blocks =
-        vec![Block { nodes: vec![0, 1], tears: vec![Tear { node: 0, place: 2 }] }];
-    system
+    builder.system().expect("a system").0
 }
 
 const STIFF: [f64; 2] = [40.0, 25.0];
 
 fn masses(damping: f64) -> Vec<Box<dyn Node>> {
-    vec![Box::new(Mass::new(STIFF[0], damping, 0.0)), Box::new(Mass::new(STIFF[1], damping, 0.1))]
+    let masses = [0.0, 0.1].into_iter().zip(STIFF);
+    let masses = masses.map(|(position, stiffness)| Mass::new(stiffness, damping, position));
+    hung(masses.collect())
+}
+
+/// Masses, and the wall.
+fn hung(masses: Vec<Mass>) -> Vec<Box<dyn Node>> {
+    let masses = masses.into_iter().map(|mass| Box::new(mass) as Box<dyn Node>);
+    masses.chain([idle()]).collect()
 }
 
 /// Positions and speeds of both masses at a time [s]: `exp(A t)`.
@@ -126,13 +125,12 @@ fn only_iterate_keeps_the_energy() {
 #[test]
 fn slopes_of_inputs_are_better_than_means() {
     let error = |takes_slopes| {
-        let nodes = masses(0.3).len();
-        let nodes = (0..nodes).map(|place| {
-            let position = [0.0, 0.1][place];
-            let mass = Mass { takes_slopes, ..Mass::new(STIFF[place], 0.3, position) };
-            Box::new(mass) as Box<dyn Node>
+        let masses = [0.0, 0.1].into_iter().zip(STIFF);
+        let masses = masses.map(|(position, stiffness)| Mass {
+            takes_slopes,
+            ..Mass::new(stiffness, 0.3, position)
         });
-        let record = run(two_masses(Algorithm::Iterate, 0.02, 2.0), nodes.collect());
+        let record = run(two_masses(Algorithm::Iterate, 0.02, 2.0), hung(masses.collect()));
         (state(last(&record)) - exact(0.3, 2.0)).norm()
     };
     let [means, slopes] = [false, true].map(error);
@@ -161,7 +159,7 @@ fn a_tolerance_divides_steps_until_the_error_is_small() {
 fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
     let play = |tolerance| {
         let mut system = two_masses(Algorithm::GaussSeidel, 0.05, 2.0);
-        let bond = crate::system::BondPlan {
+        let bond = BondPlan {
             name: "F, v".to_owned(),
             effort: Tear { node: 0, place: 2 },
             flow: Tear { node: 1, place: 1 },
@@ -171,7 +169,7 @@ fn energy_that_a_bond_loses_divides_steps_without_repeating_any() {
             Some(Division { control, bonds: vec![bond], ..Division::default() });
         let (record, progress, result) = play_at(&mut system, masses(0.3), 0.05);
         result.expect("the run comes to its end");
-        let division = progress.account.division.expect("the division");
+        let division = progress.coupling.division.expect("the division");
         assert_eq!(division.repeated, 0);
         ((state(last(&record)) - exact(0.3, 2.0)).norm(), division)
     };
@@ -186,16 +184,16 @@ fn a_discarded_step_is_done_in_halves() {
     let mut system = two_masses(Algorithm::GaussSeidel, 0.1, 1.0);
     let nodes = |longest| -> Vec<Box<dyn Node>> {
         let second = Mass { longest, ..Mass::new(STIFF[1], 0.3, 0.1) };
-        vec![Box::new(Mass::new(STIFF[0], 0.3, 0.0)), Box::new(second)]
+        hung(vec![Mass::new(STIFF[0], 0.3, 0.0), second])
     };
     let (.., result) = play_at(&mut system, nodes(0.03), 0.1);
     let failed = result.expect_err("nobody halves").to_string();
-    assert!(failed.contains("n1") && failed.contains("is too long"), "{failed}");
+    assert!(failed.contains("second") && failed.contains("is too long"), "{failed}");
     system.coupling.division = Some(Division { halves_discarded: true, ..Division::default() });
     let (record, progress, result) = play_at(&mut system, nodes(0.03), 0.1);
     result.expect("halves are short enough");
     assert_eq!(record.rows.len(), 11);
-    let division = progress.account.division.expect("the division");
+    let division = progress.coupling.division.expect("the division");
     assert_eq!(division.shortest.0, 0.025);
     let fine = run(two_masses(Algorithm::GaussSeidel, 0.025, 1.0), nodes(1.0));
     // After each success it tries a longer step again, so not all parts are the shortest.
@@ -215,24 +213,37 @@ struct Adder {
 }
 
 impl Node for Adder {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.input = inputs[0];
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.gain * self.input + self.offset;
         Ok(())
     }
-    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
+    fn do_step(&mut self, _clock: &Clock, _tick: u64) -> Result<(), CallError> {
+        Ok(())
+    }
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
+    }
+    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        Some(self)
+    }
+}
+
+impl DirectionalDerivatives for Adder {
+    fn directional_derivatives(
+        &mut self,
+        changes: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
         outputs[0] = self.gain * changes[0];
         Ok(self.knows)
     }
-    fn step(&mut self, _clock: &Clock, _tick: u64) -> Result<(), CallError> {
-        Ok(())
-    }
-    fn can_save(&self) -> bool {
-        true
-    }
+}
+
+impl Stateful for Adder {
     fn save(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(()))
     }
@@ -275,7 +286,7 @@ fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
                 assert!((row[1] - y).abs() < 1e-10, "{method:?} {gain}: {row:?}");
                 assert!((row[2] - row[1]).abs() < 1e-10, "{row:?}");
             }
-            let account = &progress.account.loops[0];
+            let account = &progress.coupling.loops[0];
             assert_eq!((account.steps, account.inputs.len()), (3, 1));
             // From the second step on, the first guess fits.
             assert!(account.passes <= 3 + u64::from(account.most.0), "{account:?}");
@@ -287,7 +298,7 @@ fn an_algebraic_loop_is_solved_from_the_first_communication_point_on() {
 fn a_loop_without_a_solution_is_named_with_what_does_not_fit() {
     let (.., result) = play(&mut adders(Method::FixedPoint, 20), loop_of(-30.0, true));
     let error = result.expect_err("it diverges").to_string();
-    assert!(error.contains("first communication point") && error.contains(".v2"), "{error}");
+    assert!(error.contains("first communication point") && error.contains("n0.u0"), "{error}");
     // The same loop with a step in it is left to the step.
     let mut system = adders(Method::FixedPoint, 20);
     system.coupling.initial.clear();
@@ -306,15 +317,15 @@ struct Clocked {
 }
 
 impl Node for Clocked {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.input = inputs.first().copied().unwrap_or_default();
         Ok(())
     }
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[0] = self.output;
         Ok(())
     }
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.steps.lock().expect("no panic").push((clock.at(tick), self.input));
         self.output = self.input + 100.0;
         Ok(())
@@ -323,24 +334,28 @@ impl Node for Clocked {
 
 #[test]
 fn a_node_with_a_step_of_its_own_takes_inputs_where_its_step_begins_or_ends() {
-    for (pace, at, times, inputs) in [
-        (Pace::Coarser(2), At::End, vec![0.0, 1.0], vec![1.0, 2.0]),
-        (Pace::Coarser(2), At::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
-        (Pace::Finer(2), At::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
+    for (step_ratio, at, times, inputs) in [
+        (StepRatio::Coarser(2), At::End, vec![0.0, 1.0], vec![1.0, 2.0]),
+        (StepRatio::Coarser(2), At::Start, vec![0.0, 1.0], vec![0.0, 1.0]),
+        (StepRatio::Finer(2), At::End, vec![0.0, 0.25, 0.5], vec![0.5, 0.5, 1.0]),
     ] {
         let mut system = system(2, &[(0, 1, at)], 4);
-        system.nodes[1].pace = Some(pace);
+        system.nodes[1].step_ratio = Some(step_ratio);
         let steps = std::sync::Arc::default();
         let clocked = Clocked { input: 0.0, output: 0.0, steps: std::sync::Arc::clone(&steps) };
         let plan = &system.nodes[1];
-        let paced = crate::node::paced(Box::new(clocked), plan, system.clock);
+        let paced = crate::node::with_own_step(Box::new(clocked), plan, system.clock);
         let clock = crate::testing::mock(|time, _| Ok(time));
         let (record, _, result) = play(&mut system, vec![clock, paced]);
         result.expect("the run comes to its end");
         let seen = steps.lock().expect("no panic").clone();
         let seen = &seen[..times.len()];
-        assert_eq!(seen, times.into_iter().zip(inputs).collect::<Vec<_>>(), "{pace:?} {at:?}");
-        if let Pace::Coarser(_) = pace {
+        assert_eq!(
+            seen,
+            times.into_iter().zip(inputs).collect::<Vec<_>>(),
+            "{step_ratio:?} {at:?}"
+        );
+        if let StepRatio::Coarser(_) = step_ratio {
             let shown: Vec<_> = record.rows.iter().map(|row| row[1]).collect();
             assert_eq!(shown[0], shown[1], "it keeps its output until its step ends");
             assert_eq!(shown[2], shown[3]);

@@ -68,6 +68,12 @@ pub(super) struct Efforts {
     deadline: Option<Duration>,
 }
 
+impl Default for Efforts {
+    fn default() -> Self {
+        Efforts::of(0)
+    }
+}
+
 impl Efforts {
     /// Those of so many nodes, before the first step.
     pub fn of(nodes: usize) -> Self {
@@ -88,7 +94,7 @@ impl Efforts {
     }
 
     /// Counts steps of nodes that take longer than this.
-    pub fn keep_to(&mut self, deadline: Duration) {
+    pub fn set_deadline(&mut self, deadline: Duration) {
         self.deadline = Some(deadline);
     }
 
@@ -176,7 +182,7 @@ mod tests {
     /// Steps two nodes so often, which wait so long [us].
     fn efforts(steps: u64, waits: [u64; 2], deadline: Option<Duration>) -> Vec<Effort> {
         let mut efforts = Efforts::of(2);
-        deadline.into_iter().for_each(|deadline| efforts.keep_to(deadline));
+        deadline.into_iter().for_each(|deadline| efforts.set_deadline(deadline));
         for _ in 0..steps {
             efforts.begin();
             for (node, wait) in waits.into_iter().enumerate() {

@@ -3,21 +3,24 @@
 use diagnostics::{Error, rounded};
 use recording::{Columns, Full, Row, fits_number};
 use crate::clock::At;
-use crate::system::{ExactConnection, NodePlan};
+use crate::system::{IntegerConnection, NodePlan};
 
 /// Checks that the inputs of a node accept the integers of 64 bits that they are about to get. `start` is the row at the start of the
-/// step, and `shown` says when a source showed its value [s].
+/// step, and `time_of` says when a source showed its value [s].
 ///
 /// # Errors
 /// When an input does not accept its integer, or a number on the way does not hold it.
 pub(super) fn check(
     plan: &NodePlan,
     columns: &Columns<Full>,
-    (start, row): (Option<&Row<Full>>, &Row<Full>),
-    shown: &dyn Fn(At) -> f64,
+    start: Option<&Row<Full>>,
+    row: &Row<Full>,
+    time_of: &dyn Fn(At) -> f64,
 ) -> Result<(), Error> {
     for exact in &plan.exact.connections {
-        let ExactConnection { place, source: Some(source), as_it_is, .. } = exact else { continue };
+        let IntegerConnection { place, source: Some(source), as_it_is, .. } = exact else {
+            continue;
+        };
         let link = &plan.connections[*place].source;
         let value = start.filter(|_| link.at == At::Start).unwrap_or(row)[*source];
         let (expected, help) = match as_it_is {
@@ -30,7 +33,7 @@ pub(super) fn check(
             ),
         };
         let to = plan.inputs.index(*place).map(|input| columns[input].name()).unwrap_or_default();
-        let (from, time) = (columns[link.index].name(), rounded(shown(link.at)));
+        let (from, time) = (columns[link.index].name(), rounded(time_of(link.at)));
         let message = format!("`{to}` would get {value} from `{from}` at t = {time} s, {expected}");
         return Err(Error::input(message).hint(help.map(str::to_owned)));
     }
@@ -42,7 +45,7 @@ pub(super) fn carry(plan: &NodePlan, start: Option<&Row<Full>>, row: &mut Row<Fu
     if plan.exact.connections.is_empty() {
         return;
     }
-    for ExactConnection { place, source, input, as_it_is } in &plan.exact.connections {
+    for IntegerConnection { place, source, input, as_it_is } in &plan.exact.connections {
         let (Some(input), Some(number)) = (*input, plan.inputs.index(*place)) else { continue };
         let link = &plan.connections[*place].source;
         let from = start.filter(|_| link.at == At::Start).unwrap_or(row);

@@ -6,12 +6,19 @@ use diagnostics::Error;
 use fmu_import::CallError;
 use recording::{Full, Row};
 
-use super::{Exchange, accept, check_numbers, exact, failure, get, set};
+use super::inputs::GuessedInput;
+use super::{Exchange, accept, check_numbers, exact, failure, get_outputs, set_inputs};
 use crate::node::Node;
-use crate::system::{Body, NodePlan, ResolvedConnection, Tear};
+use crate::system::{Body, NodePlan, NumberConnection, Tear};
 
-/// Values of connections that lead back in loops.
-pub type Solved = Vec<(Tear, f64)>;
+/// The value of a connection that leads back in a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TearValue {
+    /// The connection.
+    pub tear: Tear,
+    /// Its value.
+    pub value: f64,
+}
 
 /// Which nodes have an output that another one takes: FMUs whose outputs only the recording takes need not be ready to show them in
 /// initialization mode, where some refuse it.
@@ -36,52 +43,53 @@ impl Exchange<'_> {
     /// With the node, when one fails, or shows a value that is no number; those of `solve`.
     pub fn initialise(
         &mut self,
-        solve: &mut dyn FnMut(&mut Self) -> Result<Solved, Error>,
+        solve: &mut dyn FnMut(&mut Self) -> Result<Vec<TearValue>, Error>,
     ) -> Result<(), Error> {
         let feeds = feeds(self.plans);
         for (node, feeds) in feeds.iter().enumerate() {
-            self.notices.extend(self.nodes[node].enter()?);
+            self.notices.extend(self.nodes[node].enter_initialization()?);
             if *feeds {
-                self.initial_call(node, get)?;
+                self.initial_call(node, get_outputs)?;
             }
         }
         for &node in self.order {
             match feeds[node] {
-                true => self.visit_initially(node, &[])?,
+                true => self.exchange_initially(node, &[])?,
                 false => {
-                    self.feed_initially(node, &[])?;
-                    self.initial_call(node, |plan, node, row| set(plan, node, row))?;
+                    self.gather_initial_inputs(node, &[])?;
+                    self.initial_call(node, |plan, node, row| set_inputs(plan, node, row))?;
                 }
             }
         }
         let solved = solve(self)?;
         for &node in self.order {
-            let own = solved.iter().filter(|(tear, _)| tear.node == node);
-            let own: Vec<_> = own.map(|(tear, value)| (tear.place, *value)).collect();
-            self.feed_initially(node, &own)?;
+            let own = solved.iter().filter(|it| it.tear.node == node);
+            let own: Vec<_> =
+                own.map(|it| GuessedInput { place: it.tear.place, value: it.value }).collect();
+            self.gather_initial_inputs(node, &own)?;
             self.initial_call(node, |plan, node, row| {
-                set(plan, node, row)?;
-                node.ready()?;
-                get(plan, node, row)
+                set_inputs(plan, node, row)?;
+                node.exit_initialization()?;
+                get_outputs(plan, node, row)
             })?;
         }
         let mut plans = self.plans.iter();
         plans.try_for_each(|plan| check_numbers(plan, self.columns, &self.row, || self.clock.start))
     }
 
-    /// Hands a node its inputs before the first step, some of them given by their places, and reads its outputs.
+    /// Hands a node its inputs before the first step, with guesses of some, and reads its outputs.
     ///
     /// # Errors
     /// With the node, when it fails.
-    pub(crate) fn visit_initially(
+    pub(crate) fn exchange_initially(
         &mut self,
         node: usize,
-        given: &[(usize, f64)],
+        guesses: &[GuessedInput],
     ) -> Result<(), Error> {
-        self.feed_initially(node, given)?;
+        self.gather_initial_inputs(node, guesses)?;
         self.initial_call(node, |plan, node, row| {
-            set(plan, node, row)?;
-            get(plan, node, row)
+            set_inputs(plan, node, row)?;
+            get_outputs(plan, node, row)
         })
     }
 
@@ -97,17 +105,21 @@ impl Exchange<'_> {
 
     /// Puts converted values into the inputs of a node, without effects and faults: they act from the first
     /// step on.
-    fn feed_initially(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Error> {
+    fn gather_initial_inputs(
+        &mut self,
+        node: usize,
+        guesses: &[GuessedInput],
+    ) -> Result<(), Error> {
         let (plan, row) = (&self.plans[node], &mut self.row);
-        exact::check(plan, self.columns, (None, row), &|_| self.clock.start)?;
+        exact::check(plan, self.columns, None, row, &|_| self.clock.start)?;
         let links = plan.connections.iter().zip(plan.inputs.indices()).enumerate();
-        for (place, (ResolvedConnection { source, input_chain, .. }, input)) in links {
-            if let Some((_, value)) = given.iter().find(|(own, _)| *own == place) {
-                row[input] = *value;
+        for (place, (NumberConnection { source, input_chain, .. }, input)) in links {
+            if let Some(guess) = guesses.iter().find(|guess| guess.place == place) {
+                row[input] = guess.value;
                 continue;
             }
             row[input] = input_chain.convert(row[source.index]);
-            accept(input_chain, self.columns, (source.index, input), row[input], || {
+            accept(input_chain, self.columns, source.index, input, row[input], || {
                 self.clock.start
             })?;
         }

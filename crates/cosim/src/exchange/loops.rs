@@ -5,30 +5,27 @@ use recording::{Full, NumberIndex};
 
 use super::{Exchange, Interruption};
 use crate::clock::At;
-use crate::system::OnFailure;
-use crate::system::{Accepts, Body, Tear};
+use crate::system::{AcceptedValues, Body, OnFailure, Tear};
+
+/// The values at both ends of a connection, in the unit of the input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConnectionValues {
+    /// The value that the input has.
+    pub input: f64,
+    /// The value that its source has now.
+    pub source: f64,
+}
 
 impl Exchange<'_> {
-    /// Puts the inputs of a node into the row as [`feed`](Self::feed) does; those of some connections, by their places, are given.
-    ///
-    /// # Errors
-    /// When an input does not accept its value.
-    pub fn feed_guess(&mut self, node: usize, given: &[(usize, f64)]) -> Result<(), Interruption> {
-        match given {
-            [] => self.feed(node),
-            given => self.lead(node, given),
-        }
-    }
-
     /// The value that the input of a connection has.
     #[must_use]
-    pub fn taken(&self, tear: Tear) -> f64 {
+    pub fn input_value(&self, tear: Tear) -> f64 {
         self.input(tear).map_or(0.0, |input| self.row[input])
     }
 
     /// The value that it had at the start of the step.
     #[must_use]
-    pub fn taken_before(&self, tear: Tear) -> f64 {
+    pub fn input_value_before(&self, tear: Tear) -> f64 {
         self.input(tear).map_or(0.0, |input| self.start[input])
     }
 
@@ -36,38 +33,37 @@ impl Exchange<'_> {
     ///
     /// # Errors
     /// When the input does not accept it.
-    pub fn given(&mut self, tear: Tear) -> Result<f64, Interruption> {
-        let (Some(input), end) = (self.input(tear), self.span().1) else { return Ok(0.0) };
+    pub fn source_value(&mut self, tear: Tear) -> Result<f64, Interruption> {
+        let (Some(input), end) = (self.input(tear), self.span().end) else { return Ok(0.0) };
         let time = self.clock.at(self.tick);
         let link = &mut self.plans[tear.node].connections[tear.place];
         if !self.samples && !link.input_chain.effects.is_empty() {
             return Ok(self.row[input]);
         }
         let value = link.input_chain.value(self.row[link.source.index], time);
-        let ends = (link.source.index, input);
-        super::accept(&link.input_chain, self.columns, ends, value, || end)
+        super::accept(&link.input_chain, self.columns, link.source.index, input, value, || end)
             .map_err(Interruption::Value)?;
         Ok(value)
     }
 
     /// The same before the first step.
-    pub(crate) fn given_initially(&self, tear: Tear) -> f64 {
+    pub(crate) fn initial_source_value(&self, tear: Tear) -> f64 {
         let link = &self.plans[tear.node].connections[tear.place];
         link.input_chain.convert(self.row[link.source.index])
     }
 
     /// The value that an input has, and what its source shows now, both in the unit of the input.
     #[must_use]
-    pub fn carried(&self, tear: Tear) -> (f64, f64) {
-        let link = &self.plans[tear.node].connections[tear.place];
-        (self.taken(tear), link.input_chain.convert(self.row[link.source.index]))
+    pub fn both_ends(&self, tear: Tear) -> ConnectionValues {
+        let source = self.initial_source_value(tear);
+        ConnectionValues { input: self.input_value(tear), source }
     }
 
     /// Whether the input is a real number.
     #[must_use]
     pub fn is_continuous(&self, tear: Tear) -> bool {
         let link = &self.plans[tear.node].connections[tear.place];
-        matches!(link.input_chain.accepts, Accepts::Real)
+        matches!(link.input_chain.accepts, AcceptedValues::Real)
     }
 
     /// The name of the input.
@@ -118,7 +114,10 @@ impl Exchange<'_> {
                 changes[outputs].copy_from_slice(&given);
                 continue;
             }
-            let known = self.nodes[node].derivatives(&given, &mut changes[outputs]);
+            let known = match self.nodes[node].derivatives() {
+                Some(it) => it.directional_derivatives(&given, &mut changes[outputs]),
+                None => Ok(false),
+            };
             match known {
                 Ok(true) => {}
                 Ok(false) => return Ok(None),

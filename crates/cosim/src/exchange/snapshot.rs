@@ -3,9 +3,9 @@
 use fmu_import::CallError;
 use recording::{Full, Row};
 
-use super::{Exchange, Interruption};
-use crate::course::Moving;
-use crate::node::NodeState;
+use super::{Exchange, Interruption, NodeStop};
+use crate::extrapolation::ExtrapolatedInput;
+use crate::node::{NodeState, state_of};
 use crate::system::InputChain;
 
 /// Nodes at a communication point.
@@ -13,9 +13,9 @@ pub struct Snapshot {
     nodes: Vec<(usize, NodeState)>,
     /// Sensor effects and faults, by node and place.
     chains: Vec<(usize, usize, InputChain)>,
-    moving: Vec<Vec<Moving>>,
+    extrapolated: Vec<Vec<ExtrapolatedInput>>,
     row: Row<Full>,
-    last: Option<(usize, CallError)>,
+    stop: Option<NodeStop>,
 }
 
 impl Exchange<'_> {
@@ -32,16 +32,17 @@ impl Exchange<'_> {
             None => *snapshot = Some(self.first_snapshot(nodes)?),
             Some(kept) => {
                 for (node, state) in &mut kept.nodes {
-                    self.nodes[*node].save_again(state).map_err(failed(*node))?;
+                    let saved = state_of(self.nodes[*node].as_mut());
+                    saved.and_then(|it| it.save_into(state)).map_err(failed(*node))?;
                 }
                 for (node, place, chain) in &mut kept.chains {
                     chain.clone_from(&self.plans[*node].connections[*place].input_chain);
                 }
-                for ((node, _), moving) in kept.nodes.iter().zip(&mut kept.moving) {
-                    moving.clone_from(&self.moving[*node]);
+                for ((node, _), extrapolated) in kept.nodes.iter().zip(&mut kept.extrapolated) {
+                    extrapolated.clone_from(&self.extrapolated[*node]);
                 }
                 kept.row.copy_from(&self.row);
-                kept.last.clone_from(&self.last);
+                kept.stop.clone_from(&self.stop);
             }
         }
         Ok(())
@@ -50,7 +51,8 @@ impl Exchange<'_> {
     fn first_snapshot(&mut self, nodes: &[usize]) -> Result<Snapshot, Interruption> {
         let mut states = Vec::new();
         for &node in nodes {
-            states.push((node, self.nodes[node].save().map_err(failed(node))?));
+            let saved = state_of(self.nodes[node].as_mut()).and_then(|it| it.save());
+            states.push((node, saved.map_err(failed(node))?));
         }
         let chains = nodes.iter().flat_map(|&node| {
             let links = self.plans[node].connections.iter().enumerate();
@@ -60,9 +62,9 @@ impl Exchange<'_> {
         Ok(Snapshot {
             nodes: states,
             chains: chains.collect(),
-            moving: nodes.iter().map(|node| self.moving[*node].clone()).collect(),
+            extrapolated: nodes.iter().map(|node| self.extrapolated[*node].clone()).collect(),
             row: self.row.clone(),
-            last: self.last.clone(),
+            stop: self.stop.clone(),
         })
     }
 
@@ -71,9 +73,10 @@ impl Exchange<'_> {
     /// # Errors
     /// When a node cannot restore its state.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), Interruption> {
-        for ((node, state), moving) in snapshot.nodes.iter().zip(&snapshot.moving) {
-            self.nodes[*node].restore(state).map_err(failed(*node))?;
-            self.moving[*node].clone_from(moving);
+        for ((node, state), extrapolated) in snapshot.nodes.iter().zip(&snapshot.extrapolated) {
+            let restored = state_of(self.nodes[*node].as_mut()).and_then(|it| it.restore(state));
+            restored.map_err(failed(*node))?;
+            self.extrapolated[*node].clone_from(extrapolated);
         }
         for (node, place, chain) in &snapshot.chains {
             self.plans[*node].connections[*place].input_chain.clone_from(chain);
@@ -81,14 +84,16 @@ impl Exchange<'_> {
         if snapshot.nodes.len() == self.nodes.len() {
             self.row.copy_from(&snapshot.row);
         }
-        self.last.clone_from(&snapshot.last);
+        self.stop.clone_from(&snapshot.stop);
         Ok(())
     }
 
-    /// The first of these nodes that cannot go back to an earlier state.
+    /// Those of these nodes that cannot go back to an earlier state.
     #[must_use]
-    pub fn cannot_go_back(&self, nodes: &[usize]) -> Vec<usize> {
-        nodes.iter().copied().filter(|node| !self.nodes[*node].can_save()).collect()
+    pub fn cannot_go_back(&mut self, nodes: &[usize]) -> Vec<usize> {
+        let mut can_save =
+            |node: usize| self.nodes[node].state().is_some_and(|state| state.can_save());
+        nodes.iter().copied().filter(|node| !can_save(*node)).collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{FaultAction, FaultWords};
+use super::{FaultAction, FaultKind};
 
 /// Fault: added to the value, in the input's unit.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -11,7 +11,7 @@ use super::{FaultAction, FaultWords};
 #[schemars(inline, example = 0.1)]
 pub struct Bias(pub f64);
 
-impl FaultWords for Bias {
+impl FaultKind for Bias {
     fn action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }

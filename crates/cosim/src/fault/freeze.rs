@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{FaultAction, FaultWords};
+use super::{FaultAction, FaultKind};
 
 /// Fault: the input keeps the value that it had when the fault began.
 #[derive(Debug, Clone, Copy, Default, Deserialize, JsonSchema)]
@@ -11,7 +11,7 @@ use super::{FaultAction, FaultWords};
 #[schemars(inline, example = true)]
 pub struct Freeze(pub bool);
 
-impl FaultWords for Freeze {
+impl FaultKind for Freeze {
     fn action(&self) -> Option<Box<dyn FaultAction>> {
         self.0.then(|| Box::new(Frozen(None)) as _)
     }

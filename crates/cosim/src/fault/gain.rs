@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{FaultAction, FaultWords};
+use super::{FaultAction, FaultKind};
 
 /// Fault: factor on the value [1].
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -11,7 +11,7 @@ use super::{FaultAction, FaultWords};
 #[schemars(inline, example = 0.5)]
 pub struct Gain(pub f64);
 
-impl FaultWords for Gain {
+impl FaultKind for Gain {
     fn action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{FaultAction, FaultWords};
+use super::{FaultAction, FaultKind};
 
 /// Fault: the input gets this value, in its unit, or `nan`.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
@@ -11,7 +11,7 @@ use super::{FaultAction, FaultWords};
 #[schemars(inline, example = 0.0)]
 pub struct Value(pub f64);
 
-impl FaultWords for Value {
+impl FaultKind for Value {
     fn action(&self) -> Option<Box<dyn FaultAction>> {
         Some(Box::new(*self))
     }

@@ -3,11 +3,10 @@
 use recording::{NumberRange, TextIndex, TextRange, ValueKind};
 
 use super::*;
-use crate::clock::At;
-use crate::clock::Clock;
-use crate::fault::{Bias, FaultWords, Freeze, Gain, Value};
-use crate::system::Algorithm;
-use crate::system::{Accepts, FaultPlan, Source, TextPlan};
+use crate::clock::{At, Clock};
+use crate::fault::{Bias, FaultKind, Freeze, Gain, Value};
+use crate::node::TypedValues;
+use crate::system::{AcceptedValues, Algorithm, InputFault, Source, TextPlan};
 use crate::testing::{Record, STEP, columns, mock, play, system};
 
 /// A clock and two nodes that add one to what they get.
@@ -43,7 +42,7 @@ fn a_node_that_comes_first_sees_the_start_of_the_step() {
 
 #[test]
 fn units_are_converted_and_faults_begin_and_end_on_time() {
-    let kinds: [(&dyn FaultWords, _); 4] = [
+    let kinds: [(&dyn FaultKind, _); 4] = [
         (&Freeze(true), [1.0, 2.0, 2.0, 2.0, 5.0]),
         (&Value(9.0), [1.0, 2.0, 9.0, 9.0, 5.0]),
         (&Bias(0.5), [1.0, 2.0, 3.5, 4.5, 5.0]),
@@ -54,7 +53,7 @@ fn units_are_converted_and_faults_begin_and_end_on_time() {
         let mut system = system(2, &[(0, 1, At::End)], 5);
         let input_chain = &mut system.nodes[1].connections[0].input_chain;
         input_chain.factor = 2.0;
-        input_chain.faults = vec![FaultPlan { from: 1.0, until: 2.0, action: action.clone() }];
+        input_chain.faults = vec![InputFault { from: 1.0, until: 2.0, action: action.clone() }];
         let nodes = vec![mock(|time, _| Ok(time)), mock(|_, inputs| Ok(inputs[0]))];
         let (record, ..) = play(&mut system, nodes);
         let seen: Vec<_> = record.rows[1..].iter().map(|row| row[1]).collect();
@@ -68,7 +67,7 @@ fn a_value_that_is_no_number_ends_the_run_before_it_is_recorded() {
     let nodes = vec![mock(|time, _| Ok(if time > 1.0 { f64::NAN } else { time }))];
     let (record, progress, result) = play(&mut system, nodes);
     let error = result.expect_err("NaN").to_string();
-    assert!(error.contains("n0") && error.contains("v0") && error.contains("1.5 s"), "{error}");
+    assert!(error.contains("n0") && error.contains("`y`") && error.contains("1.5 s"), "{error}");
     assert_eq!((record.rows.len(), progress.steps), (3, 2));
 }
 
@@ -99,9 +98,19 @@ fn a_node_may_end_the_run() {
 struct Speaker(Option<String>, String);
 
 impl Node for Speaker {
-    fn get(&mut self, _outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, _outputs: &mut [f64]) -> Result<(), CallError> {
         Ok(())
     }
+    fn do_step(&mut self, _clock: &Clock, tick: u64) -> Result<(), CallError> {
+        self.1 = self.0.as_ref().map_or(tick.to_string(), |given| format!("{given}!"));
+        Ok(())
+    }
+    fn typed_values(&mut self) -> Option<&mut dyn TypedValues> {
+        Some(self)
+    }
+}
+
+impl TypedValues for Speaker {
     fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
         self.0 = inputs.first().cloned();
         Ok(())
@@ -110,8 +119,10 @@ impl Node for Speaker {
         outputs[0].clone_from(&self.1);
         Ok(())
     }
-    fn step(&mut self, _clock: &Clock, tick: u64) -> Result<(), CallError> {
-        self.1 = self.0.as_ref().map_or(tick.to_string(), |given| format!("{given}!"));
+    fn set_integers(&mut self, _inputs: &[i128]) -> Result<(), CallError> {
+        Ok(())
+    }
+    fn get_integers(&mut self, _outputs: &mut [i128]) -> Result<(), CallError> {
         Ok(())
     }
 }
@@ -151,11 +162,11 @@ fn texts_travel_with_the_same_delay_as_numbers() {
 #[test]
 fn a_number_that_the_input_does_not_take_ends_the_run() {
     let mut system = system(2, &[(0, 1, At::End)], 4);
-    system.nodes[1].connections[0].input_chain.accepts = Accepts::Boolean;
+    system.nodes[1].connections[0].input_chain.accepts = AcceptedValues::Boolean;
     let nodes = vec![mock(|time, _| Ok(if time > 1.0 { 0.5 } else { time })), mock(|_, _| Ok(0.0))];
     let (record, _, result) = play(&mut system, nodes);
     let error = result.expect_err("0.5 is no truth").to_string();
-    assert!(error.contains(".v2` would get 0.5 from `.v0` at t = 0.5 s"), "{error}");
+    assert!(error.contains("`n1.u0` would get 0.5 from `n0.y` at t = 0.5 s"), "{error}");
     assert_eq!(record.rows.len(), 1);
 }
 
@@ -178,9 +189,9 @@ impl Coupling for InOrderOfFile {
     fn step(&mut self, exchange: &mut Exchange) -> Result<(), Interruption> {
         self.steps += 1;
         for node in 0..exchange.nodes.len() {
-            exchange.feed(node)?;
-            exchange.step(node)?;
-            exchange.read(node)?;
+            exchange.gather_inputs(node)?;
+            exchange.do_step(node)?;
+            exchange.read_outputs(node)?;
         }
         Ok(())
     }

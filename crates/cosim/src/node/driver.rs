@@ -4,7 +4,7 @@ use fmu_import::CallError;
 use manoeuvre::{Driver, DriverState, OUTPUTS};
 use serde::{Deserialize, Serialize};
 
-use super::{Node, NodeState, state_error};
+use super::{Node, NodeState, Stateful, state_error};
 use crate::clock::Clock;
 use crate::system::DriverPlan;
 
@@ -35,27 +35,29 @@ impl DriverNode {
 }
 
 impl Node for DriverNode {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs.copy_from_slice(inputs);
         Ok(())
     }
 
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         let [steer, ..] = self.commands;
         let all = self.commands.into_iter().chain([self.steering_ratio * steer]);
         outputs.iter_mut().zip(all).for_each(|(output, command)| *output = command);
         Ok(())
     }
 
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.commands = self.driver.step(clock.at(tick + 1), &self.inputs);
         Ok(())
     }
 
-    fn can_save(&self) -> bool {
-        true
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
     }
+}
 
+impl Stateful for DriverNode {
     fn save(&mut self) -> Result<NodeState, CallError> {
         let driver = self.driver.state();
         Ok(NodeState::new(Memory { driver, commands: self.commands }))
@@ -66,10 +68,6 @@ impl Node for DriverNode {
         self.driver.restore(driver);
         self.commands = commands;
         Ok(())
-    }
-
-    fn can_serialise(&self) -> bool {
-        true
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {

@@ -1,27 +1,29 @@
 //! Steps an FMU as a node.
 
 mod clocks;
+mod derivatives;
 mod events;
-mod plain;
-mod ports;
-mod slopes;
 mod state;
+mod step_calls;
+mod values;
 
 use std::sync::Arc;
 
 use diagnostics::Error;
 use fmu_import::{CallError, Causality, Fmu, Instance, Message, Value, Variable};
 
+use self::derivatives::RealVariables;
 use self::events::Events;
-use self::plain::Plain;
-use self::ports::Memory;
-use self::slopes::Slopes;
 pub(in crate::node) use self::state::Bytes;
+use self::step_calls::StepCalls;
+use self::values::GroupValues;
 use super::refusal::Refusal;
-use super::{Node, NodeState, SAME, means};
+use super::{
+    DirectionalDerivatives, Experiment, ExtrapolatedInputs, Node, SAME, Stateful,
+    TunableParameters, TypedValues,
+};
 use crate::clock::Clock;
-use crate::course::Course;
-use crate::system::{Ports, Start};
+use crate::system::{StartValue, VariableGroups};
 
 /// An FMU as a node.
 pub struct FmuNode {
@@ -29,17 +31,17 @@ pub struct FmuNode {
     /// Time of the first communication point [s].
     begin: f64,
     instance: Instance,
-    inputs: Ports,
-    outputs: Ports,
-    starts: Vec<Start>,
-    /// Values of all elements of each group of inputs that does not travel as a whole, or not at once.
-    kept: Memory,
+    inputs: VariableGroups,
+    outputs: VariableGroups,
+    starts: Vec<StartValue>,
+    /// Values of all elements of each group of inputs that does not travel as a whole, or waits for an event.
+    input_values: GroupValues,
     /// Those of outputs: where not all elements travel, and what they were when their clocks ticked.
-    shown: Memory,
+    output_values: GroupValues,
     events: Events,
-    slopes: Slopes,
+    real_variables: RealVariables,
     /// The calls of a step, if all values are handed over as they are.
-    plain: Option<Plain>,
+    step_calls: Option<StepCalls>,
 }
 
 impl FmuNode {
@@ -51,26 +53,32 @@ impl FmuNode {
         fmu: &Arc<Fmu>,
         name: &str,
         logging: bool,
-        (inputs, outputs): (Ports, Ports),
+        inputs: VariableGroups,
+        outputs: VariableGroups,
     ) -> Result<Self, Refusal> {
         let library = fmu
             .load()
             .map_err(|error| Refusal::Early(CallError::new("loading", error.to_string())))?;
         let instance = Instance::with_events(library, name, logging).map_err(Refusal::Early)?;
-        Ok(Self::of(instance, name, (inputs, outputs)))
+        Ok(Self::of(instance, name, inputs, outputs))
     }
 
     /// Takes an instance that is new, or as good as new.
-    pub(super) fn of(instance: Instance, name: &str, (inputs, outputs): (Ports, Ports)) -> Self {
+    pub(super) fn of(
+        instance: Instance,
+        name: &str,
+        inputs: VariableGroups,
+        outputs: VariableGroups,
+    ) -> Self {
         let early = instance.returns_early();
         FmuNode {
             name: name.to_owned(),
-            plain: if early { None } else { Plain::of(&inputs, &outputs) },
+            step_calls: if early { None } else { StepCalls::of(&inputs, &outputs) },
             begin: 0.0,
-            kept: Memory::of(&inputs.numbers, &inputs.texts),
-            shown: Memory::of(&outputs.numbers, &outputs.texts),
+            input_values: GroupValues::of(&inputs),
+            output_values: GroupValues::of(&outputs),
             events: Events::new(&instance),
-            slopes: Slopes::new(&instance, &inputs, &outputs),
+            real_variables: RealVariables::new(&instance, &inputs, &outputs),
             instance,
             inputs,
             outputs,
@@ -78,23 +86,23 @@ impl FmuNode {
         }
     }
 
-    /// Tells the instance the experiment with its start and stop [s], and then its start values: some FMUs forget what they were
-    /// told before it. Inputs get theirs in [`enter`](Node::enter), since before that only what is exact or approximate may be set
-    /// (FMI 2.0.4, section 4.2.4). The tolerance is that of the description unless there is another.
+    /// Tells the instance the experiment, and then its start values: some FMUs forget what they were
+    /// told before it. Inputs get theirs in [`enter_initialization`](Node::enter_initialization), since before that only what is exact or approximate may be set
+    /// (FMI 2.0.4, section 4.2.4).
     ///
     /// # Errors
     /// When the FMU refuses the experiment, and, at the word that gives it, when it refuses a start value.
     pub fn prepare(
         &mut self,
-        (start, stop): (f64, Option<f64>),
-        tolerance: Option<f64>,
-        starts: Vec<Start>,
+        experiment: Experiment,
+        starts: Vec<StartValue>,
     ) -> Result<(), Refusal> {
+        let Experiment { start, stop, tolerance } = experiment;
         (self.starts, self.begin) = (starts, start);
         let tolerance = tolerance.or(self.instance.description().default_tolerance);
         self.instance.setup_experiment(start, stop, tolerance)?;
         let FmuNode { instance, starts, .. } = self;
-        let structural = |start: &&Start| start.causality == Causality::StructuralParameter;
+        let structural = |start: &&StartValue| start.causality == Causality::StructuralParameter;
         let sizes: Vec<_> = starts.iter().filter(structural).cloned().collect();
         if !sizes.is_empty() {
             let mut refused = Ok(());
@@ -105,7 +113,7 @@ impl FmuNode {
             refused?;
             configured?;
         }
-        let early = |start: &Start| {
+        let early = |start: &StartValue| {
             !matches!(start.causality, Causality::Input | Causality::StructuralParameter)
         };
         variables(starts)
@@ -117,7 +125,7 @@ impl FmuNode {
     ///
     /// # Errors
     /// When the FMU refuses the initialisation or a start value.
-    pub fn initialise(&mut self) -> Result<Vec<String>, Refusal> {
+    pub fn begin_initialization(&mut self) -> Result<Vec<String>, Refusal> {
         let FmuNode { name, instance, starts, .. } = self;
         instance.enter_initialization()?;
         let mut notices = Vec::new();
@@ -128,7 +136,7 @@ impl FmuNode {
                 _ => {}
             }
         }
-        self.keep()?;
+        self.read_start_values()?;
         Ok(notices)
     }
 }
@@ -154,13 +162,13 @@ impl FmuNode {
 }
 
 /// Start values by variable: those of the elements of one array come together.
-fn variables(starts: &[Start]) -> impl Iterator<Item = &[Start]> {
+fn variables(starts: &[StartValue]) -> impl Iterator<Item = &[StartValue]> {
     starts.chunk_by(|one, next| one.reference == next.reference && one.element.1 > 1)
 }
 
 /// Gives an instance the start values of a variable. Elements without one take that of the description.
-fn give(instance: &mut Instance, starts: &[Start]) -> Result<(), Refusal> {
-    let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
+fn give(instance: &mut Instance, starts: &[StartValue]) -> Result<(), Refusal> {
+    let Some(StartValue { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(());
     };
     let refused = |what: String| Refusal::Start(Box::new(starts[0].clone()), what);
@@ -188,15 +196,19 @@ fn described(instance: &Instance, reference: u32, element: usize) -> Result<Valu
 
 /// Gives a parameter its start values once more, if the instance did not keep them; what to tell if it does not keep them then.
 /// It may not be called after an error.
-fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<String>, Refusal> {
-    let Some(Start { reference, storage, element: (_, count), .. }) = starts.first() else {
+fn insist(
+    instance: &mut Instance,
+    name: &str,
+    starts: &[StartValue],
+) -> Result<Vec<String>, Refusal> {
+    let Some(StartValue { reference, storage, element: (_, count), .. }) = starts.first() else {
         return Ok(Vec::new());
     };
     let lost = |instance: &mut Instance| -> Result<Vec<(String, Value)>, Refusal> {
         let kept = instance.read(*storage, *reference, *count)?;
-        let differs = |start: &Start| {
+        let differs = |start: &StartValue| {
             let now = kept.get(start.element.0).filter(|now| **now != start.value)?;
-            let Start { name: variable, value, .. } = start;
+            let StartValue { name: variable, value, .. } = start;
             let told = format!("`{name}` does not keep the start value {value} of `{variable}`");
             Some((told, now.clone()))
         };
@@ -210,60 +222,24 @@ fn insist(instance: &mut Instance, name: &str, starts: &[Start]) -> Result<Vec<S
 }
 
 impl Node for FmuNode {
-    fn into_instance(self: Box<Self>) -> Option<Instance> {
-        Some(self.instance)
+    fn enter_initialization(&mut self) -> Result<Vec<String>, Error> {
+        self.begin_initialization().map_err(|refusal| refusal.into_error(&self.name, self.begin))
     }
 
-    fn enter(&mut self) -> Result<Vec<String>, Error> {
-        self.initialise().map_err(|refusal| refusal.told(&self.name, self.begin))
-    }
-
-    fn ready(&mut self) -> Result<(), CallError> {
+    fn exit_initialization(&mut self) -> Result<(), CallError> {
         self.instance.exit_initialization()?;
         self.begin_events()
     }
 
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.set_numbers(inputs)
     }
 
-    fn set_courses(
-        &mut self,
-        inputs: &mut [f64],
-        courses: &[(usize, Course)],
-        span: (f64, f64),
-    ) -> Result<(), CallError> {
-        match self.takes_slopes() {
-            true => self.give_slopes(inputs, courses, span.0),
-            false => self.set(means(inputs, courses, span)),
-        }
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.get_numbers(outputs)
     }
 
-    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
-        self.ask_derivatives(changes, outputs)
-    }
-
-    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
-        self.set_exact(inputs)
-    }
-
-    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
-        self.get_exact(outputs)
-    }
-
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
-        self.get_all_numbers(outputs)
-    }
-
-    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
-        self.set_all_texts(inputs)
-    }
-
-    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
-        self.get_all_texts(outputs)
-    }
-
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         let stepped = match self.instance.returns_early() {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.at(tick), clock.step),
@@ -271,62 +247,27 @@ impl Node for FmuNode {
         stepped.map_err(|error| self.with_own_step(error, clock.step))
     }
 
-    fn visit(
+    fn do_step_with(
         &mut self,
         inputs: &[f64],
-        (clock, tick): (&Clock, u64),
+        clock: &Clock,
+        tick: u64,
         outputs: &mut [f64],
     ) -> Result<bool, CallError> {
-        if let Some(plain) = &self.plain {
-            plain
-                .visit(&mut self.instance, inputs, (clock.at(tick), clock.step), outputs)
+        if let Some(calls) = &self.step_calls {
+            calls
+                .make(&mut self.instance, inputs, clock.at(tick), clock.step, outputs)
                 .map_err(|error| self.with_own_step(error, clock.step))?;
         } else {
-            self.set(inputs)?;
-            self.step(clock, tick)?;
-            self.get(outputs)?;
+            self.set_inputs(inputs)?;
+            self.do_step(clock, tick)?;
+            self.get_outputs(outputs)?;
         }
         Ok(self.has_messages())
     }
 
-    fn end(&mut self) -> Result<(), CallError> {
+    fn terminate(&mut self) -> Result<(), CallError> {
         self.instance.terminate()
-    }
-
-    fn can_save(&self) -> bool {
-        self.instance.can_save()
-    }
-
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        self.copy().map(NodeState::new)
-    }
-
-    fn save_again(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        self.copy_again(state.get_mut()?)
-    }
-
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        self.go_back(state.get()?)
-    }
-
-    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
-        self.retune(values, time)
-    }
-
-    fn only_once(&self) -> bool {
-        self.instance.description().only_once
-    }
-
-    fn can_serialise(&self) -> bool {
-        self.instance.description().serialised_state
-    }
-
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        self.bytes_of(state.get()?)
-    }
-
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        self.state_of(bytes).map(NodeState::new)
     }
 
     fn has_messages(&self) -> bool {
@@ -335,5 +276,33 @@ impl Node for FmuNode {
 
     fn messages(&mut self) -> Vec<Message> {
         self.instance.messages()
+    }
+
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
+    }
+
+    fn typed_values(&mut self) -> Option<&mut dyn TypedValues> {
+        Some(self)
+    }
+
+    fn extrapolated_inputs(&mut self) -> Option<&mut dyn ExtrapolatedInputs> {
+        if self.takes_input_derivatives() { Some(self) } else { None }
+    }
+
+    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        Some(self)
+    }
+
+    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+        Some(self)
+    }
+
+    fn is_single_instance(&self) -> bool {
+        self.instance.description().only_once
+    }
+
+    fn into_instance(self: Box<Self>) -> Option<Instance> {
+        Some(self.instance)
     }
 }

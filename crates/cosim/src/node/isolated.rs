@@ -2,12 +2,12 @@
 
 mod guest;
 mod node;
-mod talk;
+mod protocol;
 
 #[cfg(unix)]
 use std::os::unix::process::CommandExt as _;
 use std::path::PathBuf;
-use std::process::Command;
+use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -17,13 +17,11 @@ use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
 use isolation::{End, Guest, NOTE, Talk};
 
 pub use self::guest::serve;
-use self::talk::{Answer, Done, Others, Question, Setup, Task};
-use super::NodeState;
-use super::faulty::Provocation;
+use self::protocol::{Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup};
 use super::refusal::Refusal;
+use super::{InjectedFault, InstanceSettings, NodeState};
 use crate::clock::Clock;
-use crate::system::OnFailure;
-use crate::system::{Isolation, Ports, Start};
+use crate::system::{Isolation, OnFailure, VariableGroups};
 
 /// What processes for FMUs need of the program that starts them.
 #[derive(Clone)]
@@ -34,17 +32,6 @@ pub struct Host {
     pub patience: Duration,
     /// Whether to wait no longer for any answer.
     pub give_up: Arc<dyn Fn() -> bool + Send + Sync>,
-}
-
-/// What a node is made of.
-pub(super) struct Making<'a> {
-    pub fmu: &'a Arc<Fmu>,
-    pub name: &'a str,
-    pub log: bool,
-    pub ports: (Ports, Ports),
-    pub times: (f64, Option<f64>),
-    pub tolerance: Option<f64>,
-    pub starts: Vec<Start>,
 }
 
 /// What may be behind a failure that the FMU does not have elsewhere.
@@ -60,33 +47,40 @@ pub(super) struct IsolatedNode {
     scratch: Folder,
     /// Keeps its files there.
     _fmu: Arc<Fmu>,
-    inputs: (Vec<f64>, Others),
+    inputs: Values,
     /// Whether the FMU does not know them yet.
-    pending: bool,
-    outputs: (Vec<f64>, Others),
+    has_new_inputs: bool,
+    outputs: Values,
     /// Whether they are those of now.
-    shown: bool,
+    has_outputs: bool,
     /// Whether the FMU failed, and its outputs stay as they are.
-    held: bool,
+    frozen: bool,
     /// What it does in its next step.
-    provoked: Option<Provocation>,
+    injected: Option<InjectedFault>,
     /// States that nobody needs any more.
     dropped: Arc<Mutex<Vec<u64>>>,
-    /// Whether it saves and serialises its state, and takes slopes of inputs.
-    can: (bool, bool, bool),
+    can_save: bool,
+    takes_input_derivatives: bool,
     talk: Talk,
     messages: Vec<Message>,
     lacks: Vec<String>,
 }
 
+/// The values of one side.
+#[derive(Debug, Clone, Default)]
+struct Values {
+    numbers: Vec<f64>,
+    others: OtherValues,
+}
+
 /// A state of a process, by its number.
-struct KeptState {
+struct RemoteState {
     number: u64,
     /// That of its process: a new one has another list.
     dropped: Arc<Mutex<Vec<u64>>>,
 }
 
-impl Drop for KeptState {
+impl Drop for RemoteState {
     fn drop(&mut self) {
         self.dropped.lock().unwrap_or_else(PoisonError::into_inner).push(self.number);
     }
@@ -97,8 +91,12 @@ impl IsolatedNode {
     ///
     /// # Errors
     /// When it does not start; when the library does not load, or the FMU makes no instance or refuses the experiment.
-    pub fn new(making: Making, isolation: &Isolation, host: &Host) -> Result<Self, Error> {
-        let Making { fmu, name, log, ports: (inputs, outputs), times, tolerance, starts } = making;
+    pub fn new(
+        settings: InstanceSettings,
+        isolation: &Isolation,
+        host: &Host,
+    ) -> Result<Self, Error> {
+        let InstanceSettings { fmu, name, log, inputs, outputs, experiment, starts } = settings;
         let failed = |error: std::io::Error| {
             Error::component(name, "its process", None, format!("does not start: {error}"))
         };
@@ -106,11 +104,10 @@ impl IsolatedNode {
         let place = fmu.place();
         let sandbox = isolation.sandbox.then(|| {
             let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
-            (read.collect(), vec![scratch.path().to_owned()])
+            SandboxPaths { read: read.collect(), write: vec![scratch.path().to_owned()] }
         });
         let name = name.to_owned();
-        let setup =
-            Setup { name, fmu: place, log, inputs, outputs, times, tolerance, starts, sandbox };
+        let setup = Setup { name, fmu: place, log, inputs, outputs, experiment, starts, sandbox };
         let guest = start(&setup, &scratch, host).map_err(failed)?;
         let mut node = IsolatedNode {
             isolation: isolation.clone(),
@@ -118,24 +115,25 @@ impl IsolatedNode {
             guest,
             scratch,
             _fmu: Arc::clone(fmu),
-            inputs: Default::default(),
-            pending: false,
-            outputs: Default::default(),
-            shown: false,
-            held: false,
-            provoked: None,
+            inputs: Values::default(),
+            has_new_inputs: false,
+            outputs: Values::default(),
+            has_outputs: false,
+            frozen: false,
+            injected: None,
             dropped: Arc::default(),
-            can: (false, false, false),
+            can_save: false,
+            takes_input_derivatives: false,
             talk: Talk::default(),
             messages: Vec::new(),
             lacks: Vec::new(),
             setup,
         };
-        node.open().map_err(|refusal| node.told(refusal))?;
+        node.open().map_err(|refusal| node.refused(refusal))?;
         Ok(node)
     }
 
-    fn told(&self, refusal: Refusal) -> Error {
+    fn refused(&self, refusal: Refusal) -> Error {
         let refusal = match refusal {
             // The place of its word did not travel.
             Refusal::Start(start, what) => {
@@ -144,12 +142,12 @@ impl IsolatedNode {
             }
             other => other,
         };
-        refusal.told(&self.setup.name, self.setup.times.0)
+        refusal.into_error(&self.setup.name, self.setup.experiment.start)
     }
 
     fn open(&mut self) -> Result<(), Refusal> {
         let setup = Box::new(self.setup.clone());
-        let opened = self.ask(Task::Open(setup)).map_err(|mut refusal| {
+        let opened = self.ask(Command::Open(setup)).map_err(|mut refusal| {
             if let Refusal::Early(error) | Refusal::Call(error) = &mut refusal
                 && self.setup.sandbox.is_some()
             {
@@ -157,28 +155,30 @@ impl IsolatedNode {
             }
             refusal
         })?;
-        if let Done::Opened { save, serialise, slopes, lacks } = opened {
-            (self.can, self.lacks) = ((save, serialise, slopes), lacks);
+        if let Outcome::Opened { can_save, takes_input_derivatives, lacks } = opened {
+            self.can_save = can_save;
+            self.takes_input_derivatives = takes_input_derivatives;
+            self.lacks = lacks;
         }
         Ok(())
     }
 
     /// Asks the process, with the inputs that it does not know yet.
-    fn ask(&mut self, task: Task) -> Result<Done, Refusal> {
-        let inputs = std::mem::take(&mut self.pending);
-        self.shown = false;
-        let question = Question {
-            forget: std::mem::take(
+    fn ask(&mut self, command: Command) -> Result<Outcome, Refusal> {
+        let inputs = std::mem::take(&mut self.has_new_inputs);
+        self.has_outputs = false;
+        let request = Request {
+            dropped: std::mem::take(
                 &mut self.dropped.lock().unwrap_or_else(PoisonError::into_inner),
             ),
-            inputs: inputs.then(|| self.inputs.1.clone()),
-            task,
+            inputs: inputs.then(|| self.inputs.others.clone()),
+            command,
         };
         // They are those of one step.
-        self.inputs.1.courses = None;
+        self.inputs.others.extrapolation = None;
         let unfit = |error: postcard::Error| CallError::new("its process", error.to_string());
-        let bytes = postcard::to_stdvec(&question).map_err(unfit)?;
-        let numbers = if inputs { self.inputs.0.as_slice() } else { &[] };
+        let bytes = postcard::to_stdvec(&request).map_err(unfit)?;
+        let numbers = if inputs { self.inputs.numbers.as_slice() } else { &[] };
         let IsolatedNode { guest, talk, host, isolation, .. } = self;
         let limit = isolation.call_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
         let begin = Instant::now();
@@ -192,21 +192,21 @@ impl IsolatedNode {
             late() || (host.give_up)()
         };
         guest.ask((numbers, &bytes), talk, give_up).map_err(|end| lost(guest, end, late()))?;
-        let answer = postcard::from_bytes::<Answer>(&talk.bytes);
-        let Answer { done, messages } = answer.map_err(unfit)?;
+        let response = postcard::from_bytes::<Response>(&talk.bytes);
+        let Response { outcome, messages } = response.map_err(unfit)?;
         self.messages.extend(messages);
-        let done = done?;
-        if let Done::Shown(others) = done {
-            std::mem::swap(&mut self.outputs.0, &mut self.talk.numbers);
-            self.outputs.1 = others;
-            self.shown = true;
-            return Ok(Done::Well);
+        let outcome = outcome?;
+        if let Outcome::Outputs(others) = outcome {
+            std::mem::swap(&mut self.outputs.numbers, &mut self.talk.numbers);
+            self.outputs.others = others;
+            self.has_outputs = true;
+            return Ok(Outcome::Done);
         }
-        Ok(done)
+        Ok(outcome)
     }
 
-    fn call(&mut self, task: Task) -> Result<Done, CallError> {
-        self.ask(task).map_err(|refusal| match refusal {
+    fn call(&mut self, command: Command) -> Result<Outcome, CallError> {
+        self.ask(command).map_err(|refusal| match refusal {
             Refusal::Early(error) | Refusal::Call(error) => error,
             Refusal::Start(start, what) => {
                 CallError::new("its start value", format!("`{}`: {what}", start.name))
@@ -218,7 +218,7 @@ impl IsolatedNode {
     ///
     /// # Errors
     /// With that failure when it may not, and with the next one when the new process fails, too.
-    fn go_on(&mut self, failure: CallError, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn recover(&mut self, failure: CallError, clock: &Clock, tick: u64) -> Result<(), CallError> {
         if failure.terminated.is_some() || (self.host.give_up)() {
             return Err(failure);
         }
@@ -226,15 +226,15 @@ impl IsolatedNode {
         match self.isolation.on_failure {
             OnFailure::End => Err(failure),
             OnFailure::Hold => {
-                self.tell(format!(
+                self.log(format!(
                     "{failure} in the step from {time} s on; its outputs keep their values"
                 ));
-                self.held = true;
+                self.frozen = true;
                 Ok(())
             }
             OnFailure::Restart => {
-                self.tell(format!("{failure} in the step from {time} s on; it starts again there"));
-                let again = self.restart(clock.at(tick)).and_then(|()| self.go(clock, tick));
+                self.log(format!("{failure} in the step from {time} s on; it starts again there"));
+                let again = self.restart(clock.at(tick)).and_then(|()| self.try_step(clock, tick));
                 again.map_err(|mut error| {
                     error.what += ", after a restart in the same step";
                     error
@@ -243,15 +243,15 @@ impl IsolatedNode {
         }
     }
 
-    fn tell(&mut self, what: String) {
+    fn log(&mut self, what: String) {
         self.messages.push(Message::new(MessageLevel::Error, "", &what));
     }
 
-    fn go(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        match self.provoked.take() {
-            Some(Provocation::Wait(seconds)) => drop(self.call(Task::Wait(seconds))?),
-            Some(Provocation::Crash) => {
-                let crashed = self.call(Task::Crash).map(|_| ());
+    fn try_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        match self.injected.take() {
+            Some(InjectedFault::Wait(seconds)) => drop(self.call(Command::Wait(seconds))?),
+            Some(InjectedFault::Crash) => {
+                let crashed = self.call(Command::Crash).map(|_| ());
                 return crashed.map_err(|error| {
                     CallError::new(
                         error.call,
@@ -261,46 +261,46 @@ impl IsolatedNode {
             }
             None => {}
         }
-        self.call(Task::Step(*clock, tick)).map(|_| ())
+        self.call(Command::DoStep(*clock, tick)).map(|_| ())
     }
 
     /// Starts again at a time [s], with the start values and the inputs of this step.
     fn restart(&mut self, time: f64) -> Result<(), CallError> {
         let unstarted = |what: String| CallError::new("its process", what);
-        self.setup.times.0 = time;
+        self.setup.experiment.start = time;
         self.guest = start(&self.setup, &self.scratch, &self.host)
             .map_err(|error| unstarted(format!("does not start: {error}")))?;
         self.dropped = Arc::default();
-        self.pending = false;
-        self.open().map_err(|refusal| unstarted(self.told(refusal).to_string()))?;
-        self.call(Task::Enter)?;
-        self.pending = true;
-        self.call(Task::Ready)?;
-        self.pending = true;
+        self.has_new_inputs = false;
+        self.open().map_err(|refusal| unstarted(self.refused(refusal).to_string()))?;
+        self.call(Command::EnterInitialization)?;
+        self.has_new_inputs = true;
+        self.call(Command::ExitInitialization)?;
+        self.has_new_inputs = true;
         Ok(())
     }
 
     /// The number of a state in the process of now.
     fn number(&self, state: &NodeState) -> Result<u64, CallError> {
-        let state = state.get::<KeptState>()?;
+        let state = state.get::<RemoteState>()?;
         if !Arc::ptr_eq(&state.dropped, &self.dropped) {
             return Err(CallError::new("the state", "is that of another process"));
         }
         Ok(state.number)
     }
 
-    fn kept(&self, done: &Done) -> Result<NodeState, CallError> {
-        let Done::State(number) = *done else { return Err(nonsense()) };
+    fn remote_state(&self, outcome: &Outcome) -> Result<NodeState, CallError> {
+        let Outcome::State(number) = *outcome else { return Err(unexpected()) };
         let dropped = Arc::clone(&self.dropped);
-        Ok(NodeState::new(KeptState { number, dropped }))
+        Ok(NodeState::new(RemoteState { number, dropped }))
     }
 }
 
 impl Drop for IsolatedNode {
     fn drop(&mut self) {
-        let question = Question { forget: Vec::new(), inputs: None, task: Task::Leave };
+        let request = Request { dropped: Vec::new(), inputs: None, command: Command::Exit };
         // The folder goes after the process.
-        let left = postcard::to_stdvec(&question).is_ok_and(|bytes| self.guest.dismiss(&bytes));
+        let left = postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.dismiss(&bytes));
         if !left {
             let name = &self.setup.name;
             let what = "did not end well after the run, whose results are complete";
@@ -311,11 +311,13 @@ impl Drop for IsolatedNode {
 
 fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest> {
     let (program, arguments) = &host.program;
-    let mut command = Command::new(program);
+    let mut command = process::Command::new(program);
     command.args(arguments).current_dir(scratch.path()).env("TMPDIR", scratch.path());
     #[cfg(unix)]
     command.arg0("trackside");
-    let count = |ports: &Ports| ports.numbers.iter().map(|group| group.places.len()).sum::<usize>();
+    let count = |ports: &VariableGroups| {
+        ports.numbers.iter().map(|group| group.places.len()).sum::<usize>()
+    };
     Guest::start(command, count(&setup.inputs).max(count(&setup.outputs)))
 }
 
@@ -328,7 +330,7 @@ fn report(name: &str, LastNote { call, time, .. }: &LastNote, since: Duration) {
     eprintln!("{}", shown(&text));
 }
 
-fn nonsense() -> CallError {
+fn unexpected() -> CallError {
     CallError::new("its process", "gave an answer without meaning")
 }
 

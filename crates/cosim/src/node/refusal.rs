@@ -4,7 +4,7 @@ use diagnostics::Error;
 use fmu_import::CallError;
 use serde::{Deserialize, Serialize};
 
-use crate::system::Start;
+use crate::system::StartValue;
 
 /// What an FMU refused before the first step.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -14,7 +14,7 @@ pub enum Refusal {
     /// A call at the first communication point.
     Call(CallError),
     /// A start value, and what it says about that.
-    Start(Box<Start>, String),
+    Start(Box<StartValue>, String),
 }
 
 impl From<CallError> for Refusal {
@@ -26,7 +26,7 @@ impl From<CallError> for Refusal {
 impl Refusal {
     /// The error of the node called `name`, whose first communication point is at `begin` [s].
     #[must_use]
-    pub fn told(self, name: &str, begin: f64) -> Error {
+    pub fn into_error(self, name: &str, begin: f64) -> Error {
         match self {
             Refusal::Early(error) => Error::component(name, &error.call, None, error.what),
             Refusal::Call(error) => Error::component(name, &error.call, Some(begin), error.what),

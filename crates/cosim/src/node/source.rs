@@ -3,7 +3,7 @@
 use fmu_import::CallError;
 use recording::table::{Reading, Table};
 
-use super::{Node, NodeState, state_error};
+use super::{Node, NodeState, Stateful, TypedValues, state_error};
 use crate::clock::Clock;
 use crate::signal::Signal;
 
@@ -71,34 +71,46 @@ impl<S: Source> SourceNode<S> {
 }
 
 impl<S: Source> Node for SourceNode<S> {
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         self.source.values(self.time, outputs);
         Ok(())
     }
 
-    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
-        if !outputs.is_empty() {
-            self.source.texts(self.time, outputs);
-        }
-        Ok(())
-    }
-
-    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
-        if !outputs.is_empty() {
-            self.source.integers(self.time, outputs);
-        }
-        Ok(())
-    }
-
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.time = clock.at(tick + 1);
         Ok(())
     }
 
-    fn can_save(&self) -> bool {
-        true
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
     }
 
+    fn typed_values(&mut self) -> Option<&mut dyn TypedValues> {
+        Some(self)
+    }
+}
+
+impl<S: Source> TypedValues for SourceNode<S> {
+    fn set_texts(&mut self, _inputs: &[String]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        self.source.texts(self.time, outputs);
+        Ok(())
+    }
+
+    fn set_integers(&mut self, _inputs: &[i128]) -> Result<(), CallError> {
+        Ok(())
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.source.integers(self.time, outputs);
+        Ok(())
+    }
+}
+
+impl<S: Source> Stateful for SourceNode<S> {
     fn save(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(self.time))
     }
@@ -106,10 +118,6 @@ impl<S: Source> Node for SourceNode<S> {
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
         self.time = *state.get()?;
         Ok(())
-    }
-
-    fn can_serialise(&self) -> bool {
-        true
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {

@@ -193,20 +193,20 @@ pub struct BondPlan {
 
 /// The step of a node beside the communication step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum StepRatio {
     /// So many steps of its own in each communication step.
     Finer(u64),
     /// One step of its own in so many communication steps.
     Coarser(u64),
 }
 
-impl Pace {
+impl StepRatio {
     /// The steps of the node in a run with these communication points.
     #[must_use]
     pub fn of(self, clock: &Clock) -> Clock {
         match self {
-            Pace::Finer(times) => clock.finer(times),
-            Pace::Coarser(times) => clock.coarser(times),
+            StepRatio::Finer(times) => clock.finer(times),
+            StepRatio::Coarser(times) => clock.coarser(times),
         }
     }
 }
@@ -214,7 +214,7 @@ impl Pace {
 impl CouplingPlan {
     /// The coupling in a few words.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn summary(&self) -> String {
         let mut parts = vec![match self.algorithm {
             Algorithm::GaussSeidel | Algorithm::Jacobi => self.algorithm.word().to_owned(),
             Algorithm::Iterate => {

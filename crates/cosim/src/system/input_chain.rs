@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Accepts;
+use super::AcceptedValues;
 use crate::effect::Chain;
 use crate::fault::FaultAction;
 
@@ -18,14 +18,14 @@ pub struct InputChain {
     /// Sensor effects.
     pub effects: Chain,
     /// Faults with their times.
-    pub faults: Vec<FaultPlan>,
+    pub faults: Vec<InputFault>,
     /// The values that the input accepts.
-    pub accepts: Accepts,
+    pub accepts: AcceptedValues,
 }
 
 /// A fault of an input.
 #[derive(Debug, Clone)]
-pub struct FaultPlan {
+pub struct InputFault {
     /// First communication point [s].
     pub from: f64,
     /// First communication point after the fault [s].
@@ -77,8 +77,8 @@ impl InputChain {
     /// What it remembers.
     #[must_use]
     pub fn memory(&self) -> ChainMemory {
-        let fault = |it: &FaultPlan| {
-            let FaultPlan { from, until, ref action } = *it;
+        let fault = |it: &InputFault| {
+            let InputFault { from, until, ref action } = *it;
             FaultMemory { from, until, kept: action.memory() }
         };
         let faults = self.faults.iter().map(fault).collect();
@@ -109,7 +109,7 @@ impl InputChain {
     }
 }
 
-impl FaultPlan {
+impl InputFault {
     fn apply(&mut self, value: f64, time: f64) -> f64 {
         if time < self.from {
             self.action.observe(value);

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use cosim::clock::At;
-use cosim::course::Extrapolate;
 use cosim::effect::Effect;
+use cosim::extrapolation::ExtrapolationOrder;
 use cosim::for_each_effect;
 use diagnostics::Spanned;
 use schemars::JsonSchema;
@@ -39,8 +39,8 @@ macro_rules! connect {
             pub at: Option<Spanned<At>>,
             /// Course of a continuous input within a step. Without a word it holds its value, and with the coupling `iterate` it goes
             /// evenly to the value at the end.
-            #[schemars(with = "Option<Extrapolate>", example = &"linear")]
-            pub extrapolate: Option<Spanned<Extrapolate>>,
+            #[schemars(with = "Option<ExtrapolationOrder>", example = &"linear")]
+            pub extrapolate: Option<Spanned<ExtrapolationOrder>>,
             /// Unit of the end that has none, or one that cannot be read. Only one end may lack its unit.
             #[schemars(example = &"km/h")]
             pub unit: Option<Spanned<String>>,

@@ -1,6 +1,6 @@
 //! The keys of `[[fault]]`, a fault that is injected into an input or into the calls of an FMU.
 
-use cosim::fault::{FaultAction, FaultWords};
+use cosim::fault::{FaultAction, FaultKind};
 use cosim::for_each_fault;
 use diagnostics::Spanned;
 use schemars::JsonSchema;

@@ -1,6 +1,6 @@
 //! Finds the variables and connections of a resolved system, through its connectors, and describes the connectors of components.
 
-use cosim::system::{Body, InputChain, NodePlan, ResolvedConnection, System};
+use cosim::system::{Body, InputChain, NodePlan, NumberConnection, System};
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction, Full, NumberIndex, TextIndex};
 use ssp::Kind;
@@ -79,7 +79,7 @@ impl<'a> SystemVariables<'a> {
     }
 
     /// Where a number comes from before all connectors on its way, with the whole way; whether something follows a map on it.
-    fn origin(&self, connection: &'a ResolvedConnection) -> (NumberIndex<Full>, InputChain, bool) {
+    fn origin(&self, connection: &'a NumberConnection) -> (NumberIndex<Full>, InputChain, bool) {
         let mut source = connection.source.index;
         let (mut chain, mut is_mixed) = (connection.input_chain.clone(), false);
         let before = |index| {
@@ -87,7 +87,7 @@ impl<'a> SystemVariables<'a> {
             let node = all.find(|node| node.inputs.indices().any(|it| it == index))?;
             node.connections.first()
         };
-        while let Some(ResolvedConnection { source: earlier, input_chain, .. }) = before(source) {
+        while let Some(NumberConnection { source: earlier, input_chain, .. }) = before(source) {
             let InputChain { factor, offset, map, .. } = input_chain;
             let is_plain = (chain.factor, chain.offset) == (1.0, 0.0) && chain.map.is_empty();
             is_mixed |= !map.is_empty() && !is_plain;

@@ -68,7 +68,7 @@ fn first_value(variables: &SystemVariables, connection: &ElementConnection) -> O
         Body::Signals(signals) => signals.get(place)?.value(time),
         Body::Table(table) if place < table.names().count() => table.clone().value(place, time),
         Body::Table(_) => return None,
-        Body::Fmu { .. } | Body::Driver(_) | Body::Inlet | Body::Outlet => return None,
+        Body::Fmu { .. } | Body::Driver(_) | Body::Own | Body::Inlet | Body::Outlet => return None,
     };
     let value = connection.chain.as_ref()?.convert(value);
     let whole = || (value.fract() == 0.0 && value.abs() < 9e15).then_some(value as i128);

@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 
+use cosim::assembly::Connection;
 use cosim::clock::Clock;
 use cosim::effect::{Context, stream_seed};
-use cosim::system::{Accepts, Body, FaultPlan, InputChain};
+use cosim::system::{AcceptedValues, Body, InputChain, InputFault};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Type;
 
@@ -12,26 +13,13 @@ use super::connection_units::Conversions;
 use super::lookup::{PortRef, PortSide, find_port};
 use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::document::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
+use crate::document::{At, Connect, Fault, Scenario, Unconnected};
 use super::{RunSettings, coupling, manoeuvres, types};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
 
-/// A connection whose values have no place in the row yet.
-#[derive(Debug)]
-pub(super) struct Connection {
-    /// The output that the value comes from.
-    pub from: PortRef,
-    /// Which end of the step the value is taken at.
-    pub at: At,
-    /// The way of a number; a text arrives unchanged.
-    pub input_chain: Option<InputChain>,
-    /// How the input goes on within a step; without a word it holds its value.
-    pub extrapolation: Option<Extrapolate>,
-}
-
-/// Connects the inputs of nodes as the scenario says.
+/// Connects the unplaced as the scenario says.
 pub(super) fn connect(
     scenario: &Scenario,
     nodes: &[NodeDraft],
@@ -89,7 +77,7 @@ fn connection(
     let (at, input_chain) = Mistakes::both(at, input_chain)?;
     let extrapolation =
         coupling::extrapolation(scenario, connect, at, output, input, &receiver.body)?;
-    Ok(Connection { from, at, input_chain, extrapolation })
+    Ok(Connection { node: from.node, output: from.port, at, input_chain, extrapolation })
 }
 
 /// The way of a number to its input.
@@ -97,7 +85,7 @@ fn input_chain(
     scenario: &Scenario,
     connect: &Connect,
     conversion: Option<(f64, f64)>,
-    accepts: Accepts,
+    accepts: AcceptedValues,
     run: RunSettings,
 ) -> Result<InputChain, Error> {
     let stages = || {
@@ -189,14 +177,14 @@ fn chain_of<'c>(
 }
 
 /// The action of a fault, and its time.
-fn action(scenario: &Scenario, fault: &Fault, input: &Spanned<String>) -> Result<FaultPlan, Error> {
+fn action(scenario: &Scenario, fault: &Fault, input: &Spanned<String>) -> Result<InputFault, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");
         return Err(scenario.error(input, message));
     };
     let [from, until] = fault_window(scenario, fault)?;
-    Ok(FaultPlan { from, until, action })
+    Ok(InputFault { from, until, action })
 }
 
 /// The first communication point of a fault and the first one after it [s].

@@ -1,14 +1,14 @@
 //! Resolves `[coupling]`, the steps of FMUs and the extrapolation of inputs.
 
 use cosim::clock::Clock;
-use cosim::system::{Body, BondPlan, CouplingPlan, Division, Iteration, NodePlan, Pace, Tear};
+use cosim::system::{Body, BondPlan, CouplingPlan, Division, Iteration, NodePlan, StepRatio, Tear};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};
 
 use super::ports::Port;
-use crate::document::{Algorithm, At, Bond, Connect, ErrorEstimate, Extrapolate, OnDiscard, Scenario};
+use crate::document::{Algorithm, At, Bond, Connect, ErrorEstimate, ExtrapolationOrder, OnDiscard, Scenario};
 
-/// The course of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
+/// The extrapolation of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
 pub(super) fn extrapolation(
     scenario: &Scenario,
     connect: &Connect,
@@ -16,12 +16,12 @@ pub(super) fn extrapolation(
     from: &Port,
     to: &Port,
     receiver: &Body,
-) -> Result<Option<Extrapolate>, Error> {
+) -> Result<Option<ExtrapolationOrder>, Error> {
     let takes = to.continuous && matches!(receiver, Body::Fmu { .. });
     let Some(word) = &connect.extrapolate else {
         let iterates = scenario.document.coupling.algorithm == Algorithm::Iterate;
         let even = iterates && at == At::End && takes && from.continuous;
-        return Ok((even && connect.effects().is_empty()).then_some(Extrapolate::Linear));
+        return Ok((even && connect.effects().is_empty()).then_some(ExtrapolationOrder::Linear));
     };
     if let Some((key, ..)) = connect.effects().first() {
         let message = format!("`{key}` makes samples of the value, which hold until the next one");
@@ -37,7 +37,7 @@ pub(super) fn extrapolation(
 }
 
 /// Gives the nodes the steps that the scenario has for them.
-fn assign_steps(
+fn step_ratios(
     scenario: &Scenario,
     nodes: &mut [NodePlan],
     clock: Option<Clock>,
@@ -45,19 +45,19 @@ fn assign_steps(
 ) {
     for fmu in &scenario.document.fmu {
         let (Some(word), Some(clock)) = (&fmu.step, clock) else { continue };
-        let pace = mistakes.take(node_step(scenario, word, clock)).flatten();
+        let ratio = mistakes.take(step_ratio(scenario, word, clock)).flatten();
         if let Some(node) = nodes.iter_mut().find(|node| node.name == *fmu.name.get_ref()) {
-            node.pace = pace;
+            node.step_ratio = ratio;
         }
     }
 }
 
 /// The step of a node beside the communication step; none if it is the same.
-fn node_step(
+fn step_ratio(
     scenario: &Scenario,
     word: &Spanned<f64>,
     clock: Clock,
-) -> Result<Option<Pace>, Error> {
+) -> Result<Option<StepRatio>, Error> {
     let (own, step) = (*word.get_ref(), clock.step);
     let whole = |ratio: f64| {
         let times = ratio.round();
@@ -67,10 +67,10 @@ fn node_step(
     if !(own > 0.0 && own.is_finite()) {
         return Err(scenario.error(word, format!("expected a step above 0 s, found {own} s")));
     }
-    let pace = match (whole(step / own), whole(own / step)) {
+    let ratio = match (whole(step / own), whole(own / step)) {
         (Some(1), _) => return Ok(None),
-        (Some(times), _) => Pace::Finer(times),
-        (None, Some(times)) => Pace::Coarser(times),
+        (Some(times), _) => StepRatio::Finer(times),
+        (None, Some(times)) => StepRatio::Coarser(times),
         (None, None) => {
             let message = format!(
                 "expected the communication step {step} s divided by a whole number, or a multiple of it, up to a million, found {own} s"
@@ -78,14 +78,14 @@ fn node_step(
             return Err(scenario.error(word, message));
         }
     };
-    if let Pace::Coarser(times) = pace
+    if let StepRatio::Coarser(times) = ratio
         && !clock.steps.is_multiple_of(times)
     {
         let message =
             format!("the run has {} steps of {step} s, no multiple of {own} s", clock.steps);
         return Err(scenario.error(word, message).help("choose another `stop` in [time]"));
     }
-    Ok(Some(pace))
+    Ok(Some(ratio))
 }
 
 /// The coupling, without its loops. Nodes get the steps that they have of their own.

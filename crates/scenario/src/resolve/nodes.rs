@@ -6,9 +6,10 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use cosim::assembly::is_tunable;
 use cosim::clock::Clock;
 use cosim::signal::Signal;
-use cosim::system::{Body, Ports};
+use cosim::system::{Body, VariableGroups};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Interval, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
@@ -18,9 +19,9 @@ use units::Unit;
 use super::archives::{FmuCache, archive, archive_notes, open_fmu};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
-use super::ports::{Port, PortSide, fmu_port, is_tunable, port_groups};
-use super::starts::{StartSources, start_values};
 use super::{Diagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
+use super::ports::{Port, PortSide, fmu_port};
+use super::starts::{StartSources, start_values};
 use crate::build_request::BuildRequest;
 use crate::document::{self, Scenario};
 use crate::pattern::matches;
@@ -328,8 +329,8 @@ fn fmu(
         body: Body::Fmu {
             fmu,
             starts,
-            inputs: Ports::default(),
-            outputs: port_groups(&outputs),
+            inputs: VariableGroups::default(),
+            outputs: VariableGroups::default(),
             log: node.log,
             isolation: isolation::isolation(scenario, node, sources.overrides.isolate, mistakes),
         },

@@ -1,7 +1,6 @@
 //! Finds the order of the nodes of a scenario and the loops of their connections, and says which connections form a loop.
 
-use std::collections::HashSet;
-
+use cosim::assembly::{UnplacedNode, edges, follows};
 use cosim::clock::At;
 use cosim::order::{Delay, Edge, Graph, Order, delays};
 use cosim::system::Body;
@@ -9,9 +8,6 @@ use diagnostics::Error;
 use diagnostics::suggest::shortened;
 
 use super::Diagnostics;
-use super::connections::Connections;
-use super::nodes::NodeDraft;
-use super::ports::Port;
 use crate::document::{Connect, Loops, Scenario};
 
 /// Sorts the nodes topologically by their connections; among nodes that may go, the one that loses no
@@ -19,29 +15,29 @@ use crate::document::{Connect, Loops, Scenario};
 pub(super) fn order(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[NodeDraft],
-    connections: &mut Connections,
+    nodes: &mut [UnplacedNode],
     diagnostics: &mut Diagnostics,
 ) -> Option<Order> {
-    let mut all = edges(unplaced, connections);
+    let mut all = edges(nodes);
     let coupling = &scenario.document.coupling;
     if coupling.loops == Loops::Delay && !coupling.algorithm.rules().solves_loops {
         let hands_on = |edge: &Edge| {
-            let bodies = (&unplaced[edge.from].body, &unplaced[edge.to].body);
+            let bodies = (&nodes[edge.from].body, &nodes[edge.to].body);
             matches!(bodies, (Body::Inlet, _) | (_, Body::Outlet))
         };
-        for delay in delays(&all, &hands_on) {
+        let delays = delays(&all, &hands_on);
+        for delay in delays {
             diagnostics.warnings.push(delayed(&delay, &all));
             for edge in delay.edges {
                 let edge = &mut all[edge];
                 edge.at = At::Start;
-                if let Some(connection) = &mut connections[edge.to][edge.input] {
+                if let Some(connection) = &mut nodes[edge.to].connections[edge.input] {
                     connection.at = At::Start;
                 }
             }
         }
     }
-    diagnostics.mistakes.take(sorted(scenario, connects, unplaced, &all))
+    diagnostics.mistakes.take(sorted(scenario, connects, nodes, &all))
 }
 
 /// The warning about connections of a loop that are delayed.
@@ -67,19 +63,15 @@ fn delayed(delay: &Delay, edges: &[Edge]) -> String {
 fn sorted(
     scenario: &Scenario,
     connects: &[Connect],
-    unplaced: &[NodeDraft],
+    nodes: &[UnplacedNode],
     edges: &[Edge],
 ) -> Result<Order, Error> {
     let solves_loops = scenario.document.coupling.algorithm.rules().solves_loops;
     let graph = Graph {
-        nodes: unplaced.len(),
+        nodes: nodes.len(),
         edges,
-        is_connector: &|node| unplaced[node].is_connector(),
-        follows: &|before, behind| {
-            let node = &unplaced[before.to];
-            let (output, input) = (&node.outputs[behind.output], &node.inputs[before.input]);
-            output.follows.as_ref().is_none_or(|places| places.contains(&input.index))
-        },
+        is_connector: &|node| nodes[node].is_connector(),
+        follows: &|before, behind| follows(nodes, before, behind),
     };
     Order::of(&graph, solves_loops).map_err(|it| looped(scenario, connects, edges, it))
 }
@@ -98,74 +90,4 @@ fn looped(scenario: &Scenario, connects: &[Connect], edges: &[Edge], cycle: Vec<
         "write `at = \"start\"` on the connection that breaks it: it hands over the value from the start of the step; or solve the loop \
          at each step: [coupling] algorithm = \"iterate\"; or let the program choose: [coupling] loops = \"delay\"",
     )
-}
-
-/// The inputs of a node that an output follows without a step in between, by their places; none when an output may follow all.
-struct Followed(Option<HashSet<usize>>);
-
-impl Followed {
-    fn of(node: &NodeDraft) -> Self {
-        let (mut places, mut known) = (HashSet::new(), HashSet::new());
-        for output in &node.outputs {
-            let Some(inputs) = &output.follows else { return Followed(None) };
-            // All elements of an array share one list.
-            if known.insert(inputs.as_ptr()) {
-                places.extend(inputs.iter().copied());
-            }
-        }
-        Followed(Some(places))
-    }
-
-    fn has(&self, input: &Port) -> bool {
-        self.0.as_ref().is_none_or(|places| places.contains(&input.index))
-    }
-}
-
-fn edges(unplaced: &[NodeDraft], connections: &Connections) -> Vec<Edge> {
-    let mut edges = Vec::new();
-    let followed: Vec<_> = unplaced.iter().map(Followed::of).collect();
-    for (to, (unplaced_node, own)) in unplaced.iter().zip(connections).enumerate() {
-        let mut numbers = 0;
-        for (port, (input, connection)) in unplaced_node.inputs.iter().zip(own).enumerate() {
-            let Some(connection) = connection else { continue };
-            let place = connection.input_chain.is_some().then_some(numbers);
-            numbers += usize::from(place.is_some());
-            let from = connection.from.node;
-            let output = &unplaced[from].outputs[connection.from.port];
-            let needed = match (&unplaced[from].body, &unplaced_node.body) {
-                (Body::Inlet, _) | (_, Body::Outlet) => true,
-                // An inlet waits as its receivers would.
-                (_, Body::Inlet) => is_followed(unplaced, (connections, &followed), to),
-                _ => followed[to].has(input),
-            };
-            let names = [&unplaced[from].name, &output.name, &unplaced_node.name, &input.name];
-            let [giver, output, taker, input] = names;
-            let label = format!("{giver}.{output} -> {taker}.{input}");
-            edges.push(Edge {
-                from,
-                to,
-                output: connection.from.port,
-                input: port,
-                needed,
-                at: connection.at,
-                place,
-                label,
-            });
-        }
-    }
-    edges
-}
-
-/// Whether an output of a node that an inlet leads to follows the value without a step in between.
-fn is_followed(
-    unplaced: &[NodeDraft],
-    (connections, followed): (&Connections, &[Followed]),
-    inlet: usize,
-) -> bool {
-    unplaced.iter().zip(connections).zip(followed).any(|((node, connections), followed)| {
-        let fed = node.inputs.iter().zip(connections).filter(|(_, connection)| {
-            connection.as_ref().is_some_and(|connection| connection.from.node == inlet)
-        });
-        fed.into_iter().any(|(input, _)| followed.has(input))
-    })
 }

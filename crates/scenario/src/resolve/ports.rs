@@ -1,14 +1,11 @@
-//! Describes ports, the variables of nodes that can be connected or recorded, and groups those that one FMI call reads or writes.
+//! Describes ports, the variables of nodes that can be connected or recorded.
 
 use std::sync::Arc;
 
-use cosim::system::{Group, Ports};
+use cosim::assembly::{is_discrete, is_tunable};
+use fmu_import::Variability;
 use fmu_import::description::{Item, Storage, Type, Variable};
-use fmu_import::{Causality, Variability};
-use recording::ValueKind;
 use units::Unit;
-
-use super::types::recorded_kind;
 
 /// The side of a node that a port is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,7 +81,6 @@ impl Port {
 /// The port of a variable, of an FMU that has event mode or has not.
 pub(super) fn fmu_port(variables: &[Variable], index: usize, events: bool) -> Port {
     let variable = &variables[index];
-    let tunable = is_tunable(variable);
     Port {
         name: variable.name.clone(),
         kind: variable.kind,
@@ -99,60 +95,11 @@ pub(super) fn fmu_port(variables: &[Variable], index: usize, events: bool) -> Po
         storage: variable.storage,
         element: variable.element,
         continuous: variable.kind == Type::Real && variable.variability == Variability::Continuous,
-        discrete: events
-            && (tunable || variable.causality == Causality::Input)
-            && variable.variability != Variability::Continuous,
-        tunable,
+        discrete: events && is_discrete(variable),
+        tunable: is_tunable(variable),
         clocks: if events { variable.clocks.clone() } else { Vec::new() },
         optional: variable.optional,
         index,
         follows: variable.dependencies.clone(),
     }
-}
-
-/// Whether a variable is a parameter that may get other values during a run: between communication points, in event mode of FMUs that have
-/// it (FMI 2.0.4, section 4.2.4; FMI 3.0, section 2.4.7.4).
-pub(super) fn is_tunable(variable: &Variable) -> bool {
-    (variable.causality, variable.variability) == (Causality::Parameter, Variability::Tunable)
-}
-
-/// The variables behind ports, which are in the order of their forms and of the file.
-pub(super) fn port_groups(ports: &[Port]) -> Ports {
-    let mut found = Ports::default();
-    for port in ports {
-        let is_text = recorded_kind(port.kind, port.storage) == ValueKind::String;
-        let groups = if is_text { &mut found.texts } else { &mut found.numbers };
-        let one_more = |group: &mut Group| {
-            if group.references.last() != Some(&port.reference) {
-                group.references.push(port.reference);
-                group.elements += port.element.1;
-            }
-            group.places.push(group.elements - port.element.1 + port.element.0);
-        };
-        let joins = |group: &&mut Group| {
-            let same = group.references.last() == Some(&port.reference);
-            let alike = (group.storage, group.discrete, group.tunable)
-                == (port.storage, port.discrete, port.tunable)
-                && group.clocks == port.clocks;
-            alike && (same || !is_text)
-        };
-        match groups.last_mut().filter(joins) {
-            Some(group) => one_more(group),
-            None => {
-                let mut group = Group {
-                    storage: port.storage,
-                    references: Vec::new(),
-                    elements: 0,
-                    discrete: port.discrete,
-                    tunable: port.tunable,
-                    clocks: port.clocks.clone(),
-                    places: Vec::new(),
-                    needed: true,
-                };
-                one_more(&mut group);
-                groups.push(group);
-            }
-        }
-    }
-    found
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use cosim::system::{Start, WordPlace};
+use cosim::system::{StartValue, WordPlace};
 use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Storage, Type, Variable, list};
 use fmu_import::{Causality, Value, Variability, bytes};
@@ -30,7 +30,7 @@ pub(super) fn start_values(
     variables: &[Variable],
     StartSources { overrides, parameters }: StartSources,
     mistakes: &mut Mistakes,
-) -> (Vec<Start>, Vec<String>) {
+) -> (Vec<StartValue>, Vec<String>) {
     let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
     let of_this = |given: &&Override| given.node() == node.name.get_ref();
     for given in overrides.defaults.iter().filter(of_this) {
@@ -123,7 +123,7 @@ struct StartTable<'a> {
     /// The places of variables, and of the first elements of arrays.
     names: HashMap<&'a str, usize>,
     arrays: HashMap<&'a str, usize>,
-    written: BTreeMap<usize, Option<Start>>,
+    written: BTreeMap<usize, Option<StartValue>>,
 }
 
 impl<'a> StartTable<'a> {
@@ -217,7 +217,7 @@ impl<'a> StartTable<'a> {
         let value = value?;
         let Variable { name, reference, storage, element, causality, .. } =
             self.variables[index].clone();
-        let start = Start { name, reference, storage, element, causality, value, place };
+        let start = StartValue { name, reference, storage, element, causality, value, place };
         self.written.insert(index, Some(start));
         Ok(())
     }

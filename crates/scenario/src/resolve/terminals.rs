@@ -5,7 +5,7 @@ mod matching;
 use std::collections::HashSet;
 use std::ops::Range;
 
-use cosim::system::{Body, Start};
+use cosim::system::{Body, StartValue};
 use diagnostics::suggest::{self, shortened};
 use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Variable;
@@ -49,7 +49,7 @@ pub(super) fn expand_terminals(
 struct TerminalEnd<'a> {
     node: &'a NodeDraft,
     fmu: &'a Fmu,
-    starts: &'a [Start],
+    starts: &'a [StartValue],
     terminal: Terminal,
 }
 

@@ -1,26 +1,11 @@
 //! Checks the types at both ends of a connection, and gives the values that the input accepts.
 
-use cosim::system::Accepts;
+use cosim::system::AcceptedValues;
 use diagnostics::Error;
-use fmu_import::description::{Storage, Type, list};
-use recording::ValueKind;
+use fmu_import::description::{Type, list};
 
 use super::ports::Port;
 use crate::document::{Connect, Convert, Scenario};
-
-/// The kind in which values of a type travel and are recorded: enumerations are integers.
-pub(super) fn recorded_kind(of: Type, form: Storage) -> ValueKind {
-    match of {
-        Type::Real => ValueKind::Real,
-        Type::Integer | Type::Enumeration if form == Storage::Int64 => ValueKind::Int64,
-        Type::Integer | Type::Enumeration if form == Storage::UInt64 => ValueKind::UInt64,
-        Type::Integer | Type::Enumeration => ValueKind::Integer,
-        // A clock ticks or does not; nothing connects it.
-        Type::Boolean | Type::Clock => ValueKind::Boolean,
-        // Bytes are recorded as hexadecimal digits.
-        Type::String | Type::Binary => ValueKind::String,
-    }
-}
 
 /// A start value that the variable could have, as it is written in a scenario.
 pub(super) fn example(port: &Port) -> String {
@@ -56,7 +41,7 @@ pub(super) fn fit(
     connect: &Connect,
     from: &Port,
     to: &Port,
-) -> Result<Option<Accepts>, Error> {
+) -> Result<Option<AcceptedValues>, Error> {
     let names = format!("`{}` to `{}`", connect.from.get_ref(), connect.to.get_ref());
     types_fit(scenario, connect, &names, from, to)?;
     if connect.inverted && [from.kind, to.kind] != [Type::Real; 2] {
@@ -82,11 +67,11 @@ pub(super) fn fit(
             let message = format!("{names} carries texts, and `{effect}` acts on numbers only");
             return Err(scenario.source.error(span, message, ""));
         }
-        Type::Real => Accepts::Real,
-        Type::Integer => Accepts::Integer(to.storage),
-        Type::Boolean | Type::Clock => Accepts::Boolean,
-        Type::Enumeration if to.items.is_empty() => Accepts::Integer(to.storage),
-        Type::Enumeration => Accepts::Enumeration(to.items.clone()),
+        Type::Real => AcceptedValues::Real,
+        Type::Integer => AcceptedValues::Integer(to.storage),
+        Type::Boolean | Type::Clock => AcceptedValues::Boolean,
+        Type::Enumeration if to.items.is_empty() => AcceptedValues::Integer(to.storage),
+        Type::Enumeration => AcceptedValues::Enumeration(to.items.clone()),
     }))
 }
 

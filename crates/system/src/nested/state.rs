@@ -1,8 +1,8 @@
 //! Copies the state of the scenario inside the FMU: its nodes, its values, and what its connections remember.
 
-use cosim::course::Moving;
 use cosim::exchange::Memory;
-use cosim::node::NodeState;
+use cosim::extrapolation::ExtrapolatedInput;
+use cosim::node::{NodeState, state_of};
 use cosim::system::{Body, ChainMemory, InputChain, NodePlan};
 use fmu_export::{Cell, Course, FmiResult, reject};
 use fmu_import::CallError;
@@ -20,10 +20,11 @@ pub(crate) struct Parts {
 
 impl Parts {
     /// Whether the importer may have states of all nodes, and the process holds them beside others of the same FMUs.
-    pub fn may_return(&self) -> bool {
-        let Running { nodes, system, .. } = &self.running;
+    pub fn may_return(&mut self) -> bool {
+        let Running { nodes, system, .. } = &mut self.running;
         let only_once = |plan: &NodePlan| matches!(&plan.body, Body::Fmu { fmu, .. } if fmu.description.only_once);
-        nodes.iter().all(|node| node.can_save()) && !system.nodes.iter().any(only_once)
+        let can_save = nodes.iter_mut().all(|node| node.state().is_some_and(|it| it.can_save()));
+        can_save && !system.nodes.iter().any(only_once)
     }
 }
 
@@ -66,7 +67,7 @@ struct PartBytes {
     nodes: Vec<Vec<u8>>,
     /// Its numbers, texts and integers.
     row: (Vec<f64>, Vec<String>, Vec<i128>),
-    moving: Vec<Vec<Moving>>,
+    extrapolated: Vec<Vec<ExtrapolatedInput>>,
     coupling: Vec<u8>,
     /// What sensor effects and faults remember, by node and connection.
     chains: Vec<Vec<ChainMemory>>,
@@ -84,7 +85,10 @@ impl Nested {
             Some(Parts { number, running }) => {
                 let nodes = running.nodes.iter_mut().zip(&running.system.nodes);
                 let nodes = nodes
-                    .map(|(node, plan)| node.save().or_else(|error| refused(plan, &error)))
+                    .map(|(node, plan)| {
+                        let saved = state_of(node.as_mut()).and_then(|it| it.save());
+                        saved.or_else(|error| refused(plan, &error))
+                    })
                     .collect::<FmiResult<Vec<_>>>()?;
                 let chains =
                     running.system.nodes.iter().map(|plan| {
@@ -115,7 +119,8 @@ impl Nested {
                 let Some(Parts { running, .. }) = &mut self.parts else { return Ok(()) };
                 let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
                 for ((node, state), plan) in nodes {
-                    node.restore(state).or_else(|error| refused(plan, &error))?;
+                    let restored = state_of(node.as_mut()).and_then(|it| it.restore(state));
+                    restored.or_else(|error| refused(plan, &error))?;
                 }
                 let plans = running.system.nodes.iter_mut().zip(&parts.chains);
                 for (connection, chain) in
@@ -140,18 +145,20 @@ impl Nested {
                 let running = &mut own.running;
                 let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
-                    node.serialise(state).or_else(|error| refused(plan, &error))
+                    let bytes = state_of(node.as_mut()).and_then(|it| it.serialise(state));
+                    bytes.or_else(|error| refused(plan, &error))
                 });
                 let nodes = nodes.collect::<FmiResult<_>>()?;
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
                 let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
-                let (moving, coupling) = (parts.memory.moving.clone(), parts.coupling.clone());
+                let (extrapolated, coupling) =
+                    (parts.memory.extrapolated.clone(), parts.coupling.clone());
                 let chains = parts.chains.iter();
                 let chains = chains.map(|chains| chains.iter().map(InputChain::memory).collect());
                 let (tick, chains) = (parts.tick, chains.collect());
                 let row = (numbers, texts, integers);
-                Some(PartBytes { start, tick, nodes, row, moving, coupling, chains })
+                Some(PartBytes { start, tick, nodes, row, extrapolated, coupling, chains })
             }
             _ => return reject("the state is that of an initialisation that is gone"),
         };
@@ -179,7 +186,7 @@ impl Nested {
             tick,
             nodes,
             row: (numbers, texts, integers),
-            moving,
+            extrapolated,
             coupling,
             chains,
         }) = parts
@@ -201,24 +208,25 @@ impl Nested {
         let sizes = [row.numbers().len(), row.texts().len(), row.integers().len()];
         let same = sizes == [numbers.len(), texts.len(), integers.len()]
             && nodes.len() == running.nodes.len()
-            && moving.len() == nodes.len();
+            && extrapolated.len() == nodes.len();
         if !same {
             return reject(impossible);
         }
         let nodes = running.nodes.iter_mut().zip(&nodes).zip(&running.system.nodes);
         let nodes = nodes.map(|((node, bytes), plan)| {
-            node.deserialise(bytes).or_else(|error| refused(plan, &error))
+            let state = state_of(node.as_mut()).and_then(|it| it.deserialise(bytes));
+            state.or_else(|error| refused(plan, &error))
         });
         let nodes = nodes.collect::<FmiResult<_>>()?;
         let mut memory = Memory::new(&running.system);
-        let alike = |one: &[Moving], other: &[Moving]| {
+        let alike = |one: &[ExtrapolatedInput], other: &[ExtrapolatedInput]| {
             one.iter().map(|it| it.place).eq(other.iter().map(|it| it.place))
         };
-        if !moving.iter().zip(&memory.moving).all(|(one, other)| alike(one, other)) {
+        if !extrapolated.iter().zip(&memory.extrapolated).all(|(one, other)| alike(one, other)) {
             return reject(impossible);
         }
         memory.row.assign(&numbers, Some(texts), &integers);
-        memory.moving = moving;
+        memory.extrapolated = extrapolated;
         let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
             return reject(impossible);
         };

@@ -2,12 +2,12 @@
 
 use std::fmt::Write as _;
 
-use cosim::coupling::{Account, DivisionAccount, LoopAccount};
+use cosim::coupling::{CouplingSummary, DivisionSummary, LoopSummary};
 use diagnostics::rounded;
 use html_page::escape;
 
 /// Writes nothing for a coupling that repeats and divides nothing.
-pub(super) fn write(html: &mut String, account: &Account) {
+pub(super) fn write(html: &mut String, account: &CouplingSummary) {
     if !account.loops.is_empty() {
         write_loops(html, &account.loops);
     }
@@ -16,11 +16,11 @@ pub(super) fn write(html: &mut String, account: &Account) {
     }
 }
 
-fn write_loops(html: &mut String, loops: &[LoopAccount]) {
+fn write_loops(html: &mut String, loops: &[LoopSummary]) {
     html.push_str(
         "<table class=\"hashes\">\n<tr><th>Loop of</th><th>Steps</th><th>Mean of passes</th><th>Most passes</th><th>At</th></tr>\n",
     );
-    for LoopAccount { inputs, steps, passes, most } in loops {
+    for LoopSummary { inputs, steps, passes, most } in loops {
         let mean = *passes as f64 / (*steps).max(1) as f64;
         // Writing into a string cannot fail.
         let _ = writeln!(
@@ -34,8 +34,8 @@ fn write_loops(html: &mut String, loops: &[LoopAccount]) {
     html.push_str("</table>\n");
 }
 
-fn write_division(html: &mut String, division: &DivisionAccount) {
-    let DivisionAccount { parts, repeated, shortest, errors } = division;
+fn write_division(html: &mut String, division: &DivisionSummary) {
+    let DivisionSummary { parts, repeated, shortest, errors } = division;
     let _ = writeln!(
         html,
         "<p>The communication steps were done in {parts} parts, the shortest of {} s at {} s. {repeated} were done again in halves.</p>",

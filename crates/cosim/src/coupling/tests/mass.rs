@@ -1,10 +1,11 @@
 //! Makes a mass on a spring a node: half of a system whose closed form is known.
 
+use std::ops::Range;
+
 use fmu_import::CallError;
 
 use crate::clock::Clock;
-use crate::course::Course;
-use crate::node::{Node, NodeState};
+use crate::node::{ExtrapolatedInputs, InputPolynomial, Node, NodeState, Stateful};
 
 /// A mass between two springs: the first one holds it at what is before it, and pulls at that, too. The solution within a step is
 /// that of many steps of Runge and Kutta.
@@ -16,7 +17,7 @@ pub(super) struct Mass {
     pub(super) state: [f64; 2],
     /// What the end of the spring moves by, how fast, and the force from behind.
     pub(super) inputs: [f64; 3],
-    pub(super) courses: Vec<(usize, Course)>,
+    pub(super) polynomials: Vec<InputPolynomial>,
     pub(super) takes_slopes: bool,
     /// Steps that are longer are discarded [s].
     pub(super) longest: f64,
@@ -30,7 +31,7 @@ impl Mass {
             damping,
             state: [position, 0.0],
             inputs: [0.0; 3],
-            courses: Vec::new(),
+            polynomials: Vec::new(),
             takes_slopes: false,
             longest: f64::INFINITY,
             steps: 0,
@@ -43,7 +44,9 @@ impl Mass {
 
     fn inputs_at(&self, time: f64) -> [f64; 3] {
         let mut inputs = self.inputs;
-        self.courses.iter().for_each(|(place, course)| inputs[*place] = course.at(time));
+        for InputPolynomial { place, polynomial } in &self.polynomials {
+            inputs[*place] = polynomial.at(time);
+        }
         inputs
     }
 
@@ -54,35 +57,20 @@ impl Mass {
 }
 
 impl Node for Mass {
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
         self.inputs[..inputs.len()].copy_from_slice(inputs);
-        self.courses.clear();
-        Ok(())
-    }
-
-    fn set_courses(
-        &mut self,
-        inputs: &mut [f64],
-        courses: &[(usize, Course)],
-        span: (f64, f64),
-    ) -> Result<(), CallError> {
-        if !self.takes_slopes {
-            courses.iter().for_each(|(place, course)| inputs[*place] = course.mean(span));
-            return self.set(inputs);
-        }
-        self.set(inputs)?;
-        self.courses = courses.to_vec();
+        self.polynomials.clear();
         Ok(())
     }
 
     /// Position, speed, and the force on what is before it.
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
         outputs[..2].copy_from_slice(&self.state);
         outputs[2] = -self.force(self.state, self.inputs);
         Ok(())
     }
 
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
         self.steps += 1;
         if clock.step > self.longest * 1.000_001 {
             let discarded = CallError::new("step", "is too long");
@@ -103,10 +91,29 @@ impl Node for Mass {
         Ok(())
     }
 
-    fn can_save(&self) -> bool {
-        true
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
     }
 
+    fn extrapolated_inputs(&mut self) -> Option<&mut dyn ExtrapolatedInputs> {
+        if self.takes_slopes { Some(self) } else { None }
+    }
+}
+
+impl ExtrapolatedInputs for Mass {
+    fn set_extrapolated_inputs(
+        &mut self,
+        inputs: &mut [f64],
+        polynomials: &[InputPolynomial],
+        _span: Range<f64>,
+    ) -> Result<(), CallError> {
+        self.set_inputs(inputs)?;
+        self.polynomials = polynomials.to_vec();
+        Ok(())
+    }
+}
+
+impl Stateful for Mass {
     fn save(&mut self) -> Result<NodeState, CallError> {
         Ok(NodeState::new(self.clone()))
     }

@@ -8,7 +8,7 @@ use super::FmuNode;
 use super::clocks::Clocks;
 use crate::clock::Clock;
 use crate::node::SAME;
-use crate::system::Group;
+use crate::system::VariableGroup;
 
 /// An event may take this many updates, and a step may stand still this often.
 const MOST: usize = 1000;
@@ -35,7 +35,7 @@ impl Events {
 
     /// Whether the FMU takes values of a group in event mode only: those of discrete inputs, and those of clocked ones while their
     /// clock ticks.
-    pub fn delays(&self, group: &Group) -> bool {
+    pub fn delays(&self, group: &VariableGroup) -> bool {
         (self.running && group.discrete) || !group.clocks.is_empty()
     }
 }
@@ -55,12 +55,13 @@ impl FmuNode {
     fn event(&mut self, time: f64, active: Vec<u32>) -> Result<(), CallError> {
         self.instance.enter_event_mode()?;
         if std::mem::take(&mut self.events.changed) {
-            self.give_held(&|group| group.discrete && group.clocks.is_empty())?;
+            self.set_stored(&|group| group.discrete && group.clocks.is_empty())?;
         }
         self.instance.set_clocks(&active)?;
         if !active.is_empty() {
-            let ticks = |group: &Group| group.clocks.iter().any(|clock| active.contains(clock));
-            self.give_held(&ticks)?;
+            let ticks =
+                |group: &VariableGroup| group.clocks.iter().any(|clock| active.contains(clock));
+            self.set_stored(&ticks)?;
         }
         self.update(time, active)
     }
@@ -70,7 +71,7 @@ impl FmuNode {
         for _ in 0..MOST {
             active.extend(self.instance.active_clocks(self.events.clocks.outputs())?);
             if !active.is_empty() {
-                self.keep_clocked(&active)?;
+                self.store_clocked(&active)?;
                 self.events.clocks.note(&active);
                 active.clear();
             }
@@ -139,6 +140,6 @@ impl FmuNode {
 }
 
 /// Whether a group holds the ticks of clocks.
-pub(super) fn is_clock(group: &Group) -> bool {
+pub(super) fn is_clock(group: &VariableGroup) -> bool {
     group.storage == Storage::Clock
 }

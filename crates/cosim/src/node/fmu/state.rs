@@ -4,23 +4,23 @@ use fmu_import::{CallError, Causality, FmuState};
 use serde::{Deserialize, Serialize};
 
 use super::events::Events;
-use super::ports::Memory;
+use super::values::GroupValues;
 use super::{FmuNode, give, variables};
 use crate::node::refusal::Refusal;
-use crate::node::state_error;
-use crate::system::Start;
+use crate::node::{NodeState, Stateful, TunableParameters, state_error};
+use crate::system::StartValue;
 
 /// A state of the FMU and of its node.
 pub(super) struct Saved {
     fmu: FmuState,
-    rest: Rest,
+    node: NodeMemory,
 }
 
 /// A state of the node without the FMU.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct Rest {
-    kept: Memory,
-    shown: Memory,
+struct NodeMemory {
+    input_values: GroupValues,
+    output_values: GroupValues,
     events: Events,
 }
 
@@ -28,9 +28,9 @@ struct Rest {
 #[derive(Debug, Serialize, Deserialize)]
 pub(in crate::node) enum Bytes<'a> {
     /// Its own bytes, and the state of its node.
-    Going(&'a [u8], &'a [u8]),
+    Running(&'a [u8], &'a [u8]),
     /// It has failed, and its outputs keep these values.
-    Held(Vec<f64>, Vec<i128>, Vec<String>),
+    Frozen(Vec<f64>, Vec<i128>, Vec<String>),
 }
 
 impl Bytes<'_> {
@@ -43,64 +43,81 @@ impl Bytes<'_> {
     }
 }
 
-impl FmuNode {
-    pub(super) fn copy(&mut self) -> Result<Saved, CallError> {
-        let FmuNode { instance, kept, shown, events, .. } = self;
-        let (kept, shown, events) = (kept.clone(), shown.clone(), events.clone());
-        Ok(Saved { fmu: instance.save()?, rest: Rest { kept, shown, events } })
+impl Stateful for FmuNode {
+    fn can_save(&mut self) -> bool {
+        self.instance.can_save()
     }
 
-    pub(super) fn copy_again(&mut self, saved: &mut Saved) -> Result<(), CallError> {
-        saved.rest.kept.clone_from(&self.kept);
-        saved.rest.shown.clone_from(&self.shown);
-        saved.rest.events.clone_from(&self.events);
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        let fmu = self.instance.save()?;
+        let node = NodeMemory {
+            input_values: self.input_values.clone(),
+            output_values: self.output_values.clone(),
+            events: self.events.clone(),
+        };
+        Ok(NodeState::new(Saved { fmu, node }))
+    }
+
+    fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
+        let saved: &mut Saved = state.get_mut()?;
+        saved.node.input_values.clone_from(&self.input_values);
+        saved.node.output_values.clone_from(&self.output_values);
+        saved.node.events.clone_from(&self.events);
         self.instance.save_into(&mut saved.fmu)
     }
 
-    pub(super) fn go_back(&mut self, saved: &Saved) -> Result<(), CallError> {
-        let Rest { kept, shown, events } = saved.rest.clone();
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        let saved: &Saved = state.get()?;
         self.instance.restore(&saved.fmu)?;
-        (self.kept, self.shown, self.events) = (kept, shown, events);
+        let NodeMemory { input_values, output_values, events } = saved.node.clone();
+        (self.input_values, self.output_values, self.events) =
+            (input_values, output_values, events);
         Ok(())
     }
 
-    pub(super) fn bytes_of(&mut self, saved: &Saved) -> Result<Vec<u8>, CallError> {
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        let saved: &Saved = state.get()?;
         let fmu = self.instance.serialise(&saved.fmu)?;
-        let rest = postcard::to_stdvec(&saved.rest);
-        let rest = rest.map_err(|error| state_error(&error.to_string()))?;
-        Bytes::Going(&fmu, &rest).pack()
+        let node = postcard::to_stdvec(&saved.node);
+        let node = node.map_err(|error| state_error(&error.to_string()))?;
+        Bytes::Running(&fmu, &node).pack()
     }
 
-    pub(super) fn state_of(&mut self, bytes: &[u8]) -> Result<Saved, CallError> {
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
         match Bytes::unpack(bytes)? {
-            Bytes::Going(fmu, rest) => {
-                let rest = postcard::from_bytes::<Rest>(rest).ok().filter(|it| self.fits(it));
-                let rest =
-                    rest.ok_or_else(|| state_error("these bytes are that of another FMU"))?;
-                Ok(Saved { fmu: self.instance.deserialise(fmu)?, rest })
+            Bytes::Running(fmu, node) => {
+                let node = postcard::from_bytes(node).ok().filter(|it| self.is_alike(it));
+                let node =
+                    node.ok_or_else(|| state_error("these bytes are that of another FMU"))?;
+                Ok(NodeState::new(Saved { fmu: self.instance.deserialise(fmu)?, node }))
             }
-            Bytes::Held(..) => Err(state_error(
+            Bytes::Frozen(..) => Err(state_error(
                 "is that of an FMU that had failed, whose outputs keep their values: that needs `isolate`",
             )),
         }
     }
+}
 
-    /// Whether all values have their places.
-    fn fits(&self, rest: &Rest) -> bool {
-        let sizes = |memory: &Memory| {
-            let numbers = memory.numbers.iter().map(Vec::len);
-            let integers = memory.integers.iter().map(Vec::len);
-            (numbers.collect::<Vec<_>>(), integers.collect::<Vec<_>>(), memory.texts.len())
+impl FmuNode {
+    /// Whether a memory is that of this FMU: all values have their places.
+    fn is_alike(&self, memory: &NodeMemory) -> bool {
+        let lengths = |values: &GroupValues| {
+            let numbers = values.numbers.iter().map(Vec::len);
+            let integers = values.integers.iter().map(Vec::len);
+            (numbers.collect::<Vec<_>>(), integers.collect::<Vec<_>>(), values.texts.len())
         };
-        let counts =
-            |memory: &Memory| [memory.numbers.len(), memory.integers.len(), memory.texts.len()];
-        sizes(&rest.kept) == sizes(&self.kept)
-            && counts(&rest.shown) == counts(&self.shown)
-            && self.events.clocks.are_those_of(&rest.events.clocks)
+        let counts = |values: &GroupValues| {
+            [values.numbers.len(), values.integers.len(), values.texts.len()]
+        };
+        lengths(&memory.input_values) == lengths(&self.input_values)
+            && counts(&memory.output_values) == counts(&self.output_values)
+            && self.events.clocks.are_those_of(&memory.events.clocks)
     }
+}
 
-    /// Gives the FMU other values between two steps; in event mode, if it has that.
-    pub(super) fn retune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
+impl TunableParameters for FmuNode {
+    /// In event mode, if the FMU has that.
+    fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError> {
         let with_event = self.instance.has_events();
         if with_event {
             self.instance.enter_event_mode()?;
@@ -115,7 +132,7 @@ impl FmuNode {
         }
         let tunable = self.inputs.numbers.iter().chain(&self.inputs.texts).any(|it| it.tunable);
         if tunable || values.iter().any(|value| value.causality == Causality::Input) {
-            self.keep()?;
+            self.read_start_values()?;
         }
         match with_event {
             true => self.update(time, Vec::new()),

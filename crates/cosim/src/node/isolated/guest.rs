@@ -8,10 +8,15 @@ use diagnostics::{Error, shown};
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
 use isolation::{Line, Sandbox, Talk};
 
-use super::talk::{Answer, Done, Others, Question, Setup, Task};
+use super::protocol::{
+    Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup, StepPolynomials,
+};
 use crate::node::refusal::Refusal;
-use crate::node::{FmuNode, Node, NodeState};
-use crate::system::Ports;
+use crate::node::{
+    DirectionalDerivatives, ExtrapolatedInputs, FmuNode, Node, NodeState, Stateful,
+    TunableParameters, TypedValues,
+};
+use crate::system::VariableGroups;
 
 /// Serves `host`, the number of the process that started this one, until it asks this one to leave.
 ///
@@ -29,9 +34,9 @@ pub fn serve(host: u32) -> Result<(), Error> {
     let (mut talk, mut served) = (Talk::default(), None);
     loop {
         line.receive(&mut talk, look)?;
-        let question = postcard::from_bytes::<Question>(&talk.bytes);
-        let question = question.map_err(|error| wrong(error.to_string()))?;
-        if let Task::Leave = question.task {
+        let request = postcard::from_bytes::<Request>(&talk.bytes);
+        let request = request.map_err(|error| wrong(error.to_string()))?;
+        if let Command::Exit = request.command {
             // The run is over, and nobody reads the note any more.
             fmu_import::write_notes_to(None);
             fmu_import::complete(Some(0));
@@ -40,27 +45,27 @@ pub fn serve(host: u32) -> Result<(), Error> {
             late.iter().for_each(|it| eprintln!("{}", shown(&format!("warning: {it}"))));
             return Ok(());
         }
-        let end = matches!(question.task, Task::End);
-        let done = answer(&mut served, question, &mut talk.numbers);
+        let end = matches!(request.command, Command::Terminate);
+        let outcome = respond(&mut served, request, &mut talk.numbers);
         let messages = served.as_mut().map(|served| served.node.messages());
         let mut messages = messages.unwrap_or_default();
         if end {
             let changed = fmu_import::changed_surroundings().into_iter();
             messages.extend(changed.map(|what| Message::new(MessageLevel::Warning, "", &what)));
         }
-        let answer = Answer { done, messages };
-        tell(&line, &talk, &answer, look)?;
+        let response = Response { outcome, messages };
+        send(&line, &talk, &response, look)?;
     }
 }
 
-fn tell(
+fn send(
     line: &Line,
     talk: &Talk,
-    answer: &Answer,
+    response: &Response,
     look: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
-    let bytes = postcard::to_stdvec(answer).map_err(|error| Error::input(error.to_string()))?;
-    let shown = matches!(answer.done, Ok(Done::Shown(_)));
+    let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
+    let shown = matches!(response.outcome, Ok(Outcome::Outputs(_)));
     let numbers = if shown { talk.numbers.as_slice() } else { &[] };
     line.send((numbers, &bytes), look)
 }
@@ -75,12 +80,12 @@ struct Served {
 }
 
 /// Does what is asked. `numbers` are those of the inputs at first, and those of the outputs when they are shown.
-fn answer(
+fn respond(
     served: &mut Option<Served>,
-    question: Question,
+    request: Request,
     numbers: &mut Vec<f64>,
-) -> Result<Done, Refusal> {
-    if let Task::Open(setup) = question.task {
+) -> Result<Outcome, Refusal> {
+    if let Command::Open(setup) = request.command {
         let (opened, done) = open(*setup)?;
         *served = Some(opened);
         return Ok(done);
@@ -88,117 +93,125 @@ fn answer(
     let Some(served) = served else {
         return Err(Refusal::Early(CallError::new("the node", "is not open yet")));
     };
-    served.forget(&question.forget);
-    if let Some(Others { integers, texts, courses }) = question.inputs {
-        match courses {
-            None => served.node.set(numbers)?,
-            Some((courses, span)) if courses.iter().all(|(place, _)| *place < numbers.len()) => {
-                served.node.set_courses(numbers, &courses, span)?;
+    served.drop_states(&request.dropped);
+    if let Some(OtherValues { integers, texts, extrapolation }) = request.inputs {
+        match extrapolation {
+            None => served.node.set_inputs(numbers)?,
+            Some(StepPolynomials { polynomials, span })
+                if polynomials.iter().all(|it| it.place < numbers.len()) =>
+            {
+                served.node.set_extrapolated_inputs(numbers, &polynomials, span)?;
             }
             Some(_) => return Err(CallError::new("the inputs", "are not as many").into()),
         }
         if !integers.is_empty() {
             served.node.set_integers(&integers)?;
         }
-        served.node.set_texts(&texts)?;
-    }
-    match question.task {
-        Task::Enter => served.node.initialise().map(Done::Entered),
-        Task::Step(clock, tick) => {
-            served.node.step(&clock, tick)?;
-            Ok(served.show(numbers)?)
+        if !texts.is_empty() {
+            served.node.set_texts(&texts)?;
         }
-        Task::Show => Ok(served.show(numbers)?),
-        task => Ok(served.rest(task)?),
+    }
+    match request.command {
+        Command::EnterInitialization => {
+            served.node.begin_initialization().map(Outcome::Initialized)
+        }
+        Command::DoStep(clock, tick) => {
+            served.node.do_step(&clock, tick)?;
+            Ok(served.get_outputs(numbers)?)
+        }
+        Command::GetOutputs => Ok(served.get_outputs(numbers)?),
+        command => Ok(served.run(command)?),
     }
 }
 
 impl Served {
     /// The numbers of saved states grow, so none is given twice.
-    fn keep(&mut self, state: NodeState) -> Done {
+    fn keep(&mut self, state: NodeState) -> Outcome {
         let number = self.states.last_key_value().map_or(0, |(last, _)| last + 1);
         self.states.insert(number, state);
-        Done::State(number)
+        Outcome::State(number)
     }
 
-    fn forget(&mut self, states: &[u64]) {
+    fn drop_states(&mut self, states: &[u64]) {
         states.iter().for_each(|state| drop(self.states.remove(state)));
     }
 
-    fn show(&mut self, numbers: &mut Vec<f64>) -> Result<Done, CallError> {
+    fn get_outputs(&mut self, numbers: &mut Vec<f64>) -> Result<Outcome, CallError> {
         numbers.clear();
         numbers.resize(self.numbers, 0.0);
-        let mut others = Others {
+        let mut others = OtherValues {
             integers: vec![0; self.integers],
             texts: vec![String::new(); self.texts],
-            courses: None,
+            extrapolation: None,
         };
-        self.node.get(numbers)?;
+        self.node.get_outputs(numbers)?;
         if self.integers > 0 {
             self.node.get_integers(&mut others.integers)?;
         }
         self.node.get_texts(&mut others.texts)?;
-        Ok(Done::Shown(others))
+        Ok(Outcome::Outputs(others))
     }
 
-    fn rest(&mut self, task: Task) -> Result<Done, CallError> {
+    fn run(&mut self, command: Command) -> Result<Outcome, CallError> {
         let Served { node, states, .. } = self;
         let unknown = || CallError::new("the state", "is not one of this process");
-        Ok(match task {
-            Task::Ready => node.ready().map(|()| Done::Well)?,
-            Task::End => node.end().map(|()| Done::Well)?,
-            Task::Save => {
+        Ok(match command {
+            Command::ExitInitialization => node.exit_initialization().map(|()| Outcome::Done)?,
+            Command::Terminate => node.terminate().map(|()| Outcome::Done)?,
+            Command::Save => {
                 let state = node.save()?;
                 self.keep(state)
             }
-            Task::Restore(state) => {
+            Command::Restore(state) => {
                 node.restore(states.get(&state).ok_or_else(unknown)?)?;
-                Done::Well
+                Outcome::Done
             }
-            Task::Wait(seconds) => {
+            Command::Wait(seconds) => {
                 // A time that no clock holds is longer than any limit.
                 std::thread::sleep(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX));
-                Done::Well
+                Outcome::Done
             }
-            Task::Crash => std::process::abort(),
-            Task::Tune(values, time) => node.tune(&values, time).map(|()| Done::Well)?,
-            Task::Serialise(state) => {
-                Done::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
+            Command::Crash => std::process::abort(),
+            Command::Tune(values, time) => node.tune(&values, time).map(|()| Outcome::Done)?,
+            Command::Serialise(state) => {
+                Outcome::Bytes(node.serialise(states.get(&state).ok_or_else(unknown)?)?)
             }
-            Task::Derivatives(changes) => {
+            Command::DirectionalDerivatives(changes) => {
                 let mut found = vec![0.0; self.numbers];
-                let known = node.derivatives(&changes, &mut found)?;
-                Done::Changes(known.then_some(found))
+                let known = node.directional_derivatives(&changes, &mut found)?;
+                Outcome::Derivatives(known.then_some(found))
             }
-            Task::Deserialise(bytes) => {
+            Command::Deserialise(bytes) => {
                 let state = node.deserialise(&bytes)?;
                 self.keep(state)
             }
-            _ => Done::Well,
+            _ => Outcome::Done,
         })
     }
 }
 
 /// Makes the node, in a sandbox if it is to be in one.
-fn open(setup: Setup) -> Result<(Served, Done), Refusal> {
+fn open(setup: Setup) -> Result<(Served, Outcome), Refusal> {
     let early = |error: OpenError| Refusal::Early(CallError::new("opening", error.to_string()));
-    let shut = |(read, write)| isolation::shut(&Sandbox { read, write });
+    let shut = |SandboxPaths { read, write }| isolation::shut(&Sandbox { read, write });
     let lacks = setup.sandbox.map(shut).unwrap_or_default();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
-    let Ports { numbers, texts } = &setup.outputs;
+    let VariableGroups { numbers, texts } = &setup.outputs;
     let exact = numbers.iter().filter(|group| group.is_exact());
     let counts = [
         numbers.iter().map(|group| group.places.len()).sum(),
         exact.map(|group| group.places.len()).sum(),
         texts.iter().map(|group| group.places.len()).sum(),
     ];
-    let ports = (setup.inputs, setup.outputs);
-    let mut node = FmuNode::new(&fmu, &setup.name, setup.log, ports)?;
-    node.prepare(setup.times, setup.tolerance, setup.starts)?;
+    let mut node = FmuNode::new(&fmu, &setup.name, setup.log, setup.inputs, setup.outputs)?;
+    node.prepare(setup.experiment, setup.starts)?;
     // The runtime of an FMU may have taken the signals.
     fmu_import::ignore_requests_to_end();
-    let (save, serialise, slopes) = (node.can_save(), node.can_serialise(), node.takes_slopes());
-    let done = Done::Opened { save, serialise, slopes, lacks };
+    let outcome = Outcome::Opened {
+        can_save: node.can_save(),
+        takes_input_derivatives: node.takes_input_derivatives(),
+        lacks,
+    };
     let [numbers, integers, texts] = counts;
-    Ok((Served { node, states: BTreeMap::new(), numbers, integers, texts }, done))
+    Ok((Served { node, states: BTreeMap::new(), numbers, integers, texts }, outcome))
 }

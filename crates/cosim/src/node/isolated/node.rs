@@ -1,43 +1,49 @@
 //! Makes the process of an FMU a node like others.
 
+use std::ops::Range;
+
 use diagnostics::Error;
 use fmu_import::{CallError, Message};
 
-use super::talk::{Done, Others, Task};
-use super::{IsolatedNode, nonsense};
+use super::protocol::{Command, OtherValues, Outcome, StepPolynomials};
+use super::{IsolatedNode, Values, unexpected};
 use crate::clock::Clock;
-use crate::course::Course;
-use crate::node::faulty::Provocation;
 use crate::node::fmu::Bytes;
-use crate::node::{Node, NodeState, means};
-use crate::system::{OnFailure, Start};
+use crate::node::{DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial, Node, NodeState, Stateful, TunableParameters, TypedValues};
+use crate::system::{OnFailure, StartValue};
 
 /// The outputs of an FMU that has failed.
-struct HeldState((Vec<f64>, Others));
+struct FrozenState(Values);
 
 impl IsolatedNode {
     /// Asks for the outputs, unless they are there.
-    fn see(&mut self) -> Result<(), CallError> {
-        match self.shown || self.held {
+    fn fetch_outputs(&mut self) -> Result<(), CallError> {
+        match self.has_outputs || self.frozen {
             true => Ok(()),
-            false => self.call(Task::Show).map(|_| ()),
+            false => self.call(Command::GetOutputs).map(|_| ()),
         }
+    }
+
+    /// There are inputs that the process does not know.
+    fn note_new_inputs(&mut self) {
+        (self.has_new_inputs, self.has_outputs) = (true, false);
     }
 }
 
 /// Copies outputs of which there are as many as expected.
 fn copy<T: Clone>(from: &[T], to: &mut [T]) -> Result<(), CallError> {
     if from.len() != to.len() {
-        return Err(nonsense());
+        return Err(unexpected());
     }
     to.clone_from_slice(from);
     Ok(())
 }
 
 impl Node for IsolatedNode {
-    fn enter(&mut self) -> Result<Vec<String>, Error> {
-        match self.ask(Task::Enter).map_err(|refusal| self.told(refusal))? {
-            Done::Entered(mut notices) => {
+    fn enter_initialization(&mut self) -> Result<Vec<String>, Error> {
+        let entered = self.ask(Command::EnterInitialization);
+        match entered.map_err(|refusal| self.refused(refusal))? {
+            Outcome::Initialized(mut notices) => {
                 let name = &self.setup.name;
                 let lacks = self.lacks.drain(..);
                 notices.extend(
@@ -45,153 +51,39 @@ impl Node for IsolatedNode {
                 );
                 Ok(notices)
             }
-            _ => Err(self.told(nonsense().into())),
+            _ => Err(self.refused(unexpected().into())),
         }
     }
 
-    fn ready(&mut self) -> Result<(), CallError> {
-        self.call(Task::Ready).map(|_| ())
+    fn exit_initialization(&mut self) -> Result<(), CallError> {
+        self.call(Command::ExitInitialization).map(|_| ())
     }
 
-    fn set(&mut self, inputs: &[f64]) -> Result<(), CallError> {
-        self.inputs.0.clear();
-        self.inputs.0.extend_from_slice(inputs);
-        self.inputs.1.courses = None;
-        (self.pending, self.shown) = (true, false);
+    fn set_inputs(&mut self, inputs: &[f64]) -> Result<(), CallError> {
+        self.inputs.numbers.clear();
+        self.inputs.numbers.extend_from_slice(inputs);
+        self.inputs.others.extrapolation = None;
+        self.note_new_inputs();
         Ok(())
     }
 
-    fn set_courses(
-        &mut self,
-        inputs: &mut [f64],
-        courses: &[(usize, Course)],
-        span: (f64, f64),
-    ) -> Result<(), CallError> {
-        if !self.can.2 {
-            return self.set(means(inputs, courses, span));
-        }
-        self.set(inputs)?;
-        self.inputs.1.courses = Some((courses.to_vec(), span));
-        Ok(())
+    fn get_outputs(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
+        self.fetch_outputs()?;
+        copy(&self.outputs.numbers, outputs)
     }
 
-    fn derivatives(&mut self, changes: &[f64], outputs: &mut [f64]) -> Result<bool, CallError> {
-        match self.call(Task::Derivatives(changes.to_vec()))? {
-            Done::Changes(None) => Ok(false),
-            Done::Changes(Some(found)) => copy(&found, outputs).map(|()| true),
-            _ => Err(nonsense()),
-        }
-    }
-
-    fn get(&mut self, outputs: &mut [f64]) -> Result<(), CallError> {
-        self.see()?;
-        copy(&self.outputs.0, outputs)
-    }
-
-    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
-        if inputs.is_empty() {
+    fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
+        if self.frozen {
             return Ok(());
         }
-        self.inputs.1.texts.clear();
-        self.inputs.1.texts.extend_from_slice(inputs);
-        (self.pending, self.shown) = (true, false);
-        Ok(())
+        self.try_step(clock, tick).or_else(|failure| self.recover(failure, clock, tick))
     }
 
-    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
-        self.see()?;
-        copy(&self.outputs.1.texts, outputs)
-    }
-
-    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
-        self.inputs.1.integers.clear();
-        self.inputs.1.integers.extend_from_slice(inputs);
-        (self.pending, self.shown) = (true, false);
-        Ok(())
-    }
-
-    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
-        self.see()?;
-        copy(&self.outputs.1.integers, outputs)
-    }
-
-    fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        if self.held {
-            return Ok(());
-        }
-        self.go(clock, tick).or_else(|failure| self.go_on(failure, clock, tick))
-    }
-
-    fn provoke(&mut self, what: Provocation) -> bool {
-        self.provoked = Some(what);
-        true
-    }
-
-    fn end(&mut self) -> Result<(), CallError> {
-        match self.held {
+    fn terminate(&mut self) -> Result<(), CallError> {
+        match self.frozen {
             true => Ok(()),
-            false => self.call(Task::End).map(|_| ()),
+            false => self.call(Command::Terminate).map(|_| ()),
         }
-    }
-
-    fn can_save(&self) -> bool {
-        self.can.0
-    }
-
-    fn tune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
-        match self.held {
-            true => Ok(()),
-            false => self.call(Task::Tune(values.to_vec(), time)).map(|_| ()),
-        }
-    }
-
-    fn save(&mut self) -> Result<NodeState, CallError> {
-        if self.held {
-            return Ok(NodeState::new(HeldState(self.outputs.clone())));
-        }
-        let done = self.call(Task::Save)?;
-        self.kept(&done)
-    }
-
-    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        if let Ok(HeldState(outputs)) = state.get() {
-            (self.held, self.outputs) = (true, outputs.clone());
-            return Ok(());
-        }
-        let number = self.number(state)?;
-        self.call(Task::Restore(number))?;
-        self.held = false;
-        match self.isolation.on_failure {
-            // It may fail before it shows anything.
-            OnFailure::Hold => self.see(),
-            OnFailure::End | OnFailure::Restart => Ok(()),
-        }
-    }
-
-    fn can_serialise(&self) -> bool {
-        self.can.1
-    }
-
-    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        if let Ok(HeldState((numbers, Others { integers, texts, .. }))) = state.get() {
-            return Bytes::Held(numbers.clone(), integers.clone(), texts.clone()).pack();
-        }
-        let number = self.number(state)?;
-        match self.call(Task::Serialise(number))? {
-            Done::Bytes(bytes) => Ok(bytes),
-            _ => Err(nonsense()),
-        }
-    }
-
-    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
-        if let Bytes::Held(numbers, integers, texts) = Bytes::unpack(bytes)? {
-            return Ok(NodeState::new(HeldState((
-                numbers,
-                Others { integers, texts, courses: None },
-            ))));
-        }
-        let done = self.call(Task::Deserialise(bytes.to_owned()))?;
-        self.kept(&done)
     }
 
     fn has_messages(&self) -> bool {
@@ -200,5 +92,149 @@ impl Node for IsolatedNode {
 
     fn messages(&mut self) -> Vec<Message> {
         std::mem::take(&mut self.messages)
+    }
+
+    fn state(&mut self) -> Option<&mut dyn Stateful> {
+        Some(self)
+    }
+
+    fn typed_values(&mut self) -> Option<&mut dyn TypedValues> {
+        Some(self)
+    }
+
+    fn extrapolated_inputs(&mut self) -> Option<&mut dyn ExtrapolatedInputs> {
+        if self.takes_input_derivatives { Some(self) } else { None }
+    }
+
+    fn derivatives(&mut self) -> Option<&mut dyn DirectionalDerivatives> {
+        Some(self)
+    }
+
+    fn parameters(&mut self) -> Option<&mut dyn TunableParameters> {
+        Some(self)
+    }
+
+    fn faults(&mut self) -> Option<&mut dyn FaultInjection> {
+        Some(self)
+    }
+}
+
+impl TypedValues for IsolatedNode {
+    fn set_texts(&mut self, inputs: &[String]) -> Result<(), CallError> {
+        self.inputs.others.texts.clear();
+        self.inputs.others.texts.extend_from_slice(inputs);
+        self.note_new_inputs();
+        Ok(())
+    }
+
+    fn get_texts(&mut self, outputs: &mut [String]) -> Result<(), CallError> {
+        self.fetch_outputs()?;
+        copy(&self.outputs.others.texts, outputs)
+    }
+
+    fn set_integers(&mut self, inputs: &[i128]) -> Result<(), CallError> {
+        self.inputs.others.integers.clear();
+        self.inputs.others.integers.extend_from_slice(inputs);
+        self.note_new_inputs();
+        Ok(())
+    }
+
+    fn get_integers(&mut self, outputs: &mut [i128]) -> Result<(), CallError> {
+        self.fetch_outputs()?;
+        copy(&self.outputs.others.integers, outputs)
+    }
+}
+
+impl ExtrapolatedInputs for IsolatedNode {
+    fn set_extrapolated_inputs(
+        &mut self,
+        inputs: &mut [f64],
+        polynomials: &[InputPolynomial],
+        span: Range<f64>,
+    ) -> Result<(), CallError> {
+        self.set_inputs(inputs)?;
+        let polynomials = polynomials.to_vec();
+        self.inputs.others.extrapolation = Some(StepPolynomials { polynomials, span });
+        Ok(())
+    }
+}
+
+impl DirectionalDerivatives for IsolatedNode {
+    fn directional_derivatives(
+        &mut self,
+        changes: &[f64],
+        outputs: &mut [f64],
+    ) -> Result<bool, CallError> {
+        match self.call(Command::DirectionalDerivatives(changes.to_vec()))? {
+            Outcome::Derivatives(None) => Ok(false),
+            Outcome::Derivatives(Some(derivatives)) => copy(&derivatives, outputs).map(|()| true),
+            _ => Err(unexpected()),
+        }
+    }
+}
+
+impl TunableParameters for IsolatedNode {
+    fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError> {
+        match self.frozen {
+            true => Ok(()),
+            false => self.call(Command::Tune(values.to_vec(), time)).map(|_| ()),
+        }
+    }
+}
+
+impl FaultInjection for IsolatedNode {
+    fn inject_fault(&mut self, fault: InjectedFault) -> bool {
+        self.injected = Some(fault);
+        true
+    }
+}
+
+impl Stateful for IsolatedNode {
+    fn can_save(&mut self) -> bool {
+        self.can_save
+    }
+
+    fn save(&mut self) -> Result<NodeState, CallError> {
+        if self.frozen {
+            return Ok(NodeState::new(FrozenState(self.outputs.clone())));
+        }
+        let outcome = self.call(Command::Save)?;
+        self.remote_state(&outcome)
+    }
+
+    fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
+        if let Ok(FrozenState(outputs)) = state.get() {
+            (self.frozen, self.outputs) = (true, outputs.clone());
+            return Ok(());
+        }
+        let number = self.number(state)?;
+        self.call(Command::Restore(number))?;
+        self.frozen = false;
+        match self.isolation.on_failure {
+            // It may fail before it shows anything.
+            OnFailure::Hold => self.fetch_outputs(),
+            OnFailure::End | OnFailure::Restart => Ok(()),
+        }
+    }
+
+    fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
+        if let Ok(FrozenState(Values { numbers, others })) = state.get() {
+            let OtherValues { integers, texts, .. } = others;
+            return Bytes::Frozen(numbers.clone(), integers.clone(), texts.clone()).pack();
+        }
+        let number = self.number(state)?;
+        match self.call(Command::Serialise(number))? {
+            Outcome::Bytes(bytes) => Ok(bytes),
+            _ => Err(unexpected()),
+        }
+    }
+
+    fn deserialise(&mut self, bytes: &[u8]) -> Result<NodeState, CallError> {
+        if let Bytes::Frozen(numbers, integers, texts) = Bytes::unpack(bytes)? {
+            let others = OtherValues { integers, texts, extrapolation: None };
+            return Ok(NodeState::new(FrozenState(Values { numbers, others })));
+        }
+        let outcome = self.call(Command::Deserialise(bytes.to_owned()))?;
+        self.remote_state(&outcome)
     }
 }

@@ -7,9 +7,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Shape, ShapeParameters};
-use crate::signal::EDGE;
-use crate::signal::rules;
 use crate::signal::window::Window;
+use crate::signal::{EDGE, rules};
 
 /// Shape: two levels in turn, `square = { amplitude = 100.0, period = 4.0 }`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

@@ -6,9 +6,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Shape, ShapeParameters};
-use crate::signal::EDGE;
-use crate::signal::rules;
 use crate::signal::window::Window;
+use crate::signal::{EDGE, rules};
 
 /// Shape: a jump, `step = { at = 0.5, after = 100.0 }`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]

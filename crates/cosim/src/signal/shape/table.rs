@@ -7,9 +7,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{Shape, ShapeParameters};
-use crate::signal::EDGE;
-use crate::signal::rules;
 use crate::signal::window::Window;
+use crate::signal::{EDGE, rules};
 
 /// Shape: values at given times, `table = { time = [0.0, 1.0, 4.0], value = [0.0, 2.0, 0.0] }`. Before the first and after the
 /// last time it has their values.

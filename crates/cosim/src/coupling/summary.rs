@@ -1,21 +1,21 @@
-//! Sums up a coupling: how often loops were repeated, how far steps were divided, and the errors of connections.
+//! Summary of a coupling: how often loops were repeated, how far steps were divided, and the errors of connections.
 
 use serde::{Deserialize, Serialize};
 
 /// What a coupling did.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Account {
+pub struct CouplingSummary {
     /// The loops that it solved.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub loops: Vec<LoopAccount>,
+    pub loops: Vec<LoopSummary>,
     /// The division of communication steps.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub division: Option<DivisionAccount>,
+    pub division: Option<DivisionSummary>,
 }
 
 /// The solution of a loop.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct LoopAccount {
+pub struct LoopSummary {
     /// The inputs that were guessed until they fitted.
     pub inputs: Vec<String>,
     /// Steps that were solved.
@@ -28,7 +28,7 @@ pub struct LoopAccount {
 
 /// The division of communication steps.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct DivisionAccount {
+pub struct DivisionSummary {
     /// Parts that were done.
     pub parts: u64,
     /// Parts that were done again in halves: for their error, because an FMU discarded them, or because a loop was not solved.
@@ -54,7 +54,7 @@ pub struct ConnectionError {
 
 impl ConnectionError {
     /// Takes the error of a part that began at a time [s].
-    pub(super) fn note(&mut self, error: f64, relative: f64, begin: f64) {
+    pub(super) fn push(&mut self, error: f64, relative: f64, begin: f64) {
         if error > self.largest {
             (self.largest, self.at) = (error, begin);
         }

@@ -7,11 +7,11 @@ use fmu_import::{Causality, Description, Value, Variability};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::At;
-use crate::system::{Body, InputChain, NodePlan, Start, System};
+use crate::system::{Body, InputChain, NodePlan, StartValue, System};
 
 /// What a system is made of, before its first step.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Wiring {
+pub struct SystemFingerprint {
     /// The first communication point, and the communication step [s].
     times: [f64; 2],
     coupling: String,
@@ -19,17 +19,17 @@ pub struct Wiring {
     coupled: u64,
     tolerance: Option<f64>,
     order: Vec<String>,
-    nodes: Vec<NodeWiring>,
+    nodes: Vec<NodeFingerprint>,
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
-struct NodeWiring {
+struct NodeFingerprint {
     name: String,
     kind: Kind,
-    starts: Vec<Start>,
+    starts: Vec<StartValue>,
     links: Vec<Link>,
     /// A fingerprint of its own step.
-    pace: u64,
+    step_ratio: u64,
     /// A fingerprint of the faults of its calls.
     faults: u64,
 }
@@ -42,6 +42,7 @@ enum Kind {
     },
     /// A fingerprint of its signals or its table.
     Source(u64),
+    Own,
     Connector,
 }
 
@@ -58,13 +59,13 @@ struct Link {
 
 /// How a system fits a checkpoint.
 #[derive(Debug, Clone, Default)]
-pub struct Fit {
+pub struct Compatibility {
     /// What is another and must not be.
     pub misfits: Vec<String>,
     /// What is another and may be.
     pub changes: Vec<String>,
     /// The nodes that get other values at the checkpoint.
-    pub(super) tuned: Vec<(String, Vec<Start>)>,
+    pub(super) tuned: Vec<(String, Vec<StartValue>)>,
 }
 
 /// FNV-1a of a text as it is written.
@@ -87,55 +88,63 @@ fn fingerprint(value: &impl Debug) -> u64 {
     fingerprint.0
 }
 
-impl Wiring {
+impl SystemFingerprint {
     /// That of a system that has not begun: later its effects remember something, and its signals are gone.
     #[must_use]
     pub fn of(system: &System) -> Self {
         let name = |node: &usize| label(&system.nodes[*node], system);
-        Wiring {
+        SystemFingerprint {
             times: [system.clock.start, system.clock.step],
-            coupling: system.coupling.told(),
+            coupling: system.coupling.summary(),
             coupled: fingerprint(&system.coupling),
             tolerance: system.tolerance,
             order: system.order.iter().map(name).collect(),
-            nodes: system.nodes.iter().map(|plan| NodeWiring::of(plan, system)).collect(),
+            nodes: system.nodes.iter().map(|plan| NodeFingerprint::of(plan, system)).collect(),
         }
     }
 
-    /// How a system with this wiring fits a checkpoint of another one; `system` has the descriptions of its FMUs.
+    /// How a system with this fingerprint fits a checkpoint of another one; `system` has the descriptions of its FMUs.
     #[must_use]
-    pub fn fit(&self, checkpoint: &Self, system: &System) -> Fit {
-        let mut fit = Fit::default();
+    pub fn compare(&self, checkpoint: &Self, system: &System) -> Compatibility {
+        let mut compatibility = Compatibility::default();
         let times = ["start time", "communication step"].into_iter().zip(checkpoint.times);
         for ((what, then), now) in times.zip(self.times) {
             if then != now {
-                fit.misfits.push(format!("its {what} is {then} s, here it is {now} s"));
+                compatibility.misfits.push(format!("its {what} is {then} s, here it is {now} s"));
             }
         }
-        let names = |wiring: &Self| wiring.nodes.iter().map(|it| it.name.clone()).collect();
+        let names =
+            |fingerprint: &Self| fingerprint.nodes.iter().map(|it| it.name.clone()).collect();
         let (then, now): (Vec<_>, Vec<_>) = (names(checkpoint), names(self));
         let lost = then.iter().filter(|name| !now.contains(name));
-        fit.misfits.extend(lost.map(|name| format!("it has a node `{name}`, which is not here")));
+        compatibility
+            .misfits
+            .extend(lost.map(|name| format!("it has a node `{name}`, which is not here")));
         let new = now.iter().filter(|name| !then.contains(name));
-        fit.misfits.extend(new.map(|name| format!("it has no node `{name}`, which is here")));
-        if fit.misfits.is_empty() && checkpoint.order != self.order {
-            let [then, now] = [checkpoint, self].map(|wiring| wiring.order.join("`, `"));
-            fit.misfits.push(format!("its nodes step in the order `{then}`, here in `{now}`"));
+        compatibility
+            .misfits
+            .extend(new.map(|name| format!("it has no node `{name}`, which is here")));
+        if compatibility.misfits.is_empty() && checkpoint.order != self.order {
+            let [then, now] = [checkpoint, self].map(|fingerprint| fingerprint.order.join("`, `"));
+            compatibility
+                .misfits
+                .push(format!("its nodes step in the order `{then}`, here in `{now}`"));
         }
         let words = [
             ("coupling", &checkpoint.coupling, &self.coupling),
-            ("tolerance", &said(checkpoint.tolerance), &said(self.tolerance)),
+            ("tolerance", &tolerance_text(checkpoint.tolerance), &tolerance_text(self.tolerance)),
         ];
         let changed = words.into_iter().filter(|(_, then, now)| then != now);
-        fit.changes
+        compatibility
+            .changes
             .extend(changed.map(|(what, then, now)| format!("{what}: {now} instead of {then}")));
         for now in &self.nodes {
             let Some(then) = checkpoint.nodes.iter().find(|it| it.name == now.name) else {
                 continue;
             };
-            now.fit(then, system, &mut fit);
+            now.compare(then, system, &mut compatibility);
         }
-        fit
+        compatibility
     }
 
     pub(super) fn is_coupled_as(&self, other: &Self) -> bool {
@@ -143,11 +152,11 @@ impl Wiring {
     }
 }
 
-fn said(tolerance: Option<f64>) -> String {
+fn tolerance_text(tolerance: Option<f64>) -> String {
     tolerance.map_or("that of the FMUs".to_owned(), |value| value.to_string())
 }
 
-impl NodeWiring {
+impl NodeFingerprint {
     fn of(plan: &NodePlan, system: &System) -> Self {
         let (kind, starts) = match &plan.body {
             Body::Fmu { fmu, starts, .. } => {
@@ -157,6 +166,7 @@ impl NodeWiring {
             Body::Signals(signals) => (Kind::Source(fingerprint(signals)), Vec::new()),
             Body::Table(table) => (Kind::Source(fingerprint(table)), Vec::new()),
             Body::Driver(driver) => (Kind::Source(fingerprint(driver)), Vec::new()),
+            Body::Own => (Kind::Own, Vec::new()),
             Body::Inlet | Body::Outlet => (Kind::Connector, Vec::new()),
         };
         let columns = &system.columns;
@@ -166,7 +176,7 @@ impl NodeWiring {
                 from: columns[link.source.index].name(),
                 to: columns[input].name(),
                 at_start: link.source.at == At::Start,
-                conversion: fingerprint(&(factor, offset, map, accepts, link.course)),
+                conversion: fingerprint(&(factor, offset, map, accepts, link.extrapolation)),
                 effects: fingerprint(effects),
                 faults: fingerprint(faults),
             }
@@ -181,18 +191,18 @@ impl NodeWiring {
             faults: 0,
         });
         let (name, links) = (label(plan, system), numbers.chain(texts).collect());
-        let [pace, faults] = [fingerprint(&plan.pace), fingerprint(&plan.faults)];
-        NodeWiring { name, kind, starts, links, pace, faults }
+        let [step_ratio, faults] = [fingerprint(&plan.step_ratio), fingerprint(&plan.faults)];
+        NodeFingerprint { name, kind, starts, links, step_ratio, faults }
     }
 
-    fn fit(&self, then: &Self, system: &System, fit: &mut Fit) {
+    fn compare(&self, then: &Self, system: &System, compatibility: &mut Compatibility) {
         let name = &self.name;
         match (&then.kind, &self.kind) {
             (Kind::Fmu { guid, sha256 }, Kind::Fmu { guid: own_guid, sha256: own })
                 if sha256 != own =>
             {
                 let also = if guid == own_guid { "; both have one GUID" } else { "" };
-                fit.misfits.push(format!(
+                compatibility.misfits.push(format!(
                     "the FMU of `{name}` is another file: SHA-256 {} there, {} here{also}",
                     short(sha256),
                     short(own)
@@ -200,45 +210,47 @@ impl NodeWiring {
             }
             (Kind::Source(one), Kind::Source(other)) => {
                 let changed = (one != other).then(|| format!("the values of `{name}`"));
-                fit.changes.extend(changed);
+                compatibility.changes.extend(changed);
             }
-            (Kind::Fmu { .. }, Kind::Fmu { .. }) => self.tune(then, system, fit),
-            (Kind::Connector, Kind::Connector) => {}
-            _ => fit.misfits.push(format!("`{name}` is a node of another kind there")),
+            (Kind::Fmu { .. }, Kind::Fmu { .. }) => self.tune(then, system, compatibility),
+            (Kind::Own, Kind::Own) | (Kind::Connector, Kind::Connector) => {}
+            _ => compatibility.misfits.push(format!("`{name}` is a node of another kind there")),
         }
-        if self.pace != then.pace {
-            fit.misfits.push(format!("`{name}` has steps of another length there"));
+        if self.step_ratio != then.step_ratio {
+            compatibility.misfits.push(format!("`{name}` has steps of another length there"));
         }
-        fit.changes.extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
+        compatibility
+            .changes
+            .extend((self.faults != then.faults).then(|| format!("the faults of `{name}`")));
         let by_input = |links: &[Link]| -> HashMap<String, Link> {
             links.iter().map(|link| (link.to.clone(), link.clone())).collect()
         };
         let (before, own) = (by_input(&then.links), by_input(&self.links));
         for link in &then.links {
             match own.get(&link.to) {
-                None => fit.misfits.push(format!(
+                None => compatibility.misfits.push(format!(
                     "`{}` is connected to `{}` there, and to nothing here",
                     link.to, link.from
                 )),
-                Some(own) => own.fit(link, fit),
+                Some(own) => own.compare(link, compatibility),
             }
         }
         let new = self.links.iter().filter(|it| !before.contains_key(&it.to));
-        fit.misfits.extend(new.map(|link| {
+        compatibility.misfits.extend(new.map(|link| {
             format!("`{}` is connected to `{}` here, and to nothing there", link.to, link.from)
         }));
     }
 
     /// Finds the start values that are others, which the FMU has to be told at the checkpoint.
-    fn tune(&self, then: &Self, system: &System, fit: &mut Fit) {
+    fn tune(&self, then: &Self, system: &System, compatibility: &mut Compatibility) {
         let plan = system.nodes.iter().find(|plan| plan.name == self.name);
         let Some(Body::Fmu { fmu, .. }) = plan.map(|plan| &plan.body) else { return };
         let about = &fmu.description;
-        let by_name = |starts: &[Start]| -> HashMap<String, Start> {
+        let by_name = |starts: &[StartValue]| -> HashMap<String, StartValue> {
             starts.iter().map(|start| (start.name.clone(), start.clone())).collect()
         };
         let (before, now) = (by_name(&then.starts), by_name(&self.starts));
-        let value = |given: &HashMap<String, Start>, name: &str| match given.get(name) {
+        let value = |given: &HashMap<String, StartValue>, name: &str| match given.get(name) {
             Some(start) => start.value.to_string(),
             None => start_value(about, name).map_or("nothing".to_owned(), |it| it.to_string()),
         };
@@ -252,23 +264,25 @@ impl NodeWiring {
             }
             match settable(about, &start.name) {
                 Ok(()) => {
-                    fit.changes.push(format!("`{name}`: {is} instead of {was}"));
+                    compatibility.changes.push(format!("`{name}`: {is} instead of {was}"));
                     references.insert(start.reference);
                 }
                 Err(why) => {
-                    fit.misfits.push(format!("`{name}` is {was} there and {is} here; {why}"));
+                    compatibility
+                        .misfits
+                        .push(format!("`{name}` is {was} there and {is} here; {why}"));
                 }
             }
         }
         // What is no longer given goes back to the value of the description.
         let back = gone().filter_map(|start| {
-            Some(Start { value: start_value(about, &start.name)?, ..start.clone() })
+            Some(StartValue { value: start_value(about, &start.name)?, ..start.clone() })
         });
-        let mut values: Vec<Start> = self.starts.iter().cloned().chain(back).collect();
+        let mut values: Vec<StartValue> = self.starts.iter().cloned().chain(back).collect();
         values.retain(|start| references.contains(&start.reference));
         values.sort_by_key(|start| (start.reference, start.element.0));
         if !values.is_empty() {
-            fit.tuned.push((self.name.clone(), values));
+            compatibility.tuned.push((self.name.clone(), values));
         }
     }
 }
@@ -290,12 +304,16 @@ fn settable(about: &Description, name: &str) -> Result<(), &'static str> {
 }
 
 impl Link {
-    fn fit(&self, then: &Self, fit: &mut Fit) {
+    fn compare(&self, then: &Self, compatibility: &mut Compatibility) {
         let (to, from, was) = (&self.to, &self.from, &then.from);
         if from != was {
-            fit.misfits.push(format!("`{to}` is connected to `{was}` there, and to `{from}` here"));
+            compatibility
+                .misfits
+                .push(format!("`{to}` is connected to `{was}` there, and to `{from}` here"));
         } else if self.at_start != then.at_start {
-            fit.misfits.push(format!("`{to}` takes its value at the other end of the step there"));
+            compatibility
+                .misfits
+                .push(format!("`{to}` takes its value at the other end of the step there"));
         }
         let parts = [
             ("the conversion", self.conversion, then.conversion),
@@ -303,7 +321,7 @@ impl Link {
             ("the faults", self.faults, then.faults),
         ];
         let changed = parts.into_iter().filter(|(_, own, then)| own != then);
-        fit.changes.extend(changed.map(|(what, ..)| format!("{what} of `{to}`")));
+        compatibility.changes.extend(changed.map(|(what, ..)| format!("{what} of `{to}`")));
     }
 }
 

@@ -5,11 +5,11 @@ use std::ops::Range;
 
 use recording::{Full, NumberIndex, TextIndex};
 
-use super::{Body, Group, System};
+use super::{Body, System, VariableGroup};
 
 /// The columns of a run that somebody uses.
 #[derive(Debug, Default)]
-pub struct Needed {
+pub struct UsedColumns {
     /// Those of numbers.
     pub numbers: BTreeSet<NumberIndex<Full>>,
     /// Those of texts.
@@ -19,7 +19,7 @@ pub struct Needed {
 impl System {
     /// Lets FMUs be asked for those outputs only that are needed or connected. Whoever reads the row besides must not call it: the other
     /// outputs have no values any more.
-    pub fn leave_unneeded(&mut self, mut needed: Needed) {
+    pub fn restrict_outputs(&mut self, mut needed: UsedColumns) {
         for node in &self.nodes {
             needed.numbers.extend(node.connections.iter().map(|link| link.source.index));
             needed.texts.extend(node.texts.connections.iter().map(|source| source.index));
@@ -51,7 +51,7 @@ impl System {
 
 /// Parts a group into those before the first value that is needed, those up to the last one, and those behind it: one call takes what is
 /// needed. A group with arrays stays whole, since an array is read as a whole.
-fn part(mut group: Group, needed: &[bool]) -> Vec<Group> {
+fn part(mut group: VariableGroup, needed: &[bool]) -> Vec<VariableGroup> {
     let (first, last) = match needed.iter().position(|it| *it) {
         Some(first) => (first, needed.iter().rposition(|it| *it).unwrap_or(first) + 1),
         None => (0, needed.len()),
@@ -62,7 +62,7 @@ fn part(mut group: Group, needed: &[bool]) -> Vec<Group> {
         return vec![group];
     }
     let parts = [(0..first, false), (first..last, true), (last..needed.len(), false)];
-    let part = |(range, needed): (Range<usize>, bool)| Group {
+    let part = |(range, needed): (Range<usize>, bool)| VariableGroup {
         references: group.references[range.clone()].to_vec(),
         elements: range.len(),
         places: (0..range.len()).collect(),
@@ -79,8 +79,8 @@ mod tests {
 
     use super::*;
 
-    fn group(references: &[u32], elements: usize) -> Group {
-        Group {
+    fn group(references: &[u32], elements: usize) -> VariableGroup {
+        VariableGroup {
             tunable: false,
             storage: Storage::Float64,
             references: references.to_vec(),
@@ -108,7 +108,7 @@ mod tests {
         let array = part(group(&[4], 3), &[false, true, false]);
         assert_eq!(array, [group(&[4], 3)]);
         let nothing = part(group(&[4, 3], 2), &[false, false]);
-        assert_eq!(nothing, [Group { needed: false, ..group(&[4, 3], 2) }]);
+        assert_eq!(nothing, [VariableGroup { needed: false, ..group(&[4, 3], 2) }]);
         assert_eq!(part(group(&[4, 3], 2), &[true, true]), [group(&[4, 3], 2)]);
     }
 }

@@ -37,7 +37,8 @@ pub(super) fn no_number(plan: &NodePlan, output: &str, time: f64) -> Error {
 pub(super) fn accept(
     input_chain: &InputChain,
     columns: &Columns<Full>,
-    (source, input): (NumberIndex<Full>, NumberIndex<Full>),
+    source: NumberIndex<Full>,
+    input: NumberIndex<Full>,
     value: f64,
     time: impl FnOnce() -> f64,
 ) -> Result<(), Error> {

@@ -1,16 +1,15 @@
-//! Divides communication steps into halves, where the error of the coupling or an FMU asks for it.
+//! Controls the length of steps: divides communication steps into halves, where the error of the coupling or an FMU asks for it.
 
 use diagnostics::{Error, rounded};
 use recording::{Full, NumberIndex, Row};
 use serde::{Deserialize, Serialize};
 
-use super::account::{Account, ConnectionError, DivisionAccount};
 use super::energy::Energy;
+use super::summary::{ConnectionError, CouplingSummary, DivisionSummary};
 use super::{Coupling, postcard_error};
 use crate::clock::Clock;
 use crate::exchange::{Exchange, Interruption, Snapshot, check_failures, lacking, unsolved};
-use crate::system::ErrorEstimate;
-use crate::system::{Body, Division, NodePlan, System};
+use crate::system::{Body, Division, ErrorEstimate, NodePlan, System};
 
 /// A communication step is halved at most so often [-].
 const DEEPEST: u32 = 20;
@@ -21,7 +20,7 @@ const LEAST: f64 = 1e-6;
 const SAFE: f64 = 0.8;
 
 /// A coupling whose steps are divided.
-pub(super) struct Divided {
+pub(super) struct StepControl {
     inner: Box<dyn Coupling>,
     division: Division,
     /// The order of the algorithm [-].
@@ -33,15 +32,24 @@ pub(super) struct Divided {
     begin: Option<Snapshot>,
     /// The row at the end of a part that was done as a whole.
     whole: Row<Full>,
-    kept: Kept,
-    /// The errors of the last part, and their shares of the sizes.
-    errors: Vec<(f64, f64)>,
-    account: DivisionAccount,
+    memory: StepMemory,
+    /// The errors of the last part.
+    errors: Vec<PartError>,
+    summary: DivisionSummary,
+}
+
+/// The error of a part at a connection or a bond.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PartError {
+    /// In the unit of the input; of a bond, an energy.
+    pub absolute: f64,
+    /// Relative to the largest value so far [-].
+    pub relative: f64,
 }
 
 /// What it remembers from one step to the next.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-struct Kept {
+struct StepMemory {
     /// A part is a communication step halved so often.
     depth: u32,
     /// The largest size of each connected value so far, or of the power of each bond.
@@ -49,7 +57,7 @@ struct Kept {
     inner: Vec<u8>,
 }
 
-impl Divided {
+impl StepControl {
     pub fn new(system: &System, division: Division, inner: Box<dyn Coupling>) -> Self {
         let inputs = system.nodes.iter().flat_map(|node| {
             let links = node.connections.iter().zip(node.inputs.indices());
@@ -72,7 +80,7 @@ impl Divided {
         let error = |name| ConnectionError { name, ..ConnectionError::default() };
         let errors = names.into_iter().map(error).collect();
         let shortest = (f64::INFINITY, 0.0);
-        Divided {
+        StepControl {
             inner,
             order: system.coupling.algorithm.rules().order,
             nodes: (0..system.nodes.len()).collect(),
@@ -81,36 +89,37 @@ impl Divided {
             division,
             begin: None,
             whole: system.columns.row(),
-            kept: Kept { sizes, ..Kept::default() },
+            memory: StepMemory { sizes, ..StepMemory::default() },
             errors: Vec::new(),
-            account: DivisionAccount { shortest, errors, ..DivisionAccount::default() },
+            summary: DivisionSummary { shortest, errors, ..DivisionSummary::default() },
         }
     }
 
     /// Whether each part is done again in halves.
-    fn doubles(&self) -> bool {
+    fn repeats_in_halves(&self) -> bool {
         matches!(self.division.control, Some((ErrorEstimate::Richardson, _)))
     }
 
     /// Whether a part can be done again.
-    fn goes_back(&self) -> bool {
-        self.doubles() || self.division.halves_discarded
+    fn may_go_back(&self) -> bool {
+        self.repeats_in_halves() || self.division.halves_discarded
     }
 
     /// Whether a part that did not come to its end is done again in halves.
-    fn does_again(&self, why: &Interruption) -> bool {
+    fn may_repeat(&self, why: &Interruption) -> bool {
         match why {
             Interruption::Call { error, .. } => error.discarded && self.division.halves_discarded,
             Interruption::Value(_) => false,
-            Interruption::Unsolved(_) => self.goes_back(),
+            Interruption::Unsolved(_) => self.may_go_back(),
         }
     }
 
     /// Does the part from point `tick` of a clock on; its error, relative to what is allowed [-].
-    fn part(
+    fn do_part(
         &mut self,
         exchange: &mut Exchange,
-        (clock, tick): (Clock, u64),
+        clock: Clock,
+        tick: u64,
         memory: &[u8],
     ) -> Result<f64, Interruption> {
         exchange.begin_part(clock, tick);
@@ -118,7 +127,7 @@ impl Divided {
         let Some((estimate, tolerance)) = self.division.control else { return Ok(0.0) };
         let error = match estimate {
             ErrorEstimate::Energy => {
-                self.energy.error(exchange, (&mut self.kept.sizes, &mut self.errors))
+                self.energy.error(exchange, &mut self.memory.sizes, &mut self.errors)
             }
             ErrorEstimate::Richardson => {
                 self.whole.copy_from(exchange.row());
@@ -148,24 +157,24 @@ impl Divided {
     fn compare(&mut self, row: &Row<Full>) -> f64 {
         let mut worst = 0.0_f64;
         self.errors.clear();
-        for (source, size) in self.sources.iter().zip(&mut self.kept.sizes) {
+        for (source, size) in self.sources.iter().zip(&mut self.memory.sizes) {
             *size = size.max(row[*source].abs());
             let error = (self.whole[*source] - row[*source]).abs() / (2_f64.powi(self.order) - 1.0);
             let relative = if error == 0.0 { 0.0 } else { error / *size };
             worst = worst.max(relative);
-            self.errors.push((error, relative));
+            self.errors.push(PartError { absolute: error, relative });
         }
         worst
     }
 
     /// Takes a part that is done into account.
-    fn account_for(&mut self, begin: f64, length: f64) {
-        for (account, (error, relative)) in self.account.errors.iter_mut().zip(&self.errors) {
-            account.note(*error, *relative, begin);
+    fn record_part(&mut self, begin: f64, length: f64) {
+        for (summary, error) in self.summary.errors.iter_mut().zip(&self.errors) {
+            summary.push(error.absolute, error.relative, begin);
         }
-        self.account.parts += 1;
-        if length < self.account.shortest.0 {
-            self.account.shortest = (length, begin);
+        self.summary.parts += 1;
+        if length < self.summary.shortest.0 {
+            self.summary.shortest = (length, begin);
         }
     }
 
@@ -179,7 +188,7 @@ impl Divided {
     }
 
     /// The FMUs that take steps of one length only.
-    fn stiff<'p>(plans: &'p [NodePlan]) -> impl Iterator<Item = usize> + 'p {
+    fn fixed_steps<'p>(plans: &'p [NodePlan]) -> impl Iterator<Item = usize> + 'p {
         plans.iter().enumerate().filter_map(|(place, plan)| match &plan.body {
             Body::Fmu { fmu, .. } if !fmu.description.variable_step => Some(place),
             _ => None,
@@ -210,18 +219,18 @@ fn too_short(begin: f64, error: f64) -> Interruption {
     )
 }
 
-impl Coupling for Divided {
+impl Coupling for StepControl {
     fn initialise(&mut self, exchange: &mut Exchange) -> Result<(), Error> {
-        let stiff: Vec<_> = Self::stiff(exchange.plans()).collect();
-        if !stiff.is_empty() {
-            let names = lacking(exchange, &stiff);
+        let fixed: Vec<_> = Self::fixed_steps(exchange.plans()).collect();
+        if !fixed.is_empty() {
+            let names = lacking(exchange, &fixed);
             let message = format!(
                 "[coupling] divides communication steps, but {names} takes steps of one length only (canHandleVariableCommunicationStepSize)"
             );
             return Err(Error::input(message).help("leave out `tolerance` and `on_discard`"));
         }
         let stuck = exchange.cannot_go_back(&self.nodes);
-        if self.goes_back() && !stuck.is_empty() {
+        if self.may_go_back() && !stuck.is_empty() {
             let names = lacking(exchange, &stuck);
             let message = format!(
                 "[coupling] repeats steps, but {names} cannot go back to the start of one (canGetAndSetFMUstate)"
@@ -230,7 +239,7 @@ impl Coupling for Divided {
                 "the estimate `error = \"energy\"` repeats none; without `tolerance` and `on_discard` no step is divided",
             ));
         }
-        if self.doubles() {
+        if self.repeats_in_halves() {
             check_failures(exchange, &self.nodes)?;
         }
         self.inner.initialise(exchange)
@@ -241,57 +250,57 @@ impl Coupling for Divided {
         let mut done = 0;
         while done < PARTS {
             // A part begins at a multiple of its length.
-            let depth = self.kept.depth.max(DEEPEST - done.trailing_zeros().min(DEEPEST));
+            let depth = self.memory.depth.max(DEEPEST - done.trailing_zeros().min(DEEPEST));
             let clock = communication.finer(1 << depth);
-            let part = (clock, (tick << depth) + (done >> (DEEPEST - depth)));
-            let begin = clock.at(part.1);
+            let point = (tick << depth) + (done >> (DEEPEST - depth));
+            let begin = clock.at(point);
             let mut memory = Vec::new();
-            if self.goes_back() {
+            if self.may_go_back() {
                 exchange.save(&self.nodes, &mut self.begin)?;
                 memory = self.inner.memory();
             }
-            let again = match self.part(exchange, part, &memory) {
-                Ok(error) if error <= 1.0 || !self.doubles() => {
-                    self.kept.depth = self.next_depth(depth, error);
+            let again = match self.do_part(exchange, clock, point, &memory) {
+                Ok(error) if error <= 1.0 || !self.repeats_in_halves() => {
+                    self.memory.depth = self.next_depth(depth, error);
                     None
                 }
                 // Both halves of the last parts are one step more.
                 Ok(error) if depth + 1 >= DEEPEST => return Err(too_short(begin, error)),
                 Ok(_) => Some(()),
-                Err(why) if self.does_again(&why) && depth < DEEPEST => Some(()),
+                Err(why) if self.may_repeat(&why) && depth < DEEPEST => Some(()),
                 Err(why) => return Err(why),
             };
             if again.is_some() {
                 self.go_back(exchange, &memory)?;
-                self.kept.depth = depth + 1;
-                self.account.repeated += 1;
+                self.memory.depth = depth + 1;
+                self.summary.repeated += 1;
                 continue;
             }
             done += PARTS >> depth;
-            self.account_for(begin, clock.step);
+            self.record_part(begin, clock.step);
         }
         Ok(())
     }
 
-    fn account(&self) -> Account {
-        Account { division: Some(self.account.clone()), ..self.inner.account() }
+    fn summary(&self) -> CouplingSummary {
+        CouplingSummary { division: Some(self.summary.clone()), ..self.inner.summary() }
     }
 
     fn memory(&self) -> Vec<u8> {
-        let kept = Kept { inner: self.inner.memory(), ..self.kept.clone() };
+        let memory = StepMemory { inner: self.inner.memory(), ..self.memory.clone() };
         // Vectors of numbers always have bytes.
-        postcard::to_stdvec(&kept).unwrap_or_default()
+        postcard::to_stdvec(&memory).unwrap_or_default()
     }
 
     fn recall(&mut self, memory: &[u8]) -> Result<(), Error> {
-        let kept: Kept = postcard::from_bytes(memory).map_err(postcard_error)?;
-        if kept.depth > DEEPEST || kept.sizes.len() != self.kept.sizes.len() {
+        let memory: StepMemory = postcard::from_bytes(memory).map_err(postcard_error)?;
+        if memory.depth > DEEPEST || memory.sizes.len() != self.memory.sizes.len() {
             return Err(Error::input("the memory of the coupling is that of another system"));
         }
-        self.kept = kept;
-        if self.kept.inner.is_empty() {
+        self.memory = memory;
+        if self.memory.inner.is_empty() {
             return Ok(());
         }
-        self.inner.recall(&self.kept.inner)
+        self.inner.recall(&self.memory.inner)
     }
 }

@@ -5,17 +5,17 @@ use std::collections::BTreeMap;
 use fmu_import::{Causality, Fmu, Instance};
 
 use super::Node;
-use crate::system::{Body, Start, System};
+use crate::system::{Body, StartValue, System};
 
 /// Instances of runs that are over, by the names of their nodes and the digests of their archives.
 #[derive(Default)]
-pub struct Kept {
+pub struct ReusableInstances {
     instances: BTreeMap<(String, String), Instance>,
     /// What an FMU said when it was to be made as good as new.
     refused: Option<String>,
 }
 
-impl Kept {
+impl ReusableInstances {
     /// Keeps the instances of a run that came to its end. The other nodes are freed.
     pub fn keep(&mut self, system: &System, nodes: Vec<Box<dyn Node>>) {
         for (plan, node) in system.nodes.iter().zip(nodes) {
@@ -42,7 +42,12 @@ impl Kept {
     }
 
     /// An instance for a node, as good as new as far as its FMU says so.
-    pub(super) fn take(&mut self, node: &str, fmu: &Fmu, starts: &[Start]) -> Option<Instance> {
+    pub(super) fn take(
+        &mut self,
+        node: &str,
+        fmu: &Fmu,
+        starts: &[StartValue],
+    ) -> Option<Instance> {
         let mut instance = self.instances.remove(&(node.to_owned(), fmu.sha256.clone()))?;
         // The library would have to unlearn the sizes of arrays.
         if starts.iter().any(|start| start.causality == Causality::StructuralParameter) {

@@ -2,9 +2,9 @@
 
 use diagnostics::Error;
 
-use super::faulty::with_faults;
-use super::isolated::{Host, IsolatedNode, Making};
-use super::{Node, SourceNode, paced};
+use super::fault_injection::with_call_faults;
+use super::isolated::{Host, IsolatedNode};
+use super::{Experiment, InstanceSettings, Node, SourceNode, with_own_step};
 use crate::signal::Signal;
 use crate::system::{Body, Isolation, System};
 
@@ -15,12 +15,16 @@ const PATIENCE: f64 = 60.0;
 ///
 /// # Errors
 /// When a process does not start or an FMU refuses something.
-pub fn apart(
+pub fn isolated_copies(
     system: &System,
     nodes: &mut [Box<dyn Node>],
     host: &Host,
 ) -> Result<Vec<Box<dyn Node>>, Error> {
-    let times = (system.clock.start, system.announced_stop);
+    let experiment = Experiment {
+        start: system.clock.start,
+        stop: system.announced_stop,
+        tolerance: system.tolerance,
+    };
     let mut fmus = Vec::new();
     for plan in &system.nodes {
         let Body::Fmu { fmu, starts, inputs, outputs, isolation, .. } = &plan.body else {
@@ -29,11 +33,17 @@ pub fn apart(
         let isolation = isolation.clone().unwrap_or_else(Isolation::plain);
         let call_limit = isolation.call_limit.or(Some(PATIENCE));
         let isolation = Isolation { call_limit, ..isolation };
-        let ports = (inputs.clone(), outputs.clone());
-        let (name, starts, tolerance) = (&plan.name, starts.clone(), system.tolerance);
-        let making = Making { fmu, name, log: false, ports, times, tolerance, starts };
-        let node: Box<dyn Node> = Box::new(IsolatedNode::new(making, &isolation, host)?);
-        fmus.push(paced(node, plan, system.clock));
+        let settings = InstanceSettings {
+            fmu,
+            name: &plan.name,
+            log: false,
+            inputs: inputs.clone(),
+            outputs: outputs.clone(),
+            experiment,
+            starts: starts.clone(),
+        };
+        let node: Box<dyn Node> = Box::new(IsolatedNode::new(settings, &isolation, host)?);
+        fmus.push(with_own_step(node, plan, system.clock));
     }
     let mut fmus = fmus.into_iter().peekable();
     let nodes = system.nodes.iter().zip(nodes).map(|(plan, node)| -> Box<dyn Node> {
@@ -43,13 +53,13 @@ pub fn apart(
         }
     });
     let mut nodes: Vec<_> = nodes.collect();
-    with_faults(system, &mut nodes, false);
+    with_call_faults(system, &mut nodes, false);
     Ok(nodes)
 }
 
-/// Puts the nodes back that [`apart`] took out, and frees the others.
-pub fn return_sources(system: &System, nodes: &mut [Box<dyn Node>], apart: Vec<Box<dyn Node>>) {
-    for ((plan, place), node) in system.nodes.iter().zip(nodes).zip(apart) {
+/// Puts the nodes back that [`isolated_copies`] took out, and frees the others.
+pub fn return_sources(system: &System, nodes: &mut [Box<dyn Node>], copies: Vec<Box<dyn Node>>) {
+    for ((plan, place), node) in system.nodes.iter().zip(nodes).zip(copies) {
         if !matches!(plan.body, Body::Fmu { .. }) {
             *place = node;
         }

@@ -4,7 +4,7 @@ use fmu_import::description::{Item, Storage, list};
 
 /// Which numbers an input can take.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Accepts {
+pub enum AcceptedValues {
     /// A `Real` takes any, and leaves it to the run what a NaN does.
     Real,
     /// An integer takes those whole numbers of its form that `f64` holds exactly.
@@ -15,7 +15,7 @@ pub enum Accepts {
     Enumeration(Vec<Item>),
 }
 
-impl Accepts {
+impl AcceptedValues {
     /// Whether the number is a value of the type.
     #[must_use]
     #[inline]
@@ -28,11 +28,13 @@ impl Accepts {
             inside && value as i128 as f64 == value
         };
         match self {
-            Accepts::Real => true,
-            Accepts::Integer(form) => whole(*form),
-            Accepts::Boolean => value == 0.0 || value == 1.0,
-            Accepts::Enumeration(items) if items.is_empty() => whole(Storage::Int32),
-            Accepts::Enumeration(items) => items.iter().any(|item| item.value as f64 == value),
+            AcceptedValues::Real => true,
+            AcceptedValues::Integer(form) => whole(*form),
+            AcceptedValues::Boolean => value == 0.0 || value == 1.0,
+            AcceptedValues::Enumeration(items) if items.is_empty() => whole(Storage::Int32),
+            AcceptedValues::Enumeration(items) => {
+                items.iter().any(|item| item.value as f64 == value)
+            }
         }
     }
 
@@ -40,10 +42,10 @@ impl Accepts {
     #[must_use]
     pub fn holds_integer(&self, value: i128) -> bool {
         match self {
-            Accepts::Integer(form) => {
+            AcceptedValues::Integer(form) => {
                 form.integers().is_some_and(|[low, high]| (low..=high).contains(&value))
             }
-            Accepts::Enumeration(items) if !items.is_empty() => {
+            AcceptedValues::Enumeration(items) if !items.is_empty() => {
                 items.iter().any(|item| i128::from(item.value) == value)
             }
             _ => self.holds(value as f64),
@@ -54,7 +56,7 @@ impl Accepts {
     #[must_use]
     pub fn expected_integers(&self) -> String {
         match self {
-            Accepts::Integer(form) => {
+            AcceptedValues::Integer(form) => {
                 let [low, high] = form.integers().unwrap_or_default();
                 format!("an {form:?}, which takes whole numbers from {low} to {high}")
             }
@@ -66,16 +68,18 @@ impl Accepts {
     #[must_use]
     pub fn expected(&self) -> String {
         match self {
-            Accepts::Real => "a Real, which takes any number".to_owned(),
-            Accepts::Integer(Storage::Int32) => {
+            AcceptedValues::Real => "a Real, which takes any number".to_owned(),
+            AcceptedValues::Integer(Storage::Int32) => {
                 "an Integer, which takes whole numbers of 32 bits".to_owned()
             }
-            Accepts::Integer(form) => {
+            AcceptedValues::Integer(form) => {
                 let [low, high] = form.exact_integers().unwrap_or_default();
                 format!("an {form:?}, which takes whole numbers from {low} to {high}")
             }
-            Accepts::Boolean => "a Boolean, which takes 0 and 1".to_owned(),
-            Accepts::Enumeration(items) => format!("an Enumeration, which takes {}", list(items)),
+            AcceptedValues::Boolean => "a Boolean, which takes 0 and 1".to_owned(),
+            AcceptedValues::Enumeration(items) => {
+                format!("an Enumeration, which takes {}", list(items))
+            }
         }
     }
 }
@@ -88,8 +92,8 @@ mod tests {
     fn an_input_takes_the_values_of_its_type_exactly() {
         let items = [("off", 0), ("armed", 3)];
         let items = items.map(|(name, value)| Item { name: name.to_owned(), value });
-        let mode = Accepts::Enumeration(items.to_vec());
-        let unknown = Accepts::Enumeration(Vec::new());
+        let mode = AcceptedValues::Enumeration(items.to_vec());
+        let unknown = AcceptedValues::Enumeration(Vec::new());
         for (value, integer, boolean, one_of) in [
             (0.0, true, true, true),
             (-0.0, true, true, true),
@@ -104,10 +108,10 @@ mod tests {
             (f64::NAN, false, false, false),
             (f64::INFINITY, false, false, false),
         ] {
-            assert!(Accepts::Real.holds(value));
-            assert_eq!(Accepts::Integer(Storage::Int32).holds(value), integer, "{value}");
+            assert!(AcceptedValues::Real.holds(value));
+            assert_eq!(AcceptedValues::Integer(Storage::Int32).holds(value), integer, "{value}");
             assert_eq!(unknown.holds(value), integer, "{value}");
-            assert_eq!(Accepts::Boolean.holds(value), boolean, "{value}");
+            assert_eq!(AcceptedValues::Boolean.holds(value), boolean, "{value}");
             assert_eq!(mode.holds(value), one_of, "{value}");
         }
     }
@@ -122,7 +126,7 @@ mod tests {
             (Storage::Int64, -exact, exact),
             (Storage::UInt64, 0.0, exact),
         ] {
-            let accepts = Accepts::Integer(form);
+            let accepts = AcceptedValues::Integer(form);
             assert!(accepts.holds(low) && accepts.holds(high), "{form:?}");
             assert!(!accepts.holds(low - 2.0) && !accepts.holds(high + 2.0), "{form:?}");
             assert!(!accepts.holds(0.5));

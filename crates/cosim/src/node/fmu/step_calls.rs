@@ -1,17 +1,17 @@
-//! Makes the calls of a step of an FMU whose values are handed over as they are, from a list that stands close together.
+//! Makes the calls of a step of an FMU whose values are handed over as they are, from one list in memory.
 
 use std::ops::Range;
 
 use fmu_import::{CallError, Instance, Storage};
 
 use super::events::is_clock;
-use crate::system::{Group, Ports};
+use crate::system::{VariableGroup, VariableGroups};
 
 /// The calls of a step: without events, and without arithmetic, which depends on how numbers are rounded.
 #[derive(Debug)]
-pub(super) struct Plain {
-    given: Vec<Call>,
-    taken: Vec<Call>,
+pub(super) struct StepCalls {
+    set: Vec<Call>,
+    get: Vec<Call>,
     /// The value references of all calls.
     references: Vec<u32>,
 }
@@ -26,24 +26,26 @@ struct Call {
     values: Range<usize>,
 }
 
-impl Plain {
+impl StepCalls {
     /// The calls for these variables; nothing if some are not handed over as they are.
-    pub fn of(inputs: &Ports, outputs: &Ports) -> Option<Self> {
-        let plain = |group: &Group| {
+    pub fn of(inputs: &VariableGroups, outputs: &VariableGroups) -> Option<Self> {
+        let plain = |group: &VariableGroup| {
             group.is_whole() && group.clocks.is_empty() && !group.is_exact() && !is_clock(group)
         };
-        let given =
-            |group: &Group| plain(group) && group.storage != Storage::Float32 && !group.tunable;
-        let taken = |group: &Group| !group.needed || plain(group);
-        let numbers = inputs.numbers.iter().all(given) && outputs.numbers.iter().all(taken);
+        let plain_input = |group: &VariableGroup| {
+            plain(group) && group.storage != Storage::Float32 && !group.tunable
+        };
+        let plain_output = |group: &VariableGroup| !group.needed || plain(group);
+        let numbers =
+            inputs.numbers.iter().all(plain_input) && outputs.numbers.iter().all(plain_output);
         let texts = !inputs.texts.is_empty() || outputs.texts.iter().any(|group| group.needed);
         if !numbers || texts {
             return None;
         }
         let mut references = Vec::new();
-        let given = calls(&inputs.numbers, &mut references, |_| true);
-        let taken = calls(&outputs.numbers, &mut references, |group| group.needed);
-        Some(Plain { given, taken, references })
+        let set = calls(&inputs.numbers, &mut references, |_| true);
+        let get = calls(&outputs.numbers, &mut references, |group| group.needed);
+        Some(StepCalls { set, get, references })
     }
 
     /// Makes all calls of a step from a time on and of a length [s].
@@ -51,20 +53,21 @@ impl Plain {
     /// # Errors
     /// Those of the calls.
     #[inline]
-    pub fn visit(
+    pub fn make(
         &self,
         instance: &mut Instance,
         inputs: &[f64],
-        (time, step): (f64, f64),
+        time: f64,
+        step: f64,
         outputs: &mut [f64],
     ) -> Result<(), CallError> {
         instance.visit(|instance| {
-            for Call { storage, references, values } in &self.given {
+            for Call { storage, references, values } in &self.set {
                 let references = &self.references[references.clone()];
                 instance.set_numbers(*storage, references, &inputs[values.clone()])?;
             }
             instance.step(time, step)?;
-            for Call { storage, references, values } in &self.taken {
+            for Call { storage, references, values } in &self.get {
                 let references = &self.references[references.clone()];
                 instance.get_numbers(*storage, references, &mut outputs[values.clone()])?;
             }
@@ -75,9 +78,9 @@ impl Plain {
 
 /// The calls for groups whose values follow each other, of those that are wanted.
 fn calls(
-    groups: &[Group],
+    groups: &[VariableGroup],
     references: &mut Vec<u32>,
-    wanted: impl Fn(&Group) -> bool,
+    wanted: impl Fn(&VariableGroup) -> bool,
 ) -> Vec<Call> {
     let (mut calls, mut begin) = (Vec::new(), 0);
     for group in groups {

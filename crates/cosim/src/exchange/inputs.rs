@@ -1,0 +1,195 @@
+//! Gathers the inputs of a node: from the row through their connections, which convert units and have effects and faults.
+//!
+//! Most connections are plain: a number with a conversion of its unit at most. Those of nodes that have no others are listed before the
+//! first step, close together, and take a short way.
+
+use std::ops::Range;
+
+use recording::{Full, NumberIndex, NumberRange};
+
+use super::{Exchange, Interruption, accept, exact};
+use crate::clock::At;
+use crate::system::{AcceptedValues, Body, NodePlan, NumberConnection};
+
+/// A connection of numbers with a conversion of their unit at most.
+#[derive(Debug, Clone, Copy)]
+struct PlainConnection {
+    from: NumberIndex<Full>,
+    to: NumberIndex<Full>,
+    at_start: bool,
+    factor: f64,
+    offset: f64,
+}
+
+/// What a step looks at of a node.
+#[derive(Debug, Clone)]
+pub(super) struct PlainNode {
+    /// Its connections, if all of them are plain.
+    connections: Option<Range<usize>>,
+    /// Its outputs and its inputs, if it has numbers only.
+    pub numbers: Option<[NumberRange<Full>; 2]>,
+    /// Its outputs that may not be NaN, among those of all.
+    needed: Range<usize>,
+}
+
+/// The plain connections of all nodes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct PlainConnections {
+    nodes: Vec<PlainNode>,
+    connections: Vec<PlainConnection>,
+    needed: Vec<NumberIndex<Full>>,
+    /// Whether a node has texts.
+    pub has_texts: bool,
+}
+
+impl PlainConnections {
+    pub fn of(plans: &[NodePlan]) -> Self {
+        let mut all = PlainConnections::default();
+        for plan in plans {
+            let NodePlan { texts, exact, body, .. } = plan;
+            // An outlet takes its value when its outputs are read.
+            let takes_numbers = texts.connections.is_empty()
+                && exact.connections.is_empty()
+                && !matches!(body, Body::Outlet);
+            let gives_texts = !texts.unneeded && !texts.outputs.positions().is_empty();
+            let gives_integers = !exact.unneeded && !exact.numbers.is_empty();
+            let has_numbers = takes_numbers && !gives_integers && !gives_texts;
+            let connections = if takes_numbers { all.add(plan) } else { None };
+            all.nodes.push(PlainNode {
+                connections,
+                numbers: has_numbers.then_some([plan.outputs, plan.inputs]),
+                needed: all.needed.len()..all.needed.len() + plan.needed.len(),
+            });
+            all.needed.extend(&plan.needed);
+            all.has_texts |= gives_texts || !texts.connections.is_empty();
+        }
+        all
+    }
+
+    /// Adds the connections of a node, if all of them are plain.
+    fn add(&mut self, plan: &NodePlan) -> Option<Range<usize>> {
+        let is_plain = |connection: &NumberConnection| {
+            let chain = &connection.input_chain;
+            let unchanged = chain.map.is_empty() && chain.effects.is_empty();
+            unchanged && chain.faults.is_empty() && chain.accepts == AcceptedValues::Real
+        };
+        if !plan.connections.iter().all(is_plain) {
+            return None;
+        }
+        let first = self.connections.len();
+        let connections = plan.connections.iter().zip(plan.inputs.indices());
+        self.connections.extend(connections.map(|(connection, to)| PlainConnection {
+            from: connection.source.index,
+            to,
+            at_start: connection.source.at == At::Start,
+            factor: connection.input_chain.factor,
+            offset: connection.input_chain.offset,
+        }));
+        Some(first..self.connections.len())
+    }
+
+    #[inline]
+    pub fn of_node(&self, node: usize) -> &PlainNode {
+        &self.nodes[node]
+    }
+
+    /// The outputs of a node that may not be NaN.
+    #[inline]
+    pub fn needed(&self, node: usize) -> &[NumberIndex<Full>] {
+        &self.needed[self.nodes[node].needed.clone()]
+    }
+}
+
+/// The value that a connection of a loop has, by its place among those of the node that takes it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuessedInput {
+    /// The place of the connection.
+    pub place: usize,
+    /// Its value.
+    pub value: f64,
+}
+
+impl Exchange<'_> {
+    /// Puts the inputs of a node for this step into the row. Effects and faults of its connections go on by one
+    /// step with each call.
+    ///
+    /// # Errors
+    /// When an input does not accept its value.
+    pub fn gather_inputs(&mut self, node: usize) -> Result<(), Interruption> {
+        self.efforts.turn_to(node);
+        if let Some(connections) = &self.plain.of_node(node).connections {
+            for connection in &self.plain.connections[connections.clone()] {
+                let value = match connection.at_start {
+                    true => self.start[connection.from],
+                    false => self.row[connection.from],
+                };
+                // As `InputChain::scale`.
+                self.row[connection.to] = value * connection.factor + connection.offset;
+            }
+            return Ok(());
+        }
+        match self.plans[node].body {
+            // It gets its value when that is there.
+            Body::Outlet => Ok(()),
+            _ => self.gather(node, &[]),
+        }
+    }
+
+    /// The same with guesses of some inputs, in a loop.
+    ///
+    /// # Errors
+    /// When an input does not accept its value.
+    pub fn gather_guessed_inputs(
+        &mut self,
+        node: usize,
+        guesses: &[GuessedInput],
+    ) -> Result<(), Interruption> {
+        match guesses {
+            [] => self.gather_inputs(node),
+            guesses => self.gather(node, guesses),
+        }
+    }
+
+    /// Puts the inputs of a node into the row, also where connections are not plain.
+    pub(super) fn gather(
+        &mut self,
+        node: usize,
+        guesses: &[GuessedInput],
+    ) -> Result<(), Interruption> {
+        self.efforts.turn_to(node);
+        let span = self.span();
+        let time_of = |at| if at == At::End { span.end } else { span.start };
+        let (plan, row) = (&mut self.plans[node], &mut self.row);
+        if !plan.exact.connections.is_empty() {
+            exact::check(plan, self.columns, Some(&self.start), row, &time_of)
+                .map_err(Interruption::Value)?;
+        }
+        // Faults begin and end at communication points.
+        let time = self.clock.at(self.tick);
+        let connections = plan.connections.iter_mut().zip(plan.inputs.indices()).enumerate();
+        for (place, (NumberConnection { source, input_chain, .. }, input)) in connections {
+            if let Some(guess) = guesses.iter().find(|guess| guess.place == place) {
+                row[input] = guess.value;
+                continue;
+            }
+            // Sensors take their samples at communication points.
+            if !self.samples && !input_chain.effects.is_empty() {
+                continue;
+            }
+            let from = if source.at == At::Start { &self.start } else { &*row };
+            row[input] = input_chain.value(from[source.index], time);
+            accept(input_chain, self.columns, source.index, input, row[input], || {
+                time_of(source.at)
+            })
+            .map_err(Interruption::Value)?;
+        }
+        exact::carry(plan, Some(&self.start), row);
+        for (source, input) in plan.texts.connections.iter().zip(plan.texts.inputs.indices()) {
+            match source.at {
+                At::Start => row[input].clone_from(&self.start[source.index]),
+                At::End => row.copy_text(source.index, input),
+            }
+        }
+        Ok(())
+    }
+}
