@@ -11,20 +11,12 @@ pub const ORDER: [&str; 9] = ["B", "C", "D", "E", "S_h", "S_v", "K", "peak", "pe
 
 /// A verdict in words.
 pub fn words(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Identified => "identified",
-        Verdict::Weak => "weak",
-        Verdict::NotIdentifiable => "not identifiable",
-    }
+    verdict.words()
 }
 
 /// Class of the page's style for a verdict.
 pub fn class(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Identified => "identified",
-        Verdict::Weak => "weak",
-        Verdict::NotIdentifiable => "not_identifiable",
-    }
+    verdict.key()
 }
 
 /// A quantity in words, with its unit.

@@ -5,6 +5,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use drive_inference::CarUncertainty;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::NORMAL_95;
 use numerics::text::significant;
 use preparation::{BrakeShare, Car, ShareRule};
@@ -15,7 +16,7 @@ use tire_inference::parameters::{Parameter, Theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::{NARROWED, Verdict};
+use tire_inference::verdict::Verdict;
 
 /// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
 pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
@@ -152,7 +153,9 @@ impl Widening {
         *reason += &format!(" The car adds ± {by}, most of it by {most}.");
         let identified = estimate.identified.get_mut(name);
         let verdict = identified.filter(|verdict| **verdict == Verdict::Identified);
-        if let Some(verdict) = verdict.filter(|_| before > 0.0 && width * std / before > NARROWED) {
+        if let Some(verdict) =
+            verdict.filter(|_| before > 0.0 && width * std / before > MAX_WIDTH_IDENTIFIED)
+        {
             *verdict = Verdict::Weak;
             *reason += " Too much to call it identified.";
         }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::{NORMAL_95, interval, std};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
@@ -14,7 +15,7 @@ use tire_inference::prior::Prior;
 use tire_inference::profile::Profile;
 use tire_inference::quantity::{ByName, Quantity};
 use tire_inference::verdict::{
-    Judgement, Known, NARROWED, Pressed, Verdict, prior_shift, width, width_of_std,
+    Judgement, Known, Pressed, Verdict, prior_shift, width, width_of_std,
 };
 
 use crate::explored::{Explored, of_axle};
@@ -72,7 +73,7 @@ impl Judge<'_> {
     /// Adds profiles; the largest rise to a better optimum on their way.
     fn follow(&self, known: &mut Axles<Vec<Known>>) -> f64 {
         // What is not narrowed down is not identifiable, whatever its profile.
-        let narrowed = |known: &Known| known.width_ratio < NARROWED;
+        let narrowed = |known: &Known| known.width_ratio < MAX_WIDTH_IDENTIFIED;
         let mut better: f64 = 0.0;
         for axle in Axle::ALL {
             let mut narrowed: Vec<&mut Known> =

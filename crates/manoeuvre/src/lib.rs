@@ -31,6 +31,3 @@ pub use log::Log;
 pub use manoeuvre::Manoeuvre;
 pub use path::Path;
 pub use value::{Found, Known, Values, Wrong};
-
-/// Standard gravity [m/s2].
-pub const GRAVITY: f64 = 9.80665;

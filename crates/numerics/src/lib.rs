@@ -9,6 +9,7 @@
 )]
 
 pub mod convergence;
+pub mod identifiability;
 pub mod importance;
 pub mod loss;
 pub mod low_discrepancy;

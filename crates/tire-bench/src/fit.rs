@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Status;
+use numerics::identifiability::Verdict;
 use numerics::statistics::NORMAL_95;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -16,10 +17,6 @@ use crate::sample::{Bad, SWEPT, Sample, range};
 use crate::solve::Problem;
 use crate::spread::{Spread, clustered};
 
-/// Ratio of the widths of posterior and prior below which the data identify a coefficient, as for curves of axles.
-const NARROWED: f64 = 0.3;
-/// Above this ratio a coefficient is what the prior says.
-const PRIOR: f64 = 0.8;
 /// Largest number of iterations for one channel.
 const LIMIT: usize = 80;
 
@@ -34,17 +31,6 @@ pub struct Options {
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
-}
-
-/// What the data tell about a coefficient or term.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// They narrow the prior to less than 0.3 of its width.
-    Identified,
-    /// They narrow it less than that.
-    Weak,
-    /// It is what the prior says.
-    FromPrior,
 }
 
 /// One coefficient or term.
@@ -309,10 +295,11 @@ fn by_similarity(c: &Coefficients, mut free: Vec<Free>) -> Vec<Free> {
 }
 
 fn estimate(free: &Free, z: f64, ratio: f64) -> Estimate {
-    let (verdict, what) = match ratio {
-        it if it < NARROWED => (Verdict::Identified, "the data narrow it"),
-        it if it < PRIOR => (Verdict::Weak, "the data narrow it a little, the prior says the rest"),
-        _ => (Verdict::FromPrior, "the data say no more than the prior"),
+    let verdict = Verdict::from_width(ratio);
+    let what = match verdict {
+        Verdict::Identified => "the data narrow it",
+        Verdict::Weak => "the data narrow it a little, the prior says the rest",
+        Verdict::NotIdentifiable => "the data say no more than the prior",
     };
     let name = match free.what {
         What::Key(key) => key.name,

@@ -1,6 +1,7 @@
 //! Knows the units of a file: the words for them, where each was seen, and their size in SI.
 
 use tire::Quantity;
+use units::STANDARD_GRAVITY;
 
 /// Sizes in SI of the units that a file counts in; no pressure where the file does not say it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,14 +38,11 @@ const fn word(name: &'static str, shortest: usize, size: f64) -> Word {
     Word { name, shortest, size }
 }
 
-/// Standard gravity [m/s²], which the units of weight contain.
-const G: f64 = 9.806_65;
-
 /// A pound [kg].
 const POUND: f64 = 0.453_592_37;
 
 /// A pound of force on a square inch [Pa].
-const PSI: f64 = POUND * G / (0.0254 * 0.0254);
+const PSI: f64 = POUND * STANDARD_GRAVITY / (0.0254 * 0.0254);
 
 const LENGTH: &[Word] = &[
     word("meter", 3, 1.0),       // Adams Tire
@@ -69,19 +67,19 @@ const LENGTH: &[Word] = &[
 ];
 
 const FORCE: &[Word] = &[
-    word("newton", 1, 1.0),                   // Adams Tire
-    word("knewton", 2, 1e3),                  // Adams Tire
-    word("kilonewton", 5, 1e3),               // usual
-    word("mn", 2, 1e-3),                      // Ansys Motion
-    word("millinewton", 6, 1e-3),             // Ansys Motion
-    word("pound_force", 5, POUND * G),        // Adams Tire
-    word("lbf", 3, POUND * G),                // usual
-    word("lb", 2, POUND * G),                 // usual
-    word("kpound_force", 6, 1e3 * POUND * G), // Adams Tire
-    word("kg_force", 2, G),                   // Adams Tire
-    word("kgf", 3, G),                        // usual
-    word("dyne", 2, 1e-5),                    // Adams Tire
-    word("ounce_force", 2, POUND * G / 16.0), // Adams Tire
+    word("newton", 1, 1.0),                                  // Adams Tire
+    word("knewton", 2, 1e3),                                 // Adams Tire
+    word("kilonewton", 5, 1e3),                              // usual
+    word("mn", 2, 1e-3),                                     // Ansys Motion
+    word("millinewton", 6, 1e-3),                            // Ansys Motion
+    word("pound_force", 5, POUND * STANDARD_GRAVITY),        // Adams Tire
+    word("lbf", 3, POUND * STANDARD_GRAVITY),                // usual
+    word("lb", 2, POUND * STANDARD_GRAVITY),                 // usual
+    word("kpound_force", 6, 1e3 * POUND * STANDARD_GRAVITY), // Adams Tire
+    word("kg_force", 2, STANDARD_GRAVITY),                   // Adams Tire
+    word("kgf", 3, STANDARD_GRAVITY),                        // usual
+    word("dyne", 2, 1e-5),                                   // Adams Tire
+    word("ounce_force", 2, POUND * STANDARD_GRAVITY / 16.0), // Adams Tire
 ];
 
 const ANGLE: &[Word] = &[
@@ -91,17 +89,17 @@ const ANGLE: &[Word] = &[
 
 /// A slug is accelerated by 1 ft/s² by a pound force.
 const MASS: &[Word] = &[
-    word("kg", 1, 1.0),                  // Adams Tire
-    word("kilogram", 4, 1.0),            // Adams Tire
-    word("gram", 1, 1e-3),               // Adams Tire
-    word("mg", 2, 1e-6),                 // Ansys Motion
-    word("pound_mass", 5, POUND),        // Adams Tire
-    word("lbm", 3, POUND),               // usual
-    word("lb", 2, POUND),                // usual
-    word("kpound_mass", 6, 1e3 * POUND), // Adams Tire
-    word("slug", 2, POUND * G / 0.3048), // Adams Tire
-    word("ounce_mass", 2, POUND / 16.0), // Adams Tire
-    word("tonne", 2, 1e3),               // Ansys Motion
+    word("kg", 1, 1.0),                                 // Adams Tire
+    word("kilogram", 4, 1.0),                           // Adams Tire
+    word("gram", 1, 1e-3),                              // Adams Tire
+    word("mg", 2, 1e-6),                                // Ansys Motion
+    word("pound_mass", 5, POUND),                       // Adams Tire
+    word("lbm", 3, POUND),                              // usual
+    word("lb", 2, POUND),                               // usual
+    word("kpound_mass", 6, 1e3 * POUND),                // Adams Tire
+    word("slug", 2, POUND * STANDARD_GRAVITY / 0.3048), // Adams Tire
+    word("ounce_mass", 2, POUND / 16.0),                // Adams Tire
+    word("tonne", 2, 1e3),                              // Ansys Motion
 ];
 
 const TIME: &[Word] = &[
@@ -237,7 +235,7 @@ mod tests {
             ("TIME", "min", 60.0),
             ("FORCE", "Newton", 1.0),
             ("FORCE", "newtons", 1.0),
-            ("FORCE", "Pound-Force", POUND * G),
+            ("FORCE", "Pound-Force", POUND * STANDARD_GRAVITY),
             ("ANGLE", "radians", 1.0),
             ("ANGLE", "RADIANS", 1.0),
             ("ANGLE", "degrees", 1f64.to_radians()),

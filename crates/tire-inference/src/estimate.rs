@@ -12,6 +12,7 @@ mod sampled;
 use std::time::{Duration, Instant};
 
 use numerics::convergence::Convergence;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::std;
 use preparation::samples::Samples;
 use serde::Serialize;
@@ -27,7 +28,7 @@ use crate::prior::Prior;
 use crate::quantity::{ByName, Quantity};
 use crate::settings::{Method, Settings};
 use crate::variational::{self, Variational};
-use crate::verdict::{Evidence, Judgement, NARROWED, Verdict, judge};
+use crate::verdict::{Evidence, Judgement, Verdict, judge};
 use point::Agreement;
 use sampled::Sampled;
 
@@ -206,7 +207,7 @@ pub fn to_hold(
     let mut given = posterior.clone();
     loop {
         let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.unit(*p);
-        let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
+        let wide = candidates.iter().copied().filter(|p| ratio(p) >= MAX_WIDTH_IDENTIFIED);
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);

@@ -11,21 +11,19 @@ mod reason;
 #[cfg(test)]
 mod tests;
 
+use numerics::identifiability::{MAX_WIDTH_IDENTIFIED, MAX_WIDTH_WEAK, Verdict};
 use numerics::statistics::NORMAL_95;
 use numerics::statistics::quantile;
 use preparation::Series;
 use serde::Serialize;
 
 use crate::local::Usual;
-use crate::verdict::{NARROWED, Verdict};
 use fit::Fit;
 pub use reason::Obstacle;
 
 /// The effects: relative change of K, then of D, by the relative change of the load; 1 / μ_x².
 pub const EFFECTS: usize = 3;
 
-/// Widths over what is usual from which on the data say nothing.
-const NOTHING: f64 = 2.0 * NARROWED;
 /// Share of the rows beyond each end of what loads and longitudinal forces are said to reach.
 const BEYOND: f64 = 0.05;
 /// Smaller ranges of the relative load, and longitudinal forces over load that take less than 1 % of the lateral one at μ_x = 1, tell nothing.
@@ -143,7 +141,7 @@ impl Axle {
         // Written so that a NaN is never a success.
         let agree = halves.is_some_and(|it| it.apart <= APART);
         let still = self.is_still(place);
-        let verdict = match (alone < NARROWED, alone < NOTHING, agree) {
+        let verdict = match (alone < MAX_WIDTH_IDENTIFIED, alone < MAX_WIDTH_WEAK, agree) {
             _ if still => Verdict::NotIdentifiable,
             (true, _, true) => Verdict::Identified,
             (true, ..) | (_, true, true) => Verdict::Weak,

@@ -1,4 +1,4 @@
-//! Judges what the data can tell about a tire: each quantity by five criteria, in words.
+//! Judges what the data can tell about a tire: each quantity by five criteria, in words. Their thresholds are those of [`numerics::identifiability`].
 //!
 //! The data identify a quantity if (a) they narrow it to less than 0.3 of what bounds and literature allow, (b) its profile likelihood rules out
 //! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
@@ -11,13 +11,14 @@ mod noisier;
 mod pressed;
 mod reason;
 
+pub use numerics::identifiability::Verdict;
+use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED, NEGLIGIBLE_PRIOR_SHIFT};
 use numerics::statistics::{interval, mean, quantile, std};
 use preparation::direction::Direction;
 use serde::Serialize;
 
 use crate::compressed::Compressed;
 use crate::curve_profile::Profiler;
-pub use crate::model::Verdict;
 use crate::parameters::{Theta, curve};
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
@@ -26,13 +27,6 @@ use crate::quantity::Quantity;
 use noisier::Doubled;
 pub use noisier::Noisier;
 pub use pressed::Pressed;
-
-/// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
-pub const NARROWED: f64 = 0.3;
-/// Standard deviations by which half or double the width of the prior may move the mean.
-pub const UNMOVED: f64 = 0.25;
-/// A move by less than this share of the prior's width is of no consequence, however many standard deviations it is.
-pub const NEGLIGIBLE: f64 = 0.01;
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -184,11 +178,11 @@ impl Known {
         let closed = self.profile.as_ref().is_none_or(|p| p.lower.closed && p.upper.closed);
         let alone = closed && self.rival.is_none();
         let steady = self.noisier.is_none_or(|noisier| noisier.tells());
-        let unmoved = self
-            .prior_shift
-            .is_none_or(|shift| shift < UNMOVED || shift * self.width_ratio < NEGLIGIBLE);
+        let unmoved = self.prior_shift.is_none_or(|shift| {
+            shift < MAX_PRIOR_SHIFT || shift * self.width_ratio < NEGLIGIBLE_PRIOR_SHIFT
+        });
         // Written so that a NaN is never a success.
-        match (self.width_ratio < NARROWED, alone && unmoved && steady) {
+        match (self.width_ratio < MAX_WIDTH_IDENTIFIED, alone && unmoved && steady) {
             (true, true) => Verdict::Identified,
             (true, false) => Verdict::Weak,
             (false, _) => Verdict::NotIdentifiable,

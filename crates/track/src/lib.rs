@@ -38,7 +38,7 @@ mod survey;
 
 pub use angle::wrap;
 pub use error::Error;
-pub use ggv::{G, Ggv, Limits, Road};
+pub use ggv::{Ggv, Limits, Road};
 pub use line::{Line, Place};
 pub use profile::{Bounds, Profile};
 pub use projection::Station;

@@ -27,6 +27,7 @@ pub use error::UnitError;
 pub use leading::leading;
 use parser::Parser;
 pub use spelling::{meant, respelled};
+pub use table::STANDARD_GRAVITY;
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
 
 /// The base units, in the order of [`Unit::exponents`].

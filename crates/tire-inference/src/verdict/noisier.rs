@@ -5,6 +5,7 @@
 
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED, NEGLIGIBLE_PRIOR_SHIFT};
 use serde::Serialize;
 
 use crate::compressed::Compressed;
@@ -13,7 +14,7 @@ use crate::posterior::tempered::{self, TemperingOptions};
 use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
-use crate::verdict::{NARROWED, NEGLIGIBLE, UNMOVED, prior_shift, width};
+use crate::verdict::{prior_shift, width};
 
 /// The weight of each sample, with twice its noise.
 const SHARE: f64 = 0.25;
@@ -24,7 +25,7 @@ const FAR: f64 = 0.1;
 
 /// Whether a quantity is so near to the limits of (c) that twice the noise may be beyond them.
 pub fn is_near(prior_shift: f64, width_ratio: f64) -> bool {
-    prior_shift >= FAR && prior_shift * width_ratio >= NEGLIGIBLE
+    prior_shift >= FAR && prior_shift * width_ratio >= NEGLIGIBLE_PRIOR_SHIFT
 }
 
 /// What data of twice the noise would leave of a quantity.
@@ -42,8 +43,9 @@ impl Noisier {
     /// Whether they would tell it as well as twice the noise allows: it makes an ordinary posterior twice as wide, and the prior
     /// moves it four times as far.
     pub fn tells(&self) -> bool {
-        let unmoved = self.prior_shift < UNMOVED || self.moved < 4.0 * NEGLIGIBLE;
-        self.width_ratio < 2.0 * NARROWED && unmoved
+        let unmoved =
+            self.prior_shift < MAX_PRIOR_SHIFT || self.moved < 4.0 * NEGLIGIBLE_PRIOR_SHIFT;
+        self.width_ratio < 2.0 * MAX_WIDTH_IDENTIFIED && unmoved
     }
 }
 

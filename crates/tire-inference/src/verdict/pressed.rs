@@ -9,7 +9,7 @@ use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::profile::RULED_OUT;
 use crate::quantity::Quantity;
-use crate::verdict::{Judgement, UNMOVED, Verdict};
+use crate::verdict::{Judgement, MAX_PRIOR_SHIFT, Verdict};
 
 /// A parameter this close to a bound stands on it, as a share of the box.
 const CLOSE: f64 = 1e-4;
@@ -56,7 +56,7 @@ impl Pressed {
         let stands = self.on.iter().find(|(parameter, _)| quantity.parameter() == Some(*parameter));
         let moved =
             (quantity.value(&self.beyond) - quantity.value(&self.best)).abs() / judgement.std;
-        if self.on.is_empty() || (stands.is_none() && moved < UNMOVED) {
+        if self.on.is_empty() || (stands.is_none() && moved < MAX_PRIOR_SHIFT) {
             return judgement;
         }
         if judgement.verdict == Verdict::Identified {
