@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
 use tire_inference::load::{Axle, EFFECTS, Effect, LoadEffects, Move};
 use tire_inference::local::Usual;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 
 use crate::stretches::axles;
@@ -86,9 +87,17 @@ impl SlipStiffness {
             };
         };
         Self {
-            found: estimate.mean.get("K").copied().zip(estimate.interval.get("K").copied()),
-            verdict: estimate.identified.get("K").copied().unwrap_or(Verdict::NotIdentifiable),
-            reason: estimate.reason.get("K").cloned().unwrap_or_default(),
+            found: estimate
+                .mean
+                .get(&Quantity::K)
+                .copied()
+                .zip(estimate.interval.get(&Quantity::K).copied()),
+            verdict: estimate
+                .identified
+                .get(&Quantity::K)
+                .copied()
+                .unwrap_or(Verdict::NotIdentifiable),
+            reason: estimate.reason.get(&Quantity::K).cloned().unwrap_or_default(),
         }
     }
 }

@@ -12,6 +12,7 @@ use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, ModelVerdict};
 use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Pressed;
 
 use crate::adequacy::{self, Blocks, Leftover};
@@ -356,8 +357,8 @@ fn pressed(
 fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
     Axles::new(|axle| {
         let fitted = fitted[axle].into_array();
-        let place = |i: usize| TireParameters::<f64>::PARAMETERS[i].name();
-        let value = |i: usize| estimates[axle].mean.get(place(i)).copied().unwrap_or(fitted[i]);
+        let quantity = |i: usize| Quantity::from(TireParameters::<f64>::PARAMETERS[i]);
+        let value = |i: usize| estimates[axle].mean.get(&quantity(i)).copied().unwrap_or(fitted[i]);
         TireParameters::from(std::array::from_fn(value))
     })
 }

@@ -110,7 +110,7 @@ pub fn posterior(
         let band = Band::new(posterior, slip_range[axle], BAND);
         // A normal distribution that the box cuts need not hold the tire that it is about.
         let band = if even { band } else { band.holding(&best[axle].theta()) };
-        let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
+        let mean = |p: &Parameter| ((*p).into(), posterior.mean(*p));
         PosteriorReport {
             method: SamplingMethod::Importance,
             status: if even { SamplingStatus::Exact } else { SamplingStatus::Uneven },

@@ -5,15 +5,15 @@ use numerics::convergence::Convergence;
 use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::{NORMAL_95, interval, std};
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::estimate::Estimate;
 use tire_inference::estimate::point::Agreement;
+use tire_inference::estimate::{Estimate, per_quantity};
 use tire_inference::model::{Fit, ModelVerdict};
 use tire_inference::parameters::{Theta, TireParameters, curve};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::profile::Profile;
-use tire_inference::quantity::{ByName, Quantity};
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{
     Judgement, Known, Pressed, Verdict, prior_shift, width, width_of_std,
 };
@@ -175,18 +175,18 @@ impl Judge<'_> {
         let of_likelihood =
             || rows().map(|i| rows().map(|j| self.covariance[(i, j)]).collect()).collect();
         Estimate {
-            mean: by_name(&judgements, |judgement| judgement.mean),
-            std: by_name(&judgements, |judgement| judgement.std),
-            interval: by_name(&judgements, |judgement| judgement.interval),
-            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
+            mean: per_quantity(&judgements, |judgement| judgement.mean),
+            std: per_quantity(&judgements, |judgement| judgement.std),
+            interval: per_quantity(&judgements, |judgement| judgement.interval),
+            parameters: free.clone(),
             covariance: match self.exact(axle) {
                 Some(posterior) => posterior.covariance(&free),
                 None => of_likelihood(),
             },
-            at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
+            at_bound: at_bound.map(|(parameter, _)| *parameter).collect(),
             fixed: Vec::new(),
-            identified: by_name(&judgements, |judgement| self.model.cap(judgement.verdict)),
-            reason: by_name(&judgements, |judgement| self.reason(judgement)),
+            identified: per_quantity(&judgements, |judgement| self.model.cap(judgement.verdict)),
+            reason: per_quantity(&judgements, |judgement| self.reason(judgement)),
             slip_range: self.slip_range[axle],
             samples: self.samples,
             noise_std: self.noise_std,
@@ -246,11 +246,4 @@ impl Judge<'_> {
         });
         format!("In these drives slip reached {slip:.4} rad{share}.")
     }
-}
-
-fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
-    judgements
-        .iter()
-        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
-        .collect()
 }

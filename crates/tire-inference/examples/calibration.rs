@@ -151,7 +151,10 @@ fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 let name = it.quantity.name();
                 let identified = it.verdict == Verdict::Identified;
-                (name, [within(it.quantity.value(truth)), identified, within(published[name])])
+                (
+                    name,
+                    [within(it.quantity.value(truth)), identified, within(published[&it.quantity])],
+                )
             };
             Ok(answer.judgements.iter().map(row).collect())
         };

@@ -8,6 +8,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{Matrix4, Vector4};
+use numerics::levenberg_marquardt::{SquaredCost, minimise};
 use numerics::statistics::quantile;
 use preparation::Series;
 use preparation::samples::Samples;
@@ -27,6 +28,10 @@ const BEYOND: f64 = 0.05;
 /// Fewer rows are no stretch.
 pub(crate) const LEAST_ROWS: usize = 50;
 const ITERATIONS: usize = 30;
+/// Bounds of the shape: C beyond what Pacejka shows, and E below 1, where the curve would turn.
+pub(crate) const LEAST_C: f64 = 0.5;
+pub(crate) const MOST_C: f64 = 2.5;
+pub(crate) const MOST_E: f64 = 0.99;
 
 /// What is usual of lateral curves and of the logs of cars. The coordinates are ln K, C, ln D, E.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +136,7 @@ impl Local {
         let mut search = Search { samples: &samples, usual, variance: 0.01, at: usual.mean };
         // The noise of the last fit weighs the prior of the next one.
         for _ in 0..4 {
-            search.minimise();
+            search.at = minimise(&search, search.at, ITERATIONS);
             search.variance = search.residual_variance();
         }
         Some(search.local(&series.time))
@@ -172,6 +177,32 @@ struct Search<'a> {
     at: Vector4<f64>,
 }
 
+impl SquaredCost<4> for Search<'_> {
+    fn cost(&self, at: &Vector4<f64>) -> f64 {
+        let square: f64 = self.residuals(at).iter().map(|it| it * it).sum();
+        let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
+        square + self.variance * prior
+    }
+
+    fn normal_equations(&self, at: &Vector4<f64>) -> (Matrix4<f64>, Vector4<f64>) {
+        let weights = self.weights();
+        let mut hessian = Matrix4::from_diagonal(&weights);
+        let mut descent = weights.component_mul(&(self.usual.mean - at));
+        for (slip, force, weight) in self.rows() {
+            let (value, by) = slope(at, slip);
+            hessian += weight * by * by.transpose();
+            descent += weight * (force - value) * by;
+        }
+        (hessian, descent)
+    }
+
+    fn project(&self, mut at: Vector4<f64>) -> Vector4<f64> {
+        at[1] = at[1].clamp(LEAST_C, MOST_C);
+        at[3] = at[3].min(MOST_E);
+        at
+    }
+}
+
 impl Search<'_> {
     fn rows(&self) -> impl Iterator<Item = (f64, f64, f64)> {
         let Samples { slip, force, weight } = self.samples;
@@ -192,59 +223,12 @@ impl Search<'_> {
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    /// Distance from the prior, in units of the cost.
-    fn cost(&self, at: &Vector4<f64>) -> f64 {
-        let square: f64 = self.residuals(at).iter().map(|it| it * it).sum();
-        let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
-        square + self.variance * prior
-    }
-
     fn weights(&self) -> Vector4<f64> {
         self.usual.std.map(|std| self.variance / (std * std))
     }
 
-    /// Hessian and descent of the cost.
-    fn normal_equations(&self) -> (Matrix4<f64>, Vector4<f64>) {
-        let weights = self.weights();
-        let mut hessian = Matrix4::from_diagonal(&weights);
-        let mut descent = weights.component_mul(&(self.usual.mean - self.at));
-        for (slip, force, weight) in self.rows() {
-            let (value, by) = slope(&self.at, slip);
-            hessian += weight * by * by.transpose();
-            descent += weight * (force - value) * by;
-        }
-        (hessian, descent)
-    }
-
-    /// Levenberg and Marquardt.
-    fn minimise(&mut self) {
-        let (mut damping, mut cost) = (1e-3, self.cost(&self.at));
-        for _ in 0..ITERATIONS {
-            let (hessian, descent) = self.normal_equations();
-            let better = (0..8).find_map(|_| {
-                let damped = hessian + Matrix4::from_diagonal(&(hessian.diagonal() * damping));
-                let mut next = self.at + damped.try_inverse()? * descent;
-                next[1] = next[1].clamp(0.5, 2.5);
-                next[3] = next[3].min(0.99);
-                let new = self.cost(&next);
-                if new < cost {
-                    return Some((next, new));
-                }
-                damping *= 4.0;
-                None
-            });
-            let Some((next, new)) = better else { return };
-            let gain = (cost - new) / cost;
-            (self.at, cost) = (next, new);
-            damping *= 0.3;
-            if gain < 1e-7 {
-                return;
-            }
-        }
-    }
-
     fn local(&self, time: &[f64]) -> Local {
-        let (hessian, _) = self.normal_equations();
+        let (hessian, _) = self.normal_equations(&self.at);
         let inverse = hessian.try_inverse().unwrap_or_else(Matrix4::zeros);
         let [first, last] = [time[0], time[time.len() - 1]];
         let blocks = (((last - first) / BLOCK) as usize).max(LEAST_BLOCKS);

@@ -20,7 +20,7 @@ use crate::driven::all_driven;
 use crate::dual_track::{
     BUILD_UP, BadParameter, CarTire, Fitted, PerAxle, Place, REVERSAL, Wheel, axle_positions,
 };
-use crate::integrate::{rk4, substeps};
+use crate::integrate::{rk4_steps, substeps};
 
 /// Time in which forces move load between the axles [s]. It opens the loop of loads and tire forces.
 const LAG: f64 = 0.005;
@@ -362,11 +362,7 @@ impl<S> DetailedTrack<S> {
         let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
         let rates =
             |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
-        let mut x = SVector::from(*state);
-        for _ in 0..n {
-            x = rk4(&x, h, rates);
-        }
-        x.into()
+        rk4_steps((*state).into(), n, h, rates).into()
     }
 }
 

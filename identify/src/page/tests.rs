@@ -240,7 +240,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let text = text_of(&parse(&html));
     let said = estimate.svi.as_ref().expect("a report");
     assert!(text.contains(said.warning.as_deref().expect("a ridge is no normal distribution")));
-    assert!(text.contains(&with_std(said.mean["C"], said.std["C"])));
-    assert!(text.contains(&with_std(estimate.mean["C"], estimate.std["C"])));
+    assert!(text.contains(&with_std(said.mean[&Quantity::C], said.std[&Quantity::C])));
+    assert!(text.contains(&with_std(estimate.mean[&Quantity::C], estimate.std[&Quantity::C])));
     assert!(text.contains("posterior (grid)") && text.contains("k-hat"));
 }

@@ -5,10 +5,10 @@ use preparation::samples::Samples;
 
 use crate::compressed::Compressed;
 use crate::estimate::point::Agreement;
-use crate::estimate::{Estimate, by_name};
+use crate::estimate::{Estimate, per_quantity};
 use crate::fit::Solution;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
-use crate::quantity::ByName;
+use crate::quantity::PerQuantity;
 use crate::settings::Settings;
 use crate::variational::report::{Summary, Suspicion};
 use crate::variational::{self, Start, Variational};
@@ -62,12 +62,14 @@ impl Bayes<'_> {
     }
 
     /// The means, if they make a tire that agrees with all of the posterior; else the draw nearest to them.
-    fn means(&self) -> ByName {
+    fn means(&self) -> PerQuantity {
         let agreement = &self.agreement;
         let rejected = !agreement.holds(&agreement.mean());
         match agreement.nearest().filter(|_| rejected) {
-            Some(theta) => by_name(self.judgements, |judgement| judgement.quantity.value(&theta)),
-            None => by_name(self.judgements, |judgement| judgement.mean),
+            Some(theta) => {
+                per_quantity(self.judgements, |judgement| judgement.quantity.value(&theta))
+            }
+            None => per_quantity(self.judgements, |judgement| judgement.mean),
         }
     }
 

@@ -62,7 +62,7 @@ impl Sampled {
         };
         let inner = inner(&noisy, slip_std);
         let report = PosteriorReport {
-            mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+            mean: prior.free().map(|p| (p.into(), posterior.mean(p))).collect(),
             band: Some(Band::new(&posterior, slip_range, BAND)),
             predictive: predictive(&inner, *loss, &posterior, (dependence, options.seed)),
             noise: *loss,

@@ -7,7 +7,7 @@ use tire::{Number, TireSet};
 use super::brakes::REVERSAL;
 use super::wheels::{BUILD_UP, Fitted};
 use super::{DualTrack, Input, Parameters, PerAxle, STATES, State};
-use crate::integrate::{rk4, substeps};
+use crate::integrate::{rk4_steps, substeps};
 
 /// How far the method goes on the negative real axis with some distance to its limit, 2.78.
 const REACH: f64 = 2.5;
@@ -52,10 +52,6 @@ impl<S> DualTrack<S> {
         let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
         let rates =
             |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
-        let mut x = SVector::from(*state);
-        for _ in 0..n {
-            x = rk4(&x, h, rates);
-        }
-        x.into()
+        rk4_steps((*state).into(), n, h, rates).into()
     }
 }
