@@ -97,7 +97,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("ssp", &["archive"]),
     ("rating", &[]),
     ("expression", &["diagnostics", "rating", "units"]),
-    ("fmu-export", &["units"]),
+    ("fmu-export", &["elementary", "units"]),
     ("fmu-import", &["archive", "units"]),
     ("fmu-conformance", &["archive", "fmu-import"]),
     ("recording", &["diagnostics", "expression", "log-file", "mdf-file", "plugin", "ros-bag", "units"]),

@@ -6,8 +6,10 @@
 #![forbid(unsafe_code)]
 
 mod group;
+mod number;
 
 pub use group::Group;
+pub use number::Number;
 
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, LOG2_E};
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -16,7 +16,6 @@ use crate::parameters::{COUNT, Parameter, Theta};
 
 pub use slope::{Local, ValueAndSlope, local};
 pub use squares::squares;
-pub use terms::Real;
 use terms::Terms;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.

@@ -5,11 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use crate::number::Number;
-
-mod derivatives;
-
-pub use derivatives::{Elementary, Graded, LocalCurve, Standard};
+use elementary::Number;
 
 /// Magic Formula of one axle in pure lateral slip (Pacejka, Tire and Vehicle Dynamics, section
 /// 4.3).

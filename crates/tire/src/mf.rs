@@ -2,10 +2,10 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use crate::coefficients::Coefficients;
-use crate::number::Number;
 use crate::real::Real;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
 use crate::tire::Tire;
+use elementary::Number;
 use point::Point;
 use pure::Curve;
 use reciprocals::Reciprocals;

@@ -4,8 +4,6 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 use num_dual::DualNum;
 
-use crate::number::magnitude;
-
 /// What the equations calculate with: one [`Number`](crate::Number), or several plain ones side by side.
 ///
 /// Several numbers take the same way through an equation, so a case is a choice between two values and not a branch.
@@ -131,7 +129,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
 
     #[inline(always)]
     fn abs(self) -> Self {
-        magnitude(self)
+        signed::magnitude(self)
     }
 
     #[inline(always)]
@@ -145,4 +143,12 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     }
 
     as_dual_number!(recip sqrt exp ln sin cos tan atan);
+}
+
+mod signed {
+    /// Absolute value, where [`Real`](super::Real) is out of scope, which has a method of this name too.
+    #[inline(always)]
+    pub fn magnitude<T: elementary::Number>(x: T) -> T {
+        x.abs()
+    }
 }
