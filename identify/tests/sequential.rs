@@ -6,7 +6,7 @@ use preparation::direction::Direction;
 use preparation::samples::Samples;
 use serde_json::json;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::parameters::{COUNT, Normal, Parameter};
 use tire_inference::posterior::{self, grid};
@@ -87,7 +87,7 @@ fn what_the_bench_knows_the_run_need_not_tell() {
 #[test]
 fn the_grid_multiplies_the_likelihood_with_what_was_known() {
     // With everything but D and S_v held the product can be summed on a grid of its own.
-    let data = Compressed::new(&data(200, 0.3, 4));
+    let data = CompressedSamples::new(&data(200, 0.3, 4));
     let mean_of = [15.0, 2.0, 1.52, 0.8, 0.0, 0.01];
     let covariance = nalgebra::dmatrix![1e-4, -3e-5; -3e-5, 4e-5];
     let known = Normal::new(&[2, 5], mean_of, &covariance);

@@ -141,7 +141,7 @@ pub fn posterior(
 /// Draws with equal weights, widened where blocks of the drives scatter more than the curvature says.
 fn choose(
     density: &DriveDensity,
-    sampled: &importance::Sampled,
+    sampled: &importance::WeightedDraws,
     best: &Tires,
     scatter: Option<&Scatter>,
     seed: u64,

@@ -6,7 +6,7 @@
 mod limit;
 mod minimise;
 
-pub use limit::{Limit, LimitFound, Side};
+pub use limit::{Limit, LimitBracket, Side};
 pub use minimise::Minimise;
 
 use diagnostics::Error;
@@ -169,7 +169,7 @@ impl Search {
 
     /// The limit as far as it is known; nothing of a search for a minimum, or when none is between the bounds.
     #[must_use]
-    pub fn limit(&self) -> Option<LimitFound> {
+    pub fn limit(&self) -> Option<LimitBracket> {
         match &self.goal {
             Goal::Limit(goal) => goal.found(&self.log),
             Goal::Minimise(_) => None,

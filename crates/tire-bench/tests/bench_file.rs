@@ -8,7 +8,7 @@ mod writer;
 
 use support::{WARM, bench_file, truth};
 use tire::{Axes, Coefficients};
-use tire_bench::{Fit, Options, Read, Reading, Verdict, fit, read, read_all, write_tir};
+use tire_bench::{BenchData, Fit, Options, Reading, Verdict, fit, read, read_all, write_tir};
 use writer::{Made, column, file};
 
 const FILE: &str = include_str!("../../../scenarios/bench/sports_tire.csv");
@@ -18,7 +18,7 @@ fn sae() -> Reading<'static> {
 }
 
 /// What the scenario fits: radius, nominal load and pressure are known, nothing else of the tire.
-fn fitted(found: &Read) -> Fit {
+fn fitted(found: &BenchData) -> Fit {
     let Coefficients { UNLOADED_RADIUS, FNOMIN, NOMPRES, .. } = truth();
     let tire = Coefficients {
         UNLOADED_RADIUS,

@@ -9,7 +9,7 @@ use crate::regularisation::AxleCoupling;
 use crate::settings::{Method, Settings};
 
 /// One axle: what was fitted, how, and what was found, of which the values of least squares are replaced.
-pub struct Coupled<'a> {
+pub struct AxleFit<'a> {
     /// The points.
     pub samples: &'a Samples,
     /// How they were fitted.
@@ -23,7 +23,7 @@ pub struct Coupled<'a> {
 ///
 /// # Errors
 /// As for a fit; and for noise in the slip, which a joint fit cannot take.
-pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
+pub fn couple(axles: [AxleFit; 2], weight: f64) -> Result<(), FitError> {
     let [front, rear] = axles.each_ref().map(problem);
     let Settings { prior, options, .. } = axles[0].settings;
     let coupling = AxleCoupling::new(prior, weight);
@@ -44,7 +44,7 @@ pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
 }
 
 /// What was fitted last: with what was held then.
-fn problem<'a>(axle: &Coupled<'a>) -> Problem<'a> {
+fn problem<'a>(axle: &AxleFit<'a>) -> Problem<'a> {
     let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
     let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
     let noise = axle
@@ -78,7 +78,7 @@ mod tests {
         let alone = (found(&front), found(&rear));
         let apart = |weight: f64| {
             let (mut a, mut b) = alone.clone();
-            let axle = |samples, answer| Coupled { samples, settings: &settings, answer };
+            let axle = |samples, answer| AxleFit { samples, settings: &settings, answer };
             couple([axle(&front, &mut a), axle(&rear, &mut b)], weight).expect("a fit");
             let B = |answer: &Answer| answer.estimates[0].1.mean[&Quantity::B];
             (B(&b) - B(&a)).abs()

@@ -6,8 +6,8 @@
 //! and covariance are those of the posterior with everything free: holding a parameter teaches nothing about it.
 
 mod bayes;
+mod curve_posterior;
 pub mod point;
-mod sampled;
 
 use std::time::{Duration, Instant};
 
@@ -17,7 +17,7 @@ use numerics::statistics::std;
 use preparation::samples::Samples;
 use serde::Serialize;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::fit::{FitError, Solution};
 use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
@@ -29,8 +29,8 @@ use crate::quantity::{PerQuantity, Quantity};
 use crate::settings::{Method, Settings};
 use crate::variational::{self, Variational};
 use crate::verdict::{Evidence, Judgement, Verdict, judge};
+use curve_posterior::CurvePosterior;
 use point::Agreement;
-use sampled::Sampled;
 
 /// What one method found for one axle in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -117,8 +117,8 @@ pub fn identify(
     let Settings { prior, direction, .. } = settings;
 
     let begin = Instant::now();
-    let Sampled { noisy, data, optima, posterior, report } =
-        Sampled::new(samples, settings, &best, slip_range);
+    let CurvePosterior { noisy, data, optima, posterior, report } =
+        CurvePosterior::new(samples, settings, &best, slip_range);
     let drawing = begin.elapsed();
     let (noise_std, direction) = (best.noise_std, *direction);
     let evidence = Evidence { data: &data, slip_range, noise_std, direction };
@@ -133,7 +133,7 @@ pub fn identify(
     let rest = hold(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     let mut variational = None;
-    let bayes = bayes::Bayes {
+    let bayes = bayes::BayesianFit {
         samples: &noisy,
         data: &data,
         settings,
@@ -165,7 +165,7 @@ pub fn identify(
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
         let seconds = (before + shared + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
-        let (solution, fixed) = agreed(&agreement, (solution, &fixed), &free);
+        let (solution, fixed) = agreed(&agreement, solution, &fixed, &free);
         let estimate =
             assemble(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
         let (source, summary) = (report.source(), Some(report.clone()));
@@ -178,7 +178,8 @@ pub fn identify(
 /// A fit with what it holds, or the draw nearest to what is known where the posterior rejects that fit.
 fn agreed<'a>(
     agreement: &Agreement,
-    (solution, fixed): (&Solution, &'a [Parameter]),
+    solution: &Solution,
+    fixed: &'a [Parameter],
     free: &Solution,
 ) -> (Solution, &'a [Parameter]) {
     if agreement.holds(&solution.theta) {
@@ -199,7 +200,7 @@ fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
 /// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
 /// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
 pub fn to_hold(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     posterior: &PosteriorSamples,
     judgements: &[Judgement],

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 use crate::parameters::{COUNT, Parameter, Theta};
 
-pub use slope::{Local, ValueAndSlope, local};
+pub use slope::{LocalCurve, ValueAndSlope, local};
 pub use squares::squares;
 use terms::Terms;
 

@@ -17,7 +17,7 @@ use numerics::statistics::quantile;
 use preparation::Series;
 use serde::Serialize;
 
-use crate::local::Usual;
+use crate::local::StretchPrior;
 use fit::Fit;
 pub use reason::Obstacle;
 
@@ -89,7 +89,7 @@ pub struct Axle {
 
 impl Axle {
     /// Fits lateral points at the load at rest [N]; `None` with fewer than 50 rows, a number that is none, or one slip only.
-    pub fn fit(series: &Series, nominal: f64, usual: &Usual) -> Option<Self> {
+    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
         let all = Fit::of(series, nominal, usual, None)?;
         let middle = series.time.len() / 2;
         let half = |rows: std::ops::Range<usize>| {
@@ -110,7 +110,12 @@ impl Axle {
     }
 
     /// The effects of the same log with other data of the car; `None` where they cannot be fitted.
-    pub fn again(&self, series: &Series, nominal: f64, usual: &Usual) -> Option<[f64; EFFECTS]> {
+    pub fn again(
+        &self,
+        series: &Series,
+        nominal: f64,
+        usual: &StretchPrior,
+    ) -> Option<[f64; EFFECTS]> {
         Fit::of(series, nominal, usual, Some(&self.all)).map(|fit| fit.effects())
     }
 

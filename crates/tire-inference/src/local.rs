@@ -35,7 +35,7 @@ pub(crate) const MOST_E: f64 = 0.99;
 
 /// What is usual of lateral curves and of the logs of cars. The coordinates are ln K, C, ln D, E.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Usual {
+pub struct StretchPrior {
     /// Mean of the coordinates.
     pub mean: Vector4<f64>,
     /// Standard deviations of the coordinates.
@@ -50,7 +50,7 @@ pub struct Usual {
     pub slip_offset: f64,
 }
 
-impl Default for Usual {
+impl Default for StretchPrior {
     /// K about 20 with a factor of 4.5 up and down, C of Pacejka's section 4.3, D about 1.
     fn default() -> Self {
         Self {
@@ -64,7 +64,7 @@ impl Default for Usual {
     }
 }
 
-impl Usual {
+impl StretchPrior {
     /// Points at the nominal load [N], without a force in the other direction; weights even out the slips.
     pub fn corrected(&self, series: &Series, nominal: f64) -> Samples {
         let mut samples = series.samples.clone();
@@ -106,7 +106,7 @@ pub(crate) fn slope(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
 
 /// The curve of a stretch.
 #[derive(Clone, Debug)]
-pub struct Local {
+pub struct StretchFit {
     /// B, C, D, E, and shifts of 0.
     pub theta: Theta,
     /// The excited slip [rad]: a twentieth of the rows is beyond each end.
@@ -122,9 +122,9 @@ pub struct Local {
     variance: f64,
 }
 
-impl Local {
+impl StretchFit {
     /// Fits a stretch at the nominal load of the axle [N]; `None` with fewer than 50 rows, or where all slips are the same.
-    pub fn fit(series: &Series, nominal: f64, usual: &Usual) -> Option<Self> {
+    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
         if series.time.len() < LEAST_ROWS {
             return None;
         }
@@ -171,7 +171,7 @@ impl Local {
 
 struct Search<'a> {
     samples: &'a Samples,
-    usual: &'a Usual,
+    usual: &'a StretchPrior,
     /// Variance of one independent residual.
     variance: f64,
     at: Vector4<f64>,
@@ -227,7 +227,7 @@ impl Search<'_> {
         self.usual.std.map(|std| self.variance / (std * std))
     }
 
-    fn local(&self, time: &[f64]) -> Local {
+    fn local(&self, time: &[f64]) -> StretchFit {
         let (hessian, _) = self.normal_equations(&self.at);
         let inverse = hessian.try_inverse().unwrap_or_else(Matrix4::zeros);
         let [first, last] = [time[0], time[time.len() - 1]];
@@ -252,7 +252,7 @@ impl Search<'_> {
         let tire = theta(&self.at);
         let square: f64 =
             self.rows().map(|(slip, force, _)| (force - value(&tire, slip)).powi(2)).sum();
-        Local {
+        StretchFit {
             theta: tire,
             slip: [BEYOND, 1.0 - BEYOND].map(|share| quantile(&slips, share)),
             noise_std: (square / slips.len() as f64).sqrt(),

@@ -1,4 +1,4 @@
-//! Holds whether the model of an identification fits its data: verdicts on parameters are never better than that.
+//! Represents model adequacy: tests of residuals and the verdict whether a model fits its data, which caps the verdicts on its parameters.
 
 use numerics::identifiability::Verdict;
 use serde::Serialize;

@@ -25,7 +25,9 @@ pub use axes::Axes;
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
 pub use elementary::Number;
 pub use magic_formula::MagicFormula;
-pub use mf::{BadCoefficient, Characteristics, Details, MfSet, MfTire, Peak, RANGES, Reading};
+pub use mf::{
+    BadCoefficient, Characteristics, Details, FormulaConvention, MfSet, MfTire, Peak, RANGES,
+};
 pub use real::Real;
 pub use set::TireSet;
 pub use slip::{Forces, Relaxation, Slip, Validity};

@@ -1,4 +1,4 @@
-//! Defines the Magic Formula: the friction coefficient of a tire over its slip, with its derivatives.
+//! Defines the Magic Formula in its simple form: the friction coefficient of a tire over its slip angle, and where it peaks.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -22,22 +22,22 @@ pub trait Real:
     + MulAssign
 {
     /// The result of a comparison.
-    type Truth: Copy;
+    type Mask: Copy;
 
     /// A constant of the same kind.
     fn constant(self, value: f64) -> Self;
     /// Whether it is smaller than another; false for what is no number.
-    fn below(self, other: Self) -> Self::Truth;
+    fn below(self, other: Self) -> Self::Mask;
     /// Whether it is this value.
-    fn equals(self, value: f64) -> Self::Truth;
+    fn equals(self, value: f64) -> Self::Mask;
     /// Whether it is no number.
-    fn is_not_a_number(self) -> Self::Truth;
+    fn is_not_a_number(self) -> Self::Mask;
     /// Whether a comparison holds anywhere.
-    fn any(self, truth: Self::Truth) -> bool;
+    fn any(self, truth: Self::Mask) -> bool;
     /// Whether it is this value everywhere and carries no derivative, so that a term which it switches off can be left out.
     fn is_always(self, value: f64) -> bool;
     /// One value where a comparison holds, the other elsewhere.
-    fn pick(truth: Self::Truth, yes: Self, no: Self) -> Self;
+    fn select(truth: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// Absolute value.
     fn abs(self) -> Self;
@@ -90,7 +90,7 @@ macro_rules! as_dual_number {
 }
 
 impl<T: DualNum<Primitive = f64> + Copy> Real for T {
-    type Truth = bool;
+    type Mask = bool;
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
@@ -123,7 +123,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     }
 
     #[inline(always)]
-    fn pick(truth: bool, yes: Self, no: Self) -> Self {
+    fn select(truth: bool, yes: Self, no: Self) -> Self {
         if truth { yes } else { no }
     }
 

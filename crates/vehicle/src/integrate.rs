@@ -68,7 +68,8 @@ impl<T: Number> Vehicle<T> {
     pub fn advance_on(
         &self,
         state: &State<T>,
-        (input, road): (&Input<T>, &Road<T>),
+        input: &Input<T>,
+        road: &Road<T>,
         step: f64,
         max_substep: f64,
     ) -> State<T> {

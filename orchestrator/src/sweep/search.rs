@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use ::sweep::search::{
-    Best, Goal as Wanted, Limit, LimitFound, Minimise, Outcome as Told, Search, Side, Status,
+    Best, Goal as Wanted, Limit, LimitBracket, Minimise, Outcome as Told, Search, Side, Status,
 };
 use ::sweep::table::Table;
 use diagnostics::Error;
@@ -32,7 +32,7 @@ pub struct Found {
     /// The best variant.
     pub best: Option<Best>,
     /// The limit, of a search for one.
-    pub limit: Option<LimitFound>,
+    pub limit: Option<LimitBracket>,
     /// Whether the best value is the largest one.
     pub largest: bool,
     /// Variants that it ran.

@@ -38,7 +38,7 @@ pub enum Side {
 
 /// A limit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LimitFound {
+pub struct LimitBracket {
     /// The last value that passes, with all that were tried before it.
     pub passes: f64,
     /// The first value that fails.
@@ -49,7 +49,7 @@ pub struct LimitFound {
 
 /// A value that was tried, on an axis along which the check first passes.
 #[derive(Clone, Copy, Debug)]
-struct Tried {
+struct Trial {
     place: f64,
     passed: bool,
     margin: f64,
@@ -93,7 +93,7 @@ impl Limit {
 
     /// Values about the place where a margin that changes evenly would be 0: one on each side of it, the others in the rest of the
     /// bracket. Nothing where the margins do not change their sign.
-    fn about_root(&self, passes: Tried, fails: Tried) -> Option<Vec<f64>> {
+    fn about_root(&self, passes: Trial, fails: Trial) -> Option<Vec<f64>> {
         let (above, below) = (passes.margin, -fails.margin);
         if !(above.is_finite() && below.is_finite() && above >= 0.0 && below > 0.0) {
             return None;
@@ -118,11 +118,11 @@ impl Limit {
     }
 
     /// The limit, if there is one.
-    pub(super) fn found(&self, log: &[(Vec<f64>, Outcome)]) -> Option<LimitFound> {
+    pub(super) fn found(&self, log: &[(Vec<f64>, Outcome)]) -> Option<LimitBracket> {
         let tried = self.tried(log);
         let [passes, fails] = bracket(&tried)?;
         let beyond = tried.iter().find(|it| it.place > fails.place && it.passed);
-        Some(LimitFound {
+        Some(LimitBracket {
             passes: self.turned(passes.place),
             fails: self.turned(fails.place),
             passes_again: beyond.map(|it| self.turned(it.place)),
@@ -130,10 +130,10 @@ impl Limit {
     }
 
     /// What was tried, in the order of its places.
-    fn tried(&self, log: &[(Vec<f64>, Outcome)]) -> Vec<Tried> {
-        let mut tried: Vec<Tried> = log
+    fn tried(&self, log: &[(Vec<f64>, Outcome)]) -> Vec<Trial> {
+        let mut tried: Vec<Trial> = log
             .iter()
-            .map(|(point, outcome)| Tried {
+            .map(|(point, outcome)| Trial {
                 place: self.turned(point[0]),
                 passed: outcome.passed == Some(true),
                 margin: outcome.value,
@@ -153,7 +153,7 @@ impl Limit {
 }
 
 /// The last that passes before the first that fails, and that one. Nothing when all pass, or the first fails.
-fn bracket(tried: &[Tried]) -> Option<[Tried; 2]> {
+fn bracket(tried: &[Trial]) -> Option<[Trial; 2]> {
     let fails = tried.iter().position(|it| !it.passed)?;
     let passes = fails.checked_sub(1)?;
     Some([tried[passes], tried[fails]])

@@ -3,7 +3,7 @@
 use numerics::convergence::{Convergence, Status};
 use preparation::samples::Samples;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::estimate::point::Agreement;
 use crate::estimate::{Estimate, per_quantity};
 use crate::fit::Solution;
@@ -20,11 +20,11 @@ const COMPETITIVE: f64 = 10.0;
 const SHARE: f64 = 0.01;
 
 /// What was found of one curve so far.
-pub struct Bayes<'a> {
+pub struct BayesianFit<'a> {
     /// The samples that the posterior is of.
     pub samples: &'a Samples,
     /// The same.
-    pub data: &'a Compressed,
+    pub data: &'a CompressedSamples,
     pub settings: &'a Settings,
     /// The best fit with everything free.
     pub best: &'a Solution,
@@ -38,7 +38,7 @@ pub struct Bayes<'a> {
     pub agreement: Agreement<'a>,
 }
 
-impl Bayes<'_> {
+impl BayesianFit<'_> {
     /// The posterior's own numbers.
     pub fn reference(&self) -> Estimate {
         let PosteriorReport { levels, cells, .. } = *self.report;

@@ -12,7 +12,7 @@ use preparation::samples::Samples;
 use super::EFFECTS;
 use crate::dependence::correlation_time;
 use crate::kernel::value;
-use crate::local::{LEAST_C, LEAST_ROWS, MOST_C, MOST_E, Usual, even_out, slope, theta};
+use crate::local::{LEAST_C, LEAST_ROWS, MOST_C, MOST_E, StretchPrior, even_out, slope, theta};
 
 /// ln K, C, ln D, E at rest and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
 const COUNT: usize = 9;
@@ -180,7 +180,7 @@ impl Search<'_> {
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    fn fit(self, usual: &Usual) -> Fit {
+    fn fit(self, usual: &StretchPrior) -> Fit {
         let (information, _) = self.rows.normal_equations(&self.at);
         let Samples { slip, force, weight } = &self.rows.samples;
         let time = &self.rows.time;
@@ -207,7 +207,12 @@ impl Search<'_> {
 
 impl Fit {
     /// Fits points at the load at rest [N], from another fit of the same tire where there is one.
-    pub fn of(series: &Series, nominal: f64, usual: &Usual, start: Option<&Self>) -> Option<Self> {
+    pub fn of(
+        series: &Series,
+        nominal: f64,
+        usual: &StretchPrior,
+        start: Option<&Self>,
+    ) -> Option<Self> {
         let rows = Rows::of(series, nominal)?;
         let (mut mean, mut std) = (Vector::zeros(), Vector::repeat(CURVATURE_STD));
         mean.fixed_rows_mut::<4>(0).copy_from(&usual.mean);

@@ -4,7 +4,7 @@ use numerics::convergence::Status;
 use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
 use numerics::statistics::{interval, mean, std};
 use numerics::text::significant;
-use numerics::variational::judged::Judged;
+use numerics::variational::assessment::GaussianAssessment;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
@@ -58,13 +58,13 @@ pub struct VariationalReport {
 impl VariationalReport {
     /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
     pub fn new(
-        judged: &Judged,
+        judged: &GaussianAssessment,
         correction: Diagnosis,
         gaussian: &PosteriorSamples,
         prior: &Prior,
         noise_std: f64,
     ) -> Self {
-        let Judged { fitted, points, draws, seconds } = judged;
+        let GaussianAssessment { fitted, points, draws, seconds } = judged;
         let Summary { mean, std, interval } = Summary::of(gaussian, prior);
         let free: Vec<_> = prior.free().collect();
         Self {
@@ -92,7 +92,7 @@ impl VariationalReport {
     /// Takes into account what the fit itself cannot see.
     pub fn suspect(&mut self, suspicion: &Suspicion) {
         let weights = [&self.diagnosis, &self.correction];
-        self.warning = warning((self.status, self.gradient_norm), weights, suspicion);
+        self.warning = warning(self.status, self.gradient_norm, weights, suspicion);
         self.trusted = self.warning.is_none();
     }
 }
@@ -139,7 +139,8 @@ pub struct Suspicion {
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
 fn warning(
-    (status, gradient_norm): (Status, f64),
+    status: Status,
+    gradient_norm: f64,
     weights: [&Diagnosis; 2],
     suspicion: &Suspicion,
 ) -> Option<String> {

@@ -6,10 +6,15 @@ use numerics::text::{significant, with_std};
 use crate::prior::Prior;
 use crate::profile::{Profile, RULED_OUT, Side};
 use crate::quantity::Quantity;
-use crate::verdict::{Evidence, Known, Verdict};
+use crate::verdict::{Evidence, QuantityStatistics, Verdict};
 
 /// Why a quantity has its verdict, and for one that is not identified what to drive.
-pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> String {
+pub fn explain(
+    known: &QuantityStatistics,
+    verdict: Verdict,
+    prior: &Prior,
+    advice: &str,
+) -> String {
     let name = known.quantity.name();
     let value = with_std(known.mean, known.std);
     let share = if known.width_ratio < 1.0 {
@@ -49,7 +54,7 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
 }
 
 /// The sides on which the data rule nothing out.
-fn open(known: &Known, profile: &Profile, prior: &Prior) -> Option<String> {
+fn open(known: &QuantityStatistics, profile: &Profile, prior: &Prior) -> Option<String> {
     let name = known.quantity.name();
     let [low, high] = known.quantity.range(prior).map(|end| significant(end, 3));
     let rise = |side: &Side| significant(side.rise, 2);

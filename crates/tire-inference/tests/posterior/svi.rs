@@ -4,7 +4,7 @@ use numerics::convergence::Status;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Parameter;
 use tire_inference::posterior;
@@ -21,7 +21,7 @@ fn measured(count: usize, level: f64) -> Samples {
 }
 
 fn variational(samples: &Samples, prior: &Prior, optimiser: Optimiser) -> Variational {
-    let data = Compressed::new(samples);
+    let data = CompressedSamples::new(samples);
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
     let best = least_squares(&problem, &FitOptions::default()).expect("fits");
     let best = (&best.theta, best.noise_std);
@@ -35,7 +35,7 @@ fn of_much_data_past_the_peak_mean_and_width_are_those_of_the_exact_posterior() 
     let report = &found.report;
     assert_eq!(report.status, Status::Converged);
     assert!(report.trusted && report.gradient_norm < 0.01, "{report:?}");
-    let exact = draw(&Compressed::new(&samples), &prior, &[]).posterior;
+    let exact = draw(&CompressedSamples::new(&samples), &prior, &[]).posterior;
     for quantity in prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED) {
         let (name, values) = (quantity, exact.values(quantity));
         let error = (report.mean[&name] - mean(&values)) / std(&values);
@@ -109,7 +109,7 @@ fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
         assert_eq!(first.corrected, second.corrected);
         assert_eq!(first.report.elbo_trace, second.report.elbo_trace);
     }
-    let data = Compressed::new(&samples);
+    let data = CompressedSamples::new(&samples);
     let best = (&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.05);
     let start = Start { samples: &samples, data: &data, prior: &prior, best };
     let of = |seed| fit(start, Optimiser::Newton, seed).corrected;
