@@ -12,6 +12,7 @@ use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
 use processor::processor;
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
+use tire_inference::quantity::Quantity;
 
 const EXACT: &str = "exact = true";
 
@@ -55,26 +56,29 @@ fn main() {
                     found.estimates
                 }
             };
-            let told = |axle: Axle, name: &str| {
+            let told = |axle: Axle, name: Quantity| {
                 let estimate = &estimates[axle];
-                let (value, std) = (estimate.mean[name], estimate.std[name]);
-                format!("{value:8.3} ± {std:6.3} {:15}", format!("{:?}", estimate.identified[name]))
+                let (value, std) = (estimate.mean[&name], estimate.std[&name]);
+                format!(
+                    "{value:8.3} ± {std:6.3} {:15}",
+                    format!("{:?}", estimate.identified[&name])
+                )
             };
             println!(
                 "{task:11} {:5.0} … {:5.0} s   front K {} D {}   rear K {} D {}   {:.0} s of processor",
                 window[0],
                 window[1],
-                told(Axle::Front, "K"),
-                told(Axle::Front, "D"),
-                told(Axle::Rear, "K"),
-                told(Axle::Rear, "D"),
+                told(Axle::Front, Quantity::K),
+                told(Axle::Front, Quantity::D),
+                told(Axle::Rear, Quantity::K),
+                told(Axle::Rear, Quantity::D),
                 processor() - begin
             );
             all.push(estimates);
         }
         for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
-            for name in ["K", "D"] {
-                let of = |it: &Axles<Estimate>| (it[axle].mean[name], it[axle].std[name]);
+            for name in [Quantity::K, Quantity::D] {
+                let of = |it: &Axles<Estimate>| (it[axle].mean[&name], it[axle].std[&name]);
                 let (mean, scatter) = scatter(&all.iter().map(of).collect::<Vec<_>>());
                 println!(
                     "{task:11} {side:5} {name}: mean {mean:.3}, scatter over std {scatter:.2}"

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use identify::{design, sobol};
 use preparation::direction::Direction;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::parameters::curve;
 use tire_inference::posterior::{SamplingOptions, draw};
 use tire_inference::prior::Prior;
@@ -38,7 +38,7 @@ fn main() {
     for level in [0.02, 0.08, 0.2, 0.75, 1.0] {
         let samples = samples(&excitation, level);
         let prior = Prior::longitudinal();
-        let data = Compressed::new(&samples);
+        let data = CompressedSamples::new(&samples);
         let optima = [excitation.truth];
         let posterior = draw(&data, &prior, &optima, &SamplingOptions::default()).posterior;
         let slip_range = samples.slip_range().unwrap_or_default();
@@ -50,7 +50,7 @@ fn main() {
         };
         println!(
             "{level:>6} {:>14.2} {:>12.2} {:>14.0} {:>12.0}",
-            time(10, || Compressed::new(&samples)),
+            time(10, || CompressedSamples::new(&samples)),
             time(10, || (0..1000).map(|_| data.squares(black_box(&excitation.truth))).sum::<f64>()),
             time(3, || draw(&data, &prior, &optima, &SamplingOptions::default())),
             time(3, || judge(&evidence, &prior, &posterior, &excitation.truth)),

@@ -11,6 +11,7 @@ use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, Theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 
 use crate::start_values::{Tire, key};
@@ -79,7 +80,7 @@ pub fn write(tires: &[DrawnTire], draws: Draws, seed: u64) -> Option<String> {
         let stream = if draws == Draws::Together { 0 } else { number as u128 };
         let chosen = shuffled(posterior.samples.len(), seed, stream);
         for parameter in Parameter::ALL {
-            if tire.estimate.mean.contains_key(parameter.name()) {
+            if tire.estimate.mean.contains_key(&Quantity::from(parameter)) {
                 let value = |&row: &usize| posterior.samples[row][parameter as usize];
                 let values: Vec<f64> = chosen.iter().map(value).collect();
                 columns.push((field(&key(tire, parameter.name())), values));

@@ -4,7 +4,8 @@ use preparation::{Pipeline, Prepared};
 use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
 use tire_inference::load::{Axle, EFFECTS, Effect, LoadEffects, Move};
-use tire_inference::local::Usual;
+use tire_inference::local::StretchPrior;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 
 use crate::stretches::axles;
@@ -42,7 +43,8 @@ pub struct SlipStiffness {
 impl Loads {
     /// Fits both axles.
     pub fn fit(prepared: &Prepared, pipeline: &Pipeline) -> Self {
-        let fit = |(_, series, load)| (Axle::fit(series, load, &Usual::default()), Vec::new());
+        let fit =
+            |(_, series, load)| (Axle::fit(series, load, &StretchPrior::default()), Vec::new());
         Self { axles: axles(prepared, pipeline).map(fit) }
     }
 
@@ -51,7 +53,7 @@ impl Loads {
         let series = axles(prepared, pipeline);
         std::array::from_fn(|at| {
             let (_, series, load) = series[at];
-            self.axles[at].0.as_ref()?.again(series, load, &Usual::default())
+            self.axles[at].0.as_ref()?.again(series, load, &StretchPrior::default())
         })
     }
 
@@ -86,9 +88,17 @@ impl SlipStiffness {
             };
         };
         Self {
-            found: estimate.mean.get("K").copied().zip(estimate.interval.get("K").copied()),
-            verdict: estimate.identified.get("K").copied().unwrap_or(Verdict::NotIdentifiable),
-            reason: estimate.reason.get("K").cloned().unwrap_or_default(),
+            found: estimate
+                .mean
+                .get(&Quantity::K)
+                .copied()
+                .zip(estimate.interval.get(&Quantity::K).copied()),
+            verdict: estimate
+                .identified
+                .get(&Quantity::K)
+                .copied()
+                .unwrap_or(Verdict::NotIdentifiable),
+            reason: estimate.reason.get(&Quantity::K).cloned().unwrap_or_default(),
         }
     }
 }

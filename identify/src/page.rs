@@ -16,7 +16,7 @@ mod studies;
 
 use std::fmt::Write;
 
-use crate::names::{ORDER, class, describe, origin, the_box, unit, words};
+use crate::names::{class, describe, origin, the_box, unit, words};
 use curves::Figures;
 use drive_doctor::Examination;
 pub use drives::Drives;
@@ -31,7 +31,7 @@ use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::predictive::Predictive;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
-use tire_inference::quantity::ByName;
+use tire_inference::quantity::{PerQuantity, Quantity};
 
 use crate::loads::Loaded;
 use crate::stretches::Drifting;
@@ -216,21 +216,16 @@ fn write_check(html: &mut String, check: &Predictive) {
 
 fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) {
     html.push_str("<table class=\"stack\">\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n");
-    for name in ORDER.into_iter().filter(|&name| estimate.mean.contains_key(name)) {
-        let number =
-            |map: &tire_inference::quantity::ByName| map.get(name).copied().unwrap_or(f64::NAN);
-        let interval = estimate.interval.get(name).copied().unwrap_or([f64::NAN; 2]);
+    for name in Quantity::ALL.into_iter().filter(|name| estimate.mean.contains_key(name)) {
+        let number = |map: &PerQuantity| map.get(&name).copied().unwrap_or(f64::NAN);
+        let interval = estimate.interval.get(&name).copied().unwrap_or([f64::NAN; 2]);
         let places = decimals(number(&estimate.mean), number(&estimate.std));
         let plain = |end: f64| match end.is_finite() {
             true => format!("{end:.places$}"),
             false => "–".to_owned(),
         };
-        let verdict = estimate.identified.get(name).copied();
-        let held = if estimate.fixed.iter().any(|fixed| fixed == name) {
-            " (held at the prior)"
-        } else {
-            ""
-        };
+        let verdict = estimate.identified.get(&name).copied();
+        let held = if estimate.is_held(name) { " (held at the prior)" } else { "" };
         let _ = writeln!(
             html,
             "<tr><td>{name} <span class=\"faint\">{}</span></td><td class=\"number\" data-label=\"value\">{}{held}</td>\
@@ -241,7 +236,7 @@ fn write_verdicts(html: &mut String, estimate: &Estimate, direction: Direction) 
             plain(interval[1]),
             verdict.map_or("", class),
             verdict.map_or("–", words),
-            escape(estimate.reason.get(name).map_or("", String::as_str))
+            escape(estimate.reason.get(&name).map_or("", String::as_str))
         );
     }
     html.push_str("</table>\n");
@@ -264,18 +259,19 @@ fn write_methods(html: &mut String, section: &Section) {
 
 /// What each method found.
 fn write_values(html: &mut String, section: &Section) {
-    let names = ["B", "C", "D", "E", "K"];
+    let names = [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
     let head: String = names.iter().map(|name| format!("<th>{name}</th>")).collect();
     let _ = writeln!(html, "<table>\n<tr><th>Method</th>{head}<th>At a bound</th></tr>");
-    let values = |mean: &ByName, std: &ByName| -> String {
-        let number = |map: &ByName, name: &str| map.get(name).copied().unwrap_or(f64::NAN);
-        let cell = |name: &&str| with_std(number(mean, name), number(std, name));
+    let values = |mean: &PerQuantity, std: &PerQuantity| -> String {
+        let number =
+            |map: &PerQuantity, name: &Quantity| map.get(name).copied().unwrap_or(f64::NAN);
+        let cell = |name: &Quantity| with_std(number(mean, name), number(std, name));
         names.iter().map(|it| format!("<td class=\"number\">{}</td>", cell(it))).collect()
     };
     for MethodSection { name, estimate, .. } in &section.methods {
         let bounds = match estimate.at_bound.is_empty() {
             true => "none".to_owned(),
-            false => estimate.at_bound.join(", "),
+            false => estimate.at_bound.iter().map(|it| it.name()).collect::<Vec<_>>().join(", "),
         };
         let cells = values(&estimate.mean, &estimate.std);
         let (name, bounds) = (escape(name), escape(&bounds));

@@ -6,7 +6,7 @@ use numerics::text::with_std;
 use preparation::direction::Direction;
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::Parameter;
-use tire_inference::verdict::Verdict;
+use tire_inference::quantity::{PerQuantity, Quantity};
 
 /// A tire of the plant and what was found of it.
 #[derive(Clone, Copy, Debug)]
@@ -37,9 +37,9 @@ pub fn write(tires: &[Tire], verdict: &str) -> String {
             comment(tire.tire),
             estimate.samples
         );
-        for name in Parameter::ALL.map(Parameter::name) {
-            let Some(&value) = estimate.mean.get(name) else { continue };
-            let remark = remark(estimate, name);
+        for parameter in Parameter::ALL {
+            let Some(&value) = estimate.mean.get(&Quantity::from(parameter)) else { continue };
+            let (name, remark) = (parameter.name(), remark(estimate, parameter.into()));
             if value.is_finite() {
                 let key = quote(&key(tire, name));
                 // Debug writes a point or an exponent always: TOML then reads a float, never an integer.
@@ -57,17 +57,10 @@ pub fn key(tire: &Tire, parameter: &str) -> String {
     format!("{}.{}.{parameter}", tire.node, tire.tire)
 }
 
-fn remark(estimate: &Estimate, name: &str) -> String {
-    let verdict = match estimate.identified.get(name) {
-        Some(Verdict::Identified) => "identified",
-        Some(Verdict::Weak) => "weak",
-        Some(Verdict::NotIdentifiable) => "not identifiable",
-        None => "not judged",
-    };
-    let held =
-        if estimate.fixed.iter().any(|fixed| fixed == name) { ", held at the prior" } else { "" };
-    let number =
-        |map: &tire_inference::quantity::ByName| map.get(name).copied().unwrap_or(f64::NAN);
+fn remark(estimate: &Estimate, quantity: Quantity) -> String {
+    let verdict = estimate.identified.get(&quantity).map_or("not judged", |it| it.words());
+    let held = if estimate.is_held(quantity) { ", held at the prior" } else { "" };
+    let number = |map: &PerQuantity| map.get(&quantity).copied().unwrap_or(f64::NAN);
     format!("{verdict}{held}: {}", with_std(number(&estimate.mean), number(&estimate.std)))
 }
 
@@ -96,23 +89,29 @@ fn quote(text: &str) -> String {
 mod tests {
     use numerics::convergence::{Convergence, Status};
     use tire_inference::posterior::report::UncertaintySource;
+    use tire_inference::verdict::Verdict;
 
     use super::*;
 
     fn estimate() -> Estimate {
-        let values = [("B", 15.1), ("C", 2.0), ("D", f64::NAN), ("E", 1e-7), ("K", 45.0)];
-        let by_name = || values.iter().map(|&(name, value)| (name.to_owned(), value)).collect();
+        let mean = [
+            (Quantity::B, 15.1),
+            (Quantity::C, 2.0),
+            (Quantity::D, f64::NAN),
+            (Quantity::E, 1e-7),
+            (Quantity::K, 45.0),
+        ];
         Estimate {
-            mean: by_name(),
-            std: [("B".to_owned(), 0.25)].into(),
+            mean: mean.into(),
+            std: [(Quantity::B, 0.25)].into(),
             interval: [].into(),
             parameters: vec![],
             covariance: vec![],
             at_bound: vec![],
-            fixed: vec!["C".to_owned()],
+            fixed: vec![Parameter::C],
             identified: [
-                ("B".to_owned(), Verdict::Identified),
-                ("C".to_owned(), Verdict::NotIdentifiable),
+                (Quantity::B, Verdict::Identified),
+                (Quantity::C, Verdict::NotIdentifiable),
             ]
             .into(),
             reason: [].into(),

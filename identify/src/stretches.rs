@@ -4,7 +4,7 @@ use preparation::{Pipeline, Prepared, Series};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::drift::{self, Drift};
-use tire_inference::local::{Local, Usual};
+use tire_inference::local::{StretchFit, StretchPrior};
 use tire_inference::window::Window;
 
 use crate::config::stretches::{self, Windows};
@@ -99,7 +99,7 @@ pub fn drift<'a>(
     signal: impl Fn(&str) -> Option<[&'a [f64]; 2]>,
     (prepared, pipeline): (&Prepared, &Pipeline),
 ) -> Vec<Drifting> {
-    let usual = Usual::default();
+    let usual = StretchPrior::default();
     let of_axle = |(axle, series, load): (&'static str, &Series, f64)| {
         let seconds =
             series.time.last().zip(series.time.first()).map_or(0.0, |(last, first)| last - first);
@@ -122,7 +122,7 @@ pub fn drift<'a>(
         let stretches: Vec<[drift::Value; 2]> = parts
             .iter()
             .filter_map(|(lap, ends, part)| {
-                let local = Local::fit(part, load, &usual)?;
+                let local = StretchFit::fit(part, load, &usual)?;
                 let value = |(logarithm, variance)| drift::Value {
                     time: 0.5 * (ends[0] + ends[1]),
                     lap: *lap,
@@ -139,7 +139,7 @@ pub fn drift<'a>(
             let values: Vec<_> = stretches.iter().map(|both| both[place]).collect();
             let drift = Drift::of(&values);
             let name = format!("{title} of the {axle} axle");
-            let sentence = drift.sentence(&name, unit);
+            let sentence = drift.sentence(&name, unit.0, unit.1);
             Drifting { name, axle, quantity, unit, sentence, drift }
         })
     };

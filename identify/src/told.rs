@@ -13,7 +13,7 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
 use tire_inference::verdict::Verdict;
 
-use crate::names::{ORDER, origin, the_box, unit, words};
+use crate::names::{origin, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,9 @@ impl Overall<'_> {
         let mut sentences = vec![known.to_owned(), self.count()];
         sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
         sentences.extend(self.log.iter().cloned());
-        let bounded = self.list(|told, name| told.estimate.at_bound.iter().any(|at| at == name));
+        let bounded = self.list(|told, quantity| {
+            quantity.parameter().is_some_and(|it| told.estimate.at_bound.contains(&it))
+        });
         if !bounded.is_empty() {
             sentences.push(format!("On a bound of the box: {bounded}."));
         }
@@ -97,7 +99,8 @@ impl Overall<'_> {
         let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
         let identified = verdicts().filter(|it| **it == Verdict::Identified).count();
         let of = |verdict| {
-            let list = self.list(|told, name| told.estimate.identified.get(name) == Some(&verdict));
+            let list = self
+                .list(|told, quantity| told.estimate.identified.get(&quantity) == Some(&verdict));
             (!list.is_empty()).then(|| format!("; {}: {list}", words(verdict)))
         };
         let rest: String =
@@ -106,9 +109,11 @@ impl Overall<'_> {
     }
 
     /// Quantities by curve: "front B, C; rear C".
-    fn list(&self, is: impl Fn(&Told, &str) -> bool) -> String {
+    fn list(&self, is: impl Fn(&Told, Quantity) -> bool) -> String {
         let of = |told: &Told| {
-            let names: Vec<_> = ORDER.into_iter().filter(|name| is(told, name)).collect();
+            let all = Quantity::ALL.into_iter();
+            let names: Vec<_> =
+                all.filter(|quantity| is(told, *quantity)).map(Quantity::name).collect();
             (!names.is_empty()).then(|| format!("{} {}", told.title(), names.join(", ")))
         };
         self.curves.iter().filter_map(of).collect::<Vec<_>>().join("; ")
@@ -170,16 +175,17 @@ struct Outcome<'a> {
 fn table(curves: &[&Told]) -> Table {
     let head = curves.iter().flat_map(|told| [told.name, ""]);
     let head = std::iter::once("").chain(head).map(str::to_owned).collect();
-    let there = |name: &&str| curves.iter().any(|told| told.estimate.mean.contains_key(*name));
-    let row = |name: &str| {
-        let cells = curves.iter().flat_map(|told| cells(told.estimate, name));
-        let title = match unit(name, told_direction(curves)) {
-            "–" => name.to_owned(),
-            unit => format!("{name} [{unit}]"),
+    let there =
+        |quantity: &Quantity| curves.iter().any(|told| told.estimate.mean.contains_key(quantity));
+    let row = |quantity: Quantity| {
+        let cells = curves.iter().flat_map(|told| cells(told.estimate, quantity));
+        let title = match unit(quantity, told_direction(curves)) {
+            "–" => quantity.name().to_owned(),
+            unit => format!("{quantity} [{unit}]"),
         };
         Row(std::iter::once(title).chain(cells).collect())
     };
-    Table { head, rows: ORDER.into_iter().filter(there).map(row).collect() }
+    Table { head, rows: Quantity::ALL.into_iter().filter(there).map(row).collect() }
 }
 
 fn told_direction(curves: &[&Told]) -> Direction {
@@ -187,35 +193,38 @@ fn told_direction(curves: &[&Told]) -> Direction {
 }
 
 /// Value with interval, and verdict.
-fn cells(estimate: &Estimate, name: &str) -> [String; 2] {
-    let Some(&value) = estimate.mean.get(name) else { return ["–".to_owned(), String::new()] };
-    let std = estimate.std.get(name).copied().unwrap_or(f64::NAN);
+fn cells(estimate: &Estimate, quantity: Quantity) -> [String; 2] {
+    let Some(&value) = estimate.mean.get(&quantity) else {
+        return ["–".to_owned(), String::new()];
+    };
+    let std = estimate.std.get(&quantity).copied().unwrap_or(f64::NAN);
     let places = decimals(value, std);
-    let held = estimate.fixed.iter().any(|fixed| fixed == name);
-    let interval = match estimate.interval.get(name) {
-        _ if held => " (held)".to_owned(),
+    let interval = match estimate.interval.get(&quantity) {
+        _ if estimate.is_held(quantity) => " (held)".to_owned(),
         Some([low, high]) => format!(" [{low:.places$}, {high:.places$}]"),
         None => String::new(),
     };
-    let verdict = estimate.identified.get(name).copied().map_or("", words);
+    let verdict = estimate.identified.get(&quantity).copied().map_or("", words);
     [format!("{value:.places$}{interval}"), verdict.to_owned()]
 }
 
 /// Removes the slip at the peak from an estimate whose curve, or whose posterior, has no peak.
 pub fn forget_absent_peak(estimate: &mut Estimate) {
-    let value = |parameter: Parameter| estimate.mean.get(parameter.name()).copied().unwrap_or(0.0);
+    let value = |parameter: Parameter| {
+        estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0)
+    };
     let peak = curve(&Parameter::ALL.map(value)).peak_slip();
-    let name = Quantity::PeakSlip.name();
-    let drawn = estimate.interval.get(name).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
+    let slip = &Quantity::PeakSlip;
+    let drawn = estimate.interval.get(slip).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
     if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
         return;
     }
     for numbers in [&mut estimate.mean, &mut estimate.std] {
-        numbers.remove(name);
+        numbers.remove(slip);
     }
-    estimate.interval.remove(name);
-    estimate.identified.remove(name);
-    estimate.reason.remove(name);
+    estimate.interval.remove(slip);
+    estimate.identified.remove(slip);
+    estimate.reason.remove(slip);
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use drive_inference::CarUncertainty;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::NORMAL_95;
 use numerics::text::significant;
 use preparation::{BrakeShare, Car, ShareRule};
@@ -15,7 +16,7 @@ use tire_inference::parameters::{Parameter, Theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
-use tire_inference::verdict::{NARROWED, Verdict};
+use tire_inference::verdict::Verdict;
 
 /// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
 pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
@@ -134,40 +135,38 @@ impl Widening {
         (quantity, width): (Quantity, f64),
         prior: &Prior,
     ) {
-        let name = quantity.name();
-        let (Some((by, most)), Some(&mean)) = (self.std(quantity), estimate.mean.get(name)) else {
+        let (Some((by, most)), Some(&mean)) = (self.std(quantity), estimate.mean.get(&quantity))
+        else {
             return;
         };
-        let before = estimate.std.get(name).copied().unwrap_or(0.0);
+        let before = estimate.std.get(&quantity).copied().unwrap_or(0.0);
         let std = before.hypot(by);
-        estimate.std.insert(name.to_owned(), std);
-        if let Some([low, high]) = estimate.interval.get_mut(name) {
+        estimate.std.insert(quantity, std);
+        if let Some([low, high]) = estimate.interval.get_mut(&quantity) {
             let wider = |distance: f64| distance.max(0.0).hypot(NORMAL_95 * by);
             let [least, most] = quantity.range(prior);
             *low = (mean - wider(mean - *low)).clamp(least.min(mean), mean);
             *high = (mean + wider(*high - mean)).clamp(mean, most.max(mean));
         }
-        let Some(reason) = estimate.reason.get_mut(name) else { return };
+        let Some(reason) = estimate.reason.get_mut(&quantity) else { return };
         let by = significant(by, 2);
         *reason += &format!(" The car adds ± {by}, most of it by {most}.");
-        let identified = estimate.identified.get_mut(name);
+        let identified = estimate.identified.get_mut(&quantity);
         let verdict = identified.filter(|verdict| **verdict == Verdict::Identified);
-        if let Some(verdict) = verdict.filter(|_| before > 0.0 && width * std / before > NARROWED) {
+        if let Some(verdict) =
+            verdict.filter(|_| before > 0.0 && width * std / before > MAX_WIDTH_IDENTIFIED)
+        {
             *verdict = Verdict::Weak;
             *reason += " Too much to call it identified.";
         }
     }
 
     fn widen_covariance(&self, estimate: &mut Estimate) {
-        let names = &estimate.parameters;
-        let place = |name: &String| Parameter::ALL.into_iter().find(|it| it.name() == name);
-        let places: Vec<Option<Parameter>> = names.iter().map(place).collect();
         let step = |ends: &[Theta; 2], parameter: Parameter| {
             0.5 * (ends[1][parameter as usize] - ends[0][parameter as usize])
         };
-        for (row, a) in estimate.covariance.iter_mut().zip(&places) {
-            for (entry, b) in row.iter_mut().zip(&places) {
-                let (Some(a), Some(b)) = (a, b) else { continue };
+        for (row, a) in estimate.covariance.iter_mut().zip(&estimate.parameters) {
+            for (entry, b) in row.iter_mut().zip(&estimate.parameters) {
                 *entry +=
                     self.moves.iter().map(|(_, ends)| step(ends, *a) * step(ends, *b)).sum::<f64>();
             }

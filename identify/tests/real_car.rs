@@ -6,6 +6,7 @@ mod log_250lm;
 use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 
 #[test]
@@ -16,10 +17,10 @@ fn no_task_is_sure_of_what_the_other_one_rules_out() {
     let logged = by_points(&tires("", ""), &log.signals(window));
     for axle in Axle::ALL {
         let estimates = [&driven.estimates[axle], &logged[axle]];
-        for name in ["K", "peak"] {
-            let [[low, high], [least, most]] = estimates.map(|it| it.interval[name]);
+        for name in [Quantity::K, Quantity::Peak] {
+            let [[low, high], [least, most]] = estimates.map(|it| it.interval[&name]);
             let apart = high < least || most < low;
-            let sure = estimates.map(|it| it.identified[name] == Verdict::Identified);
+            let sure = estimates.map(|it| it.identified[&name] == Verdict::Identified);
             assert!(
                 !apart || sure == [false; 2],
                 "{axle:?} {name}: {low} to {high} by prediction errors, {least} to {most} by points"

@@ -10,7 +10,7 @@ use identify::loads::{Loaded, Loads};
 use identify::widening::{braked_otherwise, perturbed};
 use preparation::{Pipeline, Series};
 use tire_inference::load::{Axle, Obstacle};
-use tire_inference::local::Usual;
+use tire_inference::local::StretchPrior;
 use tire_inference::verdict::Verdict;
 use windows::Log;
 
@@ -72,7 +72,7 @@ fn the_250lm_tells_its_rear_ellipse_and_no_load_sensitivity() {
 fn what_is_added_to_a_real_axle_is_found() {
     let Some(log) = Log::of_250lm() else { return };
     let prepared = log.pipeline.run(&log.recording).expect("points");
-    let (series, usual) = (&prepared.rear.lateral.series, Usual::default());
+    let (series, usual) = (&prepared.rear.lateral.series, StretchPrior::default());
     let [_, nominal] = log.pipeline.car.body.static_loads();
     let fit = |series: &Series| Axle::fit(series, nominal, &usual).expect("a curve");
     let own = fit(series).judge(&[]);

@@ -6,7 +6,7 @@ use preparation::direction::Direction;
 use preparation::samples::Samples;
 use serde_json::json;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::parameters::{COUNT, Normal, Parameter};
 use tire_inference::posterior::{self, grid};
@@ -60,7 +60,7 @@ fn two_halves_one_after_the_other_say_what_they_say_together() {
         let name = quantity.name();
         assert!(error.abs() < 0.2, "{name}: off by {error} standard deviations");
         assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
-        let value = |answer: &Answer| answer.estimates[0].1.mean[name];
+        let value = |answer: &Answer| answer.estimates[0].1.mean[&quantity];
         let apart = (value(&after) - value(&together)) / std(&other);
         assert!(apart.abs() < 0.2, "{name}: the fits differ by {apart} standard deviations");
     }
@@ -73,20 +73,21 @@ fn what_the_bench_knows_the_run_need_not_tell() {
     let bench = "[front]\nmean = { C = 2.0, E = 0.8 }\nstd = { C = 0.01, E = 0.01 }\n";
     let bench = prior_from_file::read(bench, "front", &[true; COUNT]).expect("reads");
     let (alone, helped) = (found(&run, None), found(&run, bench));
-    let verdict = |answer: &Answer, name: &str| answer.estimates[0].1.identified[name];
-    assert_eq!(verdict(&alone, "B"), Verdict::NotIdentifiable);
-    for name in ["B", "C", "D", "E"] {
-        let reason = &helped.estimates[0].1.reason[name];
+    let verdict = |answer: &Answer, name: Quantity| answer.estimates[0].1.identified[&name];
+    assert_eq!(verdict(&alone, Quantity::B), Verdict::NotIdentifiable);
+    for name in [Quantity::B, Quantity::C, Quantity::D, Quantity::E] {
+        let reason = &helped.estimates[0].1.reason[&name];
         assert_eq!(verdict(&helped, name), Verdict::Identified, "{reason}");
     }
-    let (value, width) = (helped.estimates[0].1.mean["B"], helped.estimates[0].1.std["B"]);
+    let (value, width) =
+        (helped.estimates[0].1.mean[&Quantity::B], helped.estimates[0].1.std[&Quantity::B]);
     assert!((value - 15.0).abs() < 3.0 * width && width < 1.0, "{value} ± {width}");
 }
 
 #[test]
 fn the_grid_multiplies_the_likelihood_with_what_was_known() {
     // With everything but D and S_v held the product can be summed on a grid of its own.
-    let data = Compressed::new(&data(200, 0.3, 4));
+    let data = CompressedSamples::new(&data(200, 0.3, 4));
     let mean_of = [15.0, 2.0, 1.52, 0.8, 0.0, 0.01];
     let covariance = nalgebra::dmatrix![1e-4, -3e-5; -3e-5, 4e-5];
     let known = Normal::new(&[2, 5], mean_of, &covariance);

@@ -161,8 +161,8 @@ impl Model for Plant {
             self.detailed = car.advance(&self.detailed, &input, step, self.substep);
             self.state = self.detailed.planar;
         } else {
-            let on = (&self.input, &self.road);
-            self.state = self.vehicle.advance_on(&self.state, on, step, self.substep);
+            let (input, road) = (&self.input, &self.road);
+            self.state = self.vehicle.advance_on(&self.state, input, road, step, self.substep);
         }
         let State { X, Y, psi, v_x, v_y, r } = self.state;
         let rolls = self.detailed.axles.iter().all(|axle| axle.omega.is_finite());

@@ -65,9 +65,6 @@ fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
     Some(("course", course))
 }
 
-/// Gravity [m/s²].
-pub(crate) const G: f64 = 9.80665;
-
 /// The unit of a channel.
 pub(crate) fn unit(name: &str) -> &'static str {
     CHANNELS.iter().find(|(of, _)| *of == name).map_or("1", |(_, unit)| unit)

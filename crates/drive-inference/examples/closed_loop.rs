@@ -17,8 +17,7 @@ use drive_inference::{Drive, DriveOptions, Formulation, Identified, Noises, iden
 use numerics::statistics;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, TireParameters};
-use tire_inference::quantity::{ByName, Quantity};
-use tire_inference::verdict::Verdict;
+use tire_inference::quantity::Quantity;
 use vehicle::{Body, Vehicle};
 
 const DEMO: TireParameters = TireParameters { B: 22.0, C: 1.8, D: 1.6, E: 0.8 };
@@ -157,14 +156,14 @@ fn exact(found: &Identified, truth: &Tires) {
         let (tire, o) = (truth[axle], block(axle).start);
         let [B, C, D, E] = tire.into_array();
         let truths = [B, C, D, E, tire.stiffness()];
-        let holds = |name: &str, truth: f64| {
+        let holds = |name: &Quantity, truth: f64| {
             let [low, high] = estimate.interval[name];
             (low..=high).contains(&truth)
         };
-        let names = ["B", "C", "D", "E", "K"];
+        let names = [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
         held += names.iter().zip(truths).filter(|(name, truth)| holds(name, *truth)).count();
         all += names.len();
-        let ratio = |i: usize| estimate.std[names[i]] / found.covariance[o + i][o + i].sqrt();
+        let ratio = |i: usize| estimate.std[&names[i]] / found.covariance[o + i][o + i].sqrt();
         println!(
             "    {name:5} posterior {:?}, {} evaluations in {} rounds, {:.2} of the draws count, k-hat {:.2}; standard deviations over the bound {:.2?}",
             posterior.status,
@@ -190,8 +189,8 @@ fn variational(found: &Identified) {
         let compared = quantities.iter().map(|quantity| {
             let draws = found.posterior[axle].values(*quantity);
             let std = statistics::std(&draws);
-            let off = (svi.mean[quantity.name()] - statistics::mean(&draws)) / std;
-            (off, svi.std[quantity.name()] / std)
+            let off = (svi.mean[quantity] - statistics::mean(&draws)) / std;
+            (off, svi.std[quantity] / std)
         });
         let (off, ratios): (Vec<f64>, Vec<f64>) = compared.unzip();
         println!(
@@ -209,8 +208,7 @@ fn variational(found: &Identified) {
 
 fn verdicts(found: &Identified) {
     for (axle, estimate) in NAMED.map(|(name, axle)| (name, &found.estimates[axle])) {
-        let identified: &ByName<Verdict> = &estimate.identified;
-        for (name, verdict) in identified {
+        for (name, verdict) in &estimate.identified {
             let (value, std, ends) =
                 (estimate.mean[name], estimate.std[name], estimate.interval[name]);
             println!(

@@ -15,6 +15,7 @@ use mistakes::{CARS, MISTAKES, Mistake, TIRES};
 use processor::processor;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::TireParameters;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
@@ -32,9 +33,15 @@ struct Row {
     widths: Vec<f64>,
 }
 
-fn truths(tire: &TireParameters) -> [(&'static str, f64); 5] {
+fn truths(tire: &TireParameters) -> [(Quantity, f64); 5] {
     let TireParameters { B, C, D, E } = *tire;
-    [("B", B), ("C", C), ("D", D), ("E", E), ("K", tire.stiffness())]
+    [
+        (Quantity::B, B),
+        (Quantity::C, C),
+        (Quantity::D, D),
+        (Quantity::E, E),
+        (Quantity::K, tire.stiffness()),
+    ]
 }
 
 impl Row {
@@ -44,14 +51,14 @@ impl Row {
         for axle in Axle::ALL {
             let estimate = &found.estimates[axle];
             for (name, value) in truths(&truth[axle]) {
-                let [low, high] = estimate.interval[name];
+                let [low, high] = estimate.interval[&name];
                 let inside = (low..=high).contains(&value);
-                let identified = estimate.identified[name] == Verdict::Identified;
+                let identified = estimate.identified[&name] == Verdict::Identified;
                 self.all += 1;
                 self.outside += usize::from(!inside);
                 self.identified += usize::from(identified);
                 self.outside_identified += usize::from(!inside && identified);
-                let error = (estimate.mean[name] / value - 1.0).abs();
+                let error = (estimate.mean[&name] / value - 1.0).abs();
                 self.worst = self.worst.max(error);
                 self.widths.push((high - low) / value.abs());
             }
@@ -92,13 +99,16 @@ fn details(found: &Identified) {
     );
     for axle in Axle::ALL {
         let estimate = &found.estimates[axle];
-        let of = |name: &str| {
+        let of = |name: Quantity| {
             format!(
                 "{name} {:.4} ± {:.4} {:?}",
-                estimate.mean[name], estimate.std[name], estimate.identified[name]
+                estimate.mean[&name], estimate.std[&name], estimate.identified[&name]
             )
         };
-        println!("    {axle:?}: {}", ["B", "C", "D", "E", "K"].map(of).join(", "));
+        println!(
+            "    {axle:?}: {}",
+            [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K].map(of).join(", ")
+        );
     }
 }
 

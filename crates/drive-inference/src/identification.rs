@@ -12,7 +12,8 @@ use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, ModelVerdict};
 use tire_inference::parameters::TireParameters;
 use tire_inference::prior::Prior;
-use tire_inference::verdict::Pressed;
+use tire_inference::quantity::Quantity;
+use tire_inference::verdict::ActiveBounds;
 
 use crate::adequacy::{self, Blocks, Leftover};
 use crate::cause::Cause;
@@ -336,12 +337,12 @@ fn pressed(
     minimum: &Minimum,
     prior: &Prior,
     likely: Option<bool>,
-) -> Axles<Pressed> {
+) -> Axles<ActiveBounds> {
     let n = SIZE + joint.active.len();
     let start = minimum.x.rows(0, n).into_owned();
     let best = from_vector(&start);
     Axles::new(|axle| {
-        Pressed::about(prior, &best[axle].theta(), |wider| {
+        ActiveBounds::about(prior, &best[axle].theta(), |wider| {
             let Some(is_rough) = likely else { return (best[axle].theta(), 0.0) };
             let [lower, upper] = joint.corners(&wider.bounds);
             let found =
@@ -356,8 +357,8 @@ fn pressed(
 fn published(estimates: &Axles<Estimate>, fitted: Tires) -> Tires {
     Axles::new(|axle| {
         let fitted = fitted[axle].into_array();
-        let place = |i: usize| TireParameters::<f64>::PARAMETERS[i].name();
-        let value = |i: usize| estimates[axle].mean.get(place(i)).copied().unwrap_or(fitted[i]);
+        let quantity = |i: usize| Quantity::from(TireParameters::<f64>::PARAMETERS[i]);
+        let value = |i: usize| estimates[axle].mean.get(&quantity(i)).copied().unwrap_or(fitted[i]);
         TireParameters::from(std::array::from_fn(value))
     })
 }

@@ -110,7 +110,7 @@ pub fn posterior(
         let band = Band::new(posterior, slip_range[axle], BAND);
         // A normal distribution that the box cuts need not hold the tire that it is about.
         let band = if even { band } else { band.holding(&best[axle].theta()) };
-        let mean = |p: &Parameter| (p.name().to_owned(), posterior.mean(*p));
+        let mean = |p: &Parameter| ((*p).into(), posterior.mean(*p));
         PosteriorReport {
             method: SamplingMethod::Importance,
             status: if even { SamplingStatus::Exact } else { SamplingStatus::Uneven },
@@ -141,7 +141,7 @@ pub fn posterior(
 /// Draws with equal weights, widened where blocks of the drives scatter more than the curvature says.
 fn choose(
     density: &DriveDensity,
-    sampled: &importance::Sampled,
+    sampled: &importance::WeightedDraws,
     best: &Tires,
     scatter: Option<&Scatter>,
     seed: u64,

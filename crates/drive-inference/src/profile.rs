@@ -5,7 +5,7 @@ use numerics::convergence::Status;
 use numerics::sqp::{self, Limits};
 use rayon::prelude::*;
 use tire_inference::axles::Axle;
-use tire_inference::profile::{Point, Profile, Profiled, profile};
+use tire_inference::profile::{Point, Profile, ProfileLikelihood, profile};
 use tire_inference::quantity::Quantity;
 
 use crate::explored::{Explored, WithStiffness};
@@ -42,7 +42,7 @@ impl<'a> Variables<'a> {
     }
 }
 
-impl Profiled for Variables<'_> {
+impl ProfileLikelihood for Variables<'_> {
     type X = DVector<f64>;
     /// The index of a variable.
     type Quantity = usize;

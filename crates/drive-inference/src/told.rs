@@ -1,9 +1,10 @@
 //! Puts the errors of sensors and car that were found into words, with the line that corrects each.
 
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::sqp::{Minimum, Objective};
 use numerics::statistics::NORMAL_95;
 use tire_inference::model::{CauseEstimate, Fit, FitTest, ModelVerdict};
-use tire_inference::verdict::{NARROWED, Verdict};
+use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
 use crate::adequacy::{CHANNELS, plausible};
@@ -149,7 +150,7 @@ fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> (CauseEstimate
         value,
         std,
         interval: [value - NORMAL_95 * std, value + NORMAL_95 * std],
-        verdict: if std < NARROWED * about.std {
+        verdict: if std < MAX_WIDTH_IDENTIFIED * about.std {
             Verdict::Identified
         } else {
             Verdict::NotIdentifiable

@@ -6,8 +6,8 @@ use numerics::low_discrepancy::normal_points;
 use numerics::psis::Diagnosis;
 use numerics::sqp::Objective;
 use numerics::variational::LogDensity;
+use numerics::variational::assessment::{self, GaussianAssessment};
 use numerics::variational::gaussian::Gaussian;
-use numerics::variational::judged::{self, Judged};
 use numerics::variational::newton::{self, Limits};
 use rayon::prelude::*;
 use tire_inference::axles::{Axle, Axles};
@@ -111,7 +111,7 @@ impl LogDensity for DriveDensity<'_> {
 pub struct Variational {
     /// Draws from it.
     pub gaussian: Axles<PosteriorSamples>,
-    judged: Judged,
+    judged: GaussianAssessment,
 }
 
 impl Variational {
@@ -126,7 +126,7 @@ impl Variational {
             let points = normal_points(SIZE, count, seed);
             newton::maximise(density, start.clone(), &points, LIMITS)
         };
-        let judged = judged::fit(density, fit, [POINTS; 2], |_| false, (DRAWS, seed));
+        let judged = assessment::fit(density, fit, [POINTS; 2], |_| false, DRAWS, seed);
         let gaussian = Axles::new(|axle| {
             let points = judged.draws.points.iter();
             let tires = points.filter_map(|z| density.tires(z));

@@ -2,19 +2,20 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::{NORMAL_95, interval, std};
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::estimate::Estimate;
 use tire_inference::estimate::point::Agreement;
+use tire_inference::estimate::{Estimate, per_quantity};
 use tire_inference::model::{Fit, ModelVerdict};
 use tire_inference::parameters::{Theta, TireParameters, curve};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::profile::Profile;
-use tire_inference::quantity::{ByName, Quantity};
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{
-    Judgement, Known, NARROWED, Pressed, Verdict, prior_shift, width, width_of_std,
+    ActiveBounds, Judgement, QuantityStatistics, Verdict, prior_shift, width, width_of_std,
 };
 
 use crate::explored::{Explored, of_axle};
@@ -34,7 +35,7 @@ pub struct Judge<'a> {
     /// Whether the model fits, which every verdict inherits.
     pub model: &'a ModelVerdict,
     /// What the bounds do to each tire.
-    pub pressed: &'a Axles<Pressed>,
+    pub pressed: &'a Axles<ActiveBounds>,
     /// Draws, of the posterior if there is one.
     pub drawn: &'a Drawn,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
@@ -70,12 +71,12 @@ impl Judge<'_> {
     }
 
     /// Adds profiles; the largest rise to a better optimum on their way.
-    fn follow(&self, known: &mut Axles<Vec<Known>>) -> f64 {
+    fn follow(&self, known: &mut Axles<Vec<QuantityStatistics>>) -> f64 {
         // What is not narrowed down is not identifiable, whatever its profile.
-        let narrowed = |known: &Known| known.width_ratio < NARROWED;
+        let narrowed = |known: &QuantityStatistics| known.width_ratio < MAX_WIDTH_IDENTIFIED;
         let mut better: f64 = 0.0;
         for axle in Axle::ALL {
-            let mut narrowed: Vec<&mut Known> =
+            let mut narrowed: Vec<&mut QuantityStatistics> =
                 known[axle].iter_mut().filter(|known| narrowed(known)).collect();
             let quantities: Vec<_> = narrowed.iter().map(|known| (axle, known.quantity)).collect();
             let found = profiles(self.explored, &quantities);
@@ -92,7 +93,7 @@ impl Judge<'_> {
     }
 
     /// The interval by profile, where that was followed to its end; else the wider one of profile and curvature.
-    fn along(&self, known: &Known, profile: &Profile) -> [f64; 2] {
+    fn along(&self, known: &QuantityStatistics, profile: &Profile) -> [f64; 2] {
         let [low, high] = [profile.lower.at, profile.upper.at];
         if profile.converged {
             [low, high]
@@ -106,14 +107,14 @@ impl Judge<'_> {
         self.drawn.exact().map(|axles| &axles[axle])
     }
 
-    fn known(&self, axle: Axle, before: &PosteriorSamples) -> Vec<Known> {
+    fn known(&self, axle: Axle, before: &PosteriorSamples) -> Vec<QuantityStatistics> {
         let theta = from_vector(&self.explored.x)[axle].theta();
         let one = |quantity: Quantity| {
             let mean = quantity.value(&theta);
             match self.exact(axle) {
                 Some(posterior) => {
                     let values = posterior.values(quantity);
-                    Known {
+                    QuantityStatistics {
                         quantity,
                         mean,
                         std: std(&values),
@@ -128,7 +129,7 @@ impl Judge<'_> {
                 None => {
                     let std = self.std(axle, quantity);
                     let [low, high] = quantity.range(&self.prior);
-                    Known {
+                    QuantityStatistics {
                         quantity,
                         mean,
                         std,
@@ -165,7 +166,7 @@ impl Judge<'_> {
         }
     }
 
-    fn estimate(&self, axle: Axle, known: &[Known]) -> Estimate {
+    fn estimate(&self, axle: Axle, known: &[QuantityStatistics]) -> Estimate {
         let judgements = self.judgements(axle, known);
         let free: Vec<_> = self.prior.free().collect();
         let at_bound = self.explored.at_bound(indices(axle)).into_array();
@@ -174,18 +175,18 @@ impl Judge<'_> {
         let of_likelihood =
             || rows().map(|i| rows().map(|j| self.covariance[(i, j)]).collect()).collect();
         Estimate {
-            mean: by_name(&judgements, |judgement| judgement.mean),
-            std: by_name(&judgements, |judgement| judgement.std),
-            interval: by_name(&judgements, |judgement| judgement.interval),
-            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
+            mean: per_quantity(&judgements, |judgement| judgement.mean),
+            std: per_quantity(&judgements, |judgement| judgement.std),
+            interval: per_quantity(&judgements, |judgement| judgement.interval),
+            parameters: free.clone(),
             covariance: match self.exact(axle) {
                 Some(posterior) => posterior.covariance(&free),
                 None => of_likelihood(),
             },
-            at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
+            at_bound: at_bound.map(|(parameter, _)| *parameter).collect(),
             fixed: Vec::new(),
-            identified: by_name(&judgements, |judgement| self.model.cap(judgement.verdict)),
-            reason: by_name(&judgements, |judgement| self.reason(judgement)),
+            identified: per_quantity(&judgements, |judgement| self.model.cap(judgement.verdict)),
+            reason: per_quantity(&judgements, |judgement| self.reason(judgement)),
             slip_range: self.slip_range[axle],
             samples: self.samples,
             noise_std: self.noise_std,
@@ -200,11 +201,12 @@ impl Judge<'_> {
     }
 
     /// Verdicts about the tire that is published: the best one, or the nearest draw where the posterior rejects that.
-    fn judgements(&self, axle: Axle, known: &[Known]) -> Vec<Judgement> {
+    fn judgements(&self, axle: Axle, known: &[QuantityStatistics]) -> Vec<Judgement> {
         let advice = self.reach(axle, known);
         let about = |tire: &Theta| -> Vec<Judgement> {
-            let judge = |known: &Known| {
-                let known = Known { mean: known.quantity.value(tire), ..known.clone() };
+            let judge = |known: &QuantityStatistics| {
+                let known =
+                    QuantityStatistics { mean: known.quantity.value(tire), ..known.clone() };
                 self.pressed[axle].judge(known.judge(&self.prior, &advice))
             };
             known.iter().map(judge).collect()
@@ -228,10 +230,10 @@ impl Judge<'_> {
 
     /// How far the slip went, in words. The peak is that of the estimate where the data know it, else that of a typical tire of
     /// this stiffness.
-    fn reach(&self, axle: Axle, known: &[Known]) -> String {
+    fn reach(&self, axle: Axle, known: &[QuantityStatistics]) -> String {
         let tire = from_vector(&self.explored.x)[axle];
         let parameters = known.iter().filter(|known| known.quantity.parameter().is_some());
-        let mut verdicts = parameters.map(Known::verdict);
+        let mut verdicts = parameters.map(QuantityStatistics::verdict);
         let (curve, whose) = if verdicts.all(|verdict| verdict != Verdict::NotIdentifiable) {
             (tire.curve(), "the peak slip")
         } else {
@@ -245,11 +247,4 @@ impl Judge<'_> {
         });
         format!("In these drives slip reached {slip:.4} rad{share}.")
     }
-}
-
-fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
-    judgements
-        .iter()
-        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
-        .collect()
 }

@@ -79,12 +79,14 @@ fn prediction_errors_recover_unequal_tires() {
             posterior.is_exact() && estimate.source == UncertaintySource::Importance,
             "{posterior:?}"
         );
-        for (i, name) in ["B", "C", "D", "E"].into_iter().enumerate() {
+        for (i, name) in
+            [Quantity::B, Quantity::C, Quantity::D, Quantity::E].into_iter().enumerate()
+        {
             let index = 4 * axle + i;
             // As much is known as the bound of Cramér and Rao allows, and hardly more or less.
-            let ratio = estimate.std[name] / found.covariance[index][index].sqrt();
+            let ratio = estimate.std[&name] / found.covariance[index][index].sqrt();
             assert!((0.85..1.15).contains(&ratio), "{name}: {ratio}");
-            let off = (posterior.mean[name] - theta[index]) / estimate.std[name];
+            let off = (posterior.mean[&name] - theta[index]) / estimate.std[&name];
             assert!(off.abs() < 0.3, "{name}: {off}");
         }
         // So does a normal distribution in coordinates without bounds, which knows nothing of the draws.
@@ -92,8 +94,8 @@ fn prediction_errors_recover_unequal_tires() {
         assert!(svi.trusted && svi.diagnosis.k_hat < 0.7, "{svi:?}");
         assert!(svi.status == Status::Converged && svi.elbo_trace.is_sorted(), "{svi:?}");
         for (name, mean) in &posterior.mean {
-            let off = (svi.mean[name] - mean) / estimate.std[name];
-            let ratio = svi.std[name] / estimate.std[name];
+            let off = (svi.mean[name] - mean) / estimate.std[&name];
+            let ratio = svi.std[name] / estimate.std[&name];
             assert!(off.abs() < 0.2 && (0.85..1.15).contains(&ratio), "{name}: {off} {ratio}");
         }
     }
@@ -124,7 +126,7 @@ fn two_recordings_tell_more_than_one() {
     let options = DriveOptions { noises, smoothing: UNTUNED, ..DriveOptions::default() };
     let std = |recordings: &[Drive]| {
         let found = identify(recordings, &options, &mut |_, _| true).expect("tires");
-        found.estimates.map(|estimate| estimate.std["K"]).into_array()
+        found.estimates.map(|estimate| estimate.std[&Quantity::K]).into_array()
     };
     let (one, both) = (std(&parts[..1]), std(&parts));
     assert!(both[0] < one[0] && both[1] < one[1], "{one:?} {both:?}");
@@ -139,14 +141,19 @@ fn slip_far_below_the_peak_is_not_enough() {
         DriveOptions { noises, smoothing: UNTUNED, profile: true, ..DriveOptions::default() };
     let found = of(&recording, &options);
     for estimate in found.estimates.into_array() {
-        for name in ["B", "C", "D", "E"] {
-            assert_eq!(estimate.identified[name], Verdict::NotIdentifiable, "{name} {estimate:?}");
-            let reason = &estimate.reason[name];
+        for name in [Quantity::B, Quantity::C, Quantity::D, Quantity::E] {
+            assert_eq!(estimate.identified[&name], Verdict::NotIdentifiable, "{name} {estimate:?}");
+            let reason = &estimate.reason[&name];
             assert!(reason.contains("slip reached 0.00"), "{reason}");
             assert!(reason.contains("% of the peak slip"), "{reason}");
         }
-        assert_eq!(estimate.identified["K"], Verdict::Identified, "{}", estimate.reason["K"]);
-        assert!((estimate.mean["K"] / 63.36 - 1.0).abs() < 0.02);
+        assert_eq!(
+            estimate.identified[&Quantity::K],
+            Verdict::Identified,
+            "{}",
+            estimate.reason[&Quantity::K]
+        );
+        assert!((estimate.mean[&Quantity::K] / 63.36 - 1.0).abs() < 0.02);
     }
 }
 
@@ -159,7 +166,7 @@ fn disagreements(found: &Identified, axle: Axle, tire: &TireParameters) -> Vec<S
     let theta = tire.theta();
     let parameters = Parameter::ALL[..4].iter().copied().map(Quantity::Parameter);
     let quantities = parameters.chain(Quantity::DERIVED);
-    let numbers = quantities.filter(|it| outside(it.value(&theta), estimate.interval[it.name()]));
+    let numbers = quantities.filter(|it| outside(it.value(&theta), estimate.interval[it]));
     let mut list: Vec<String> = numbers.map(|it| it.name().to_owned()).collect();
     let band = estimate.posterior.as_ref().and_then(|it| it.band.as_ref()).expect("a band");
     let ends = band.lower.iter().zip(&band.upper).map(|(low, high)| [*low, *high]);
@@ -183,7 +190,7 @@ fn the_published_tire_is_one_that_its_intervals_and_band_hold() {
             let said = disagreements(&found, axle, &found.tires[axle]);
             assert!(said.is_empty(), "{seed} {axle:?}: {said:?}");
             let mean = &found.estimates[axle].mean;
-            assert_eq!((mean["C"], mean["K"]), {
+            assert_eq!((mean[&Quantity::C], mean[&Quantity::K]), {
                 let tire = found.tires[axle];
                 (tire.C, tire.stiffness())
             });

@@ -12,6 +12,7 @@ use drive_inference::{CauseOptions, Drive, DriveOptions, Identified, SmootherOpt
 use mistakes::{MISTAKES, TIRES};
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;
+use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
@@ -32,9 +33,14 @@ fn found(recording: &Drive, causes: CauseOptions, posterior: bool) -> Identified
 fn knows_the_stiffness(found: &Identified) {
     for axle in Axle::ALL {
         let (estimate, truth) = (&found.estimates[axle], TIRES[1].1[axle].stiffness());
-        let off = (estimate.mean["K"] - truth) / estimate.std["K"];
+        let off = (estimate.mean[&Quantity::K] - truth) / estimate.std[&Quantity::K];
         assert!(off.abs() < 4.0, "{axle:?}: {off}");
-        assert_eq!(estimate.identified["K"], Verdict::Identified, "{}", estimate.reason["K"]);
+        assert_eq!(
+            estimate.identified[&Quantity::K],
+            Verdict::Identified,
+            "{}",
+            estimate.reason[&Quantity::K]
+        );
     }
 }
 

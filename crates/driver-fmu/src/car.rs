@@ -4,8 +4,8 @@
 use fmu_export::{log, warn};
 use serde::{Deserialize, Serialize};
 use tire_file::TireChoice;
-use track::{Error, G, Ggv, Handling, Limits};
-use vehicle::{Aero, Body, MagicFormula, Vehicle};
+use track::{Error, Ggv, Handling, Limits};
+use vehicle::{Aero, Body, G, MagicFormula, Vehicle};
 
 use crate::axle::Axle;
 

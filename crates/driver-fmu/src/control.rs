@@ -3,7 +3,7 @@
 
 use fmu_export::ModelError;
 use serde::{Deserialize, Serialize};
-use track::{Motion, Pressing, Road, SpeedLaw, Station, Steering, Wanted, wrap};
+use track::{Motion, Road, RoadLoad, SpeedCommand, SpeedLaw, Station, Steering, wrap};
 use vehicle::G;
 
 use crate::plan::DrivePlan;
@@ -168,7 +168,7 @@ impl ControlLaws {
     ) -> f64 {
         let (limit, v) = (&plan.settings.limit, input.v_x);
         let load = (road.load(v) + plan.ggv.at(v).downforce).max(0.1 * G) / G;
-        let pressing = Pressing { lateral: road.lateral(0.0), load };
+        let pressing = RoadLoad { lateral: road.lateral(0.0), load };
         let motion = Motion { psi: input.psi, v_x: v };
         let wanted = self.steering.angle(&plan.handling, &plan.line, station, &motion, &pressing);
         let l_f = plan.settings.car.body.l_f;
@@ -194,7 +194,7 @@ impl ControlLaws {
         let most = LATERAL_MOST * limits.lateral * limits.pressed(road);
         let lateral = road.lateral(v).abs().max(turning.abs()).min(most);
         let range = plan.ggv.range_beside(v, road, lateral);
-        let wanted = Wanted {
+        let wanted = SpeedCommand {
             speed: plan.profile.speed(station.s),
             acceleration: plan.profile.acceleration(station.s),
         };

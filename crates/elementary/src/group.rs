@@ -73,7 +73,7 @@ impl<V: Vector, const N: usize> Neg for Group<V, N> {
 }
 
 impl<V: Vector, const N: usize> Vector for Group<V, N> {
-    type Truth = [V::Truth; N];
+    type Mask = [V::Mask; N];
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
@@ -89,7 +89,7 @@ impl<V: Vector, const N: usize> Vector for Group<V, N> {
     }
 
     #[inline(always)]
-    fn above(self, limit: f64) -> Self::Truth {
+    fn above(self, limit: f64) -> Self::Mask {
         let mut truth = [self.0[0].above(limit); N];
         for i in 1..N {
             truth[i] = self.0[i].above(limit);
@@ -98,9 +98,9 @@ impl<V: Vector, const N: usize> Vector for Group<V, N> {
     }
 
     #[inline(always)]
-    fn pick(truth: Self::Truth, mut yes: Self, no: Self) -> Self {
+    fn select(truth: Self::Mask, mut yes: Self, no: Self) -> Self {
         for i in 0..N {
-            yes.0[i] = V::pick(truth[i], yes.0[i], no.0[i]);
+            yes.0[i] = V::select(truth[i], yes.0[i], no.0[i]);
         }
         yes
     }
@@ -122,7 +122,7 @@ impl<V: Vector, const N: usize> Vector for Group<V, N> {
     }
 
     #[inline(always)]
-    fn quadrant(self) -> [Self::Truth; 3] {
+    fn quadrant(self) -> [Self::Mask; 3] {
         let [odd, sin, cos] = self.0[0].quadrant();
         let mut all = [[odd; N], [sin; N], [cos; N]];
         for i in 1..N {

@@ -6,8 +6,10 @@
 #![forbid(unsafe_code)]
 
 mod group;
+mod number;
 
 pub use group::Group;
+pub use number::Number;
 
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, FRAC_PI_2, FRAC_PI_4, LOG2_E};
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -114,22 +116,22 @@ pub trait Vector:
     + Mul<f64, Output = Self>
 {
     /// The result of a comparison.
-    type Truth: Copy;
+    type Mask: Copy;
 
     /// A constant of the same kind.
     fn constant(self, value: f64) -> Self;
     /// self a + b, which may be rounded once or twice.
     fn times_plus(self, a: Self, b: Self) -> Self;
     /// Whether it is larger than a limit.
-    fn above(self, limit: f64) -> Self::Truth;
+    fn above(self, limit: f64) -> Self::Mask;
     /// One value where a comparison holds, the other elsewhere.
-    fn pick(truth: Self::Truth, yes: Self, no: Self) -> Self;
+    fn select(truth: Self::Mask, yes: Self, no: Self) -> Self;
     /// Absolute value.
     fn abs(self) -> Self;
     /// This number with the sign of another.
     fn copysign(self, sign: Self) -> Self;
     /// Of a count of quarter turns plus [`ROUND`]: whether it is odd, and whether sine and cosine are negative there.
-    fn quadrant(self) -> [Self::Truth; 3];
+    fn quadrant(self) -> [Self::Mask; 3];
     /// 2^k of a whole number k from −1022 to 1023.
     fn power_of_two(self) -> Self;
     /// A positive normal number as k and m, 2^k m, with m from the root of ½ to that of 2.
@@ -137,7 +139,7 @@ pub trait Vector:
 }
 
 impl Vector for f64 {
-    type Truth = bool;
+    type Mask = bool;
 
     #[inline(always)]
     fn constant(self, value: f64) -> f64 {
@@ -156,7 +158,7 @@ impl Vector for f64 {
     }
 
     #[inline(always)]
-    fn pick(truth: bool, yes: f64, no: f64) -> f64 {
+    fn select(truth: bool, yes: f64, no: f64) -> f64 {
         if truth { yes } else { no }
     }
 
@@ -218,11 +220,11 @@ pub fn atan<V: Vector>(x: V) -> V {
     let middle = t.above(TAN_PI_8);
     let far = t.above(TAN_3PI_8);
     let (zero, one) = (x.constant(0.0), x.constant(1.0));
-    let numerator = V::pick(far, -one, V::pick(middle, t - 1.0, t));
-    let denominator = V::pick(far, t, V::pick(middle, t + 1.0, one));
+    let numerator = V::select(far, -one, V::select(middle, t - 1.0, t));
+    let denominator = V::select(far, t, V::select(middle, t + 1.0, one));
     let z = numerator / denominator;
     let (half, quarter) = (x.constant(FRAC_PI_2), x.constant(FRAC_PI_4));
-    let offset = V::pick(far, half, V::pick(middle, quarter, zero));
+    let offset = V::select(far, half, V::select(middle, quarter, zero));
     // A quarter turn is half of a half one, its rest too.
     let rest = offset * (FRAC_PI_2_REST / FRAC_PI_2);
     let square = z * z;
@@ -240,8 +242,8 @@ pub fn sin_cos<V: Vector>(x: V) -> (V, V) {
     let square = r * r;
     let sin = r + r * square * polynomial(&SIN, square);
     let cos = -(square * 0.5) + 1.0 + square * square * polynomial(&COS, square);
-    let (s, c) = (V::pick(odd, cos, sin), V::pick(odd, sin, cos));
-    (V::pick(sin_negative, -s, s), V::pick(cos_negative, -c, c))
+    let (s, c) = (V::select(odd, cos, sin), V::select(odd, sin, cos));
+    (V::select(sin_negative, -s, s), V::select(cos_negative, -c, c))
 }
 
 /// sin x alone, to 1.5 units in the last place of 1, for |x| below 1e5: half the work of [`sin_cos`].
@@ -267,15 +269,15 @@ fn swing<V: Vector>(x: V, quarters: V, count: V) -> V {
     let r = (x - quarters * FRAC_PI_2_HIGH) - quarters * FRAC_PI_2_LOW;
     let square = r * r;
     let sin = (r * square).times_plus(polynomial(&WIDE_SIN, square), r);
-    V::pick(odd, -sin, sin)
+    V::select(odd, -sin, sin)
 }
 
 /// exp x, to 2 units in the last place.
 #[inline(always)]
 pub fn exp<V: Vector>(x: V) -> V {
     // Beyond these the result is 0 or infinite.
-    let x = V::pick(x.above(710.0), x.constant(710.0), x);
-    let x = V::pick((-x).above(746.0), x.constant(-746.0), x);
+    let x = V::select(x.above(710.0), x.constant(710.0), x);
+    let x = V::select((-x).above(746.0), x.constant(-746.0), x);
     let k = (x * LOG2_E + ROUND) - ROUND;
     let r = (x - k * LN_2_HIGH) - k * LN_2_LOW;
     let value = r + r * r * polynomial(&EXP, r) + 1.0;

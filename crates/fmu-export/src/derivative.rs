@@ -1,13 +1,9 @@
 //! Differentiates the output equations of a model: one evaluation with dual numbers per direction.
 
-use num_dual::{Dual64, DualNum};
+pub use elementary::Number;
+use num_dual::Dual64;
 
 use crate::variable::{Causality, Depends, Row};
-
-/// What output equations calculate with: `f64`, or a dual number that carries a derivative along.
-pub trait Number: DualNum<Primitive = f64> + Copy {}
-
-impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
 /// Output equations that are written once, for numbers with and without derivatives.
 ///

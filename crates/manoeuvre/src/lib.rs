@@ -33,6 +33,3 @@ pub use line_fit::LineFit;
 pub use log::Log;
 pub use manoeuvre::Manoeuvre;
 pub use path::Path;
-
-/// Standard gravity [m/s2].
-pub const GRAVITY: f64 = 9.80665;

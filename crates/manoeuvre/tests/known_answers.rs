@@ -10,8 +10,9 @@ use manoeuvre::kind::{
     ManoeuvreKind, MuSplitBraking, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle, StepSteer,
     StopAndGo, TipIn,
 };
-use manoeuvre::{Direction, Driver, GRAVITY, Log};
+use manoeuvre::{Direction, Driver, Log};
 use support::{Car, common, log, manoeuvre, values};
+use units::STANDARD_GRAVITY;
 
 #[track_caller]
 fn near(found: Option<f64>, expected: f64, share: f64) {
@@ -209,7 +210,7 @@ fn a_is_the_angle_at_three_tenths_of_g_and_the_amplitude_its_multiple() {
     let found = values(&manoeuvre(common(v), search), car, 40.0).expect("a test");
     // The car is late by some tenths of a second, in which the angle goes on.
     let A = found.get("A").expect("A");
-    let late = (A - slope * 0.3 * GRAVITY) / search.rate;
+    let late = (A - slope * 0.3 * STANDARD_GRAVITY) / search.rate;
     assert!((0.0..0.3).contains(&late), "A is late by {late} s");
     near(found.get("steer_gradient"), slope, 0.02);
     let kind = SineWithDwell { times_A: Some(5.0), ..SineWithDwell::default() };

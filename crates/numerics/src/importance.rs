@@ -115,7 +115,7 @@ impl<'a, F: Fn(&[DVector<f64>]) -> Vec<f64>> Pool<'a, F> {
 }
 
 /// Weighted draws.
-pub struct Sampled {
+pub struct WeightedDraws {
     /// The draws.
     pub points: Vec<DVector<f64>>,
     /// Their weights, of sum 1, the largest ones smoothed.
@@ -128,7 +128,7 @@ pub struct Sampled {
     pub evaluations: usize,
 }
 
-impl Sampled {
+impl WeightedDraws {
     /// Whether the draws can stand for the density, but for modes that no start was near.
     pub fn is_exact(&self) -> bool {
         self.diagnosis.is_close() && self.effective() >= FEWEST
@@ -148,7 +148,7 @@ pub fn sample(
     enough: f64,
     seed: u64,
     go_on: impl Fn() -> bool,
-) -> Option<Sampled> {
+) -> Option<WeightedDraws> {
     let mut random = Pcg64::seed_from_u64(seed);
     let share = 1.0 / starts.len() as f64;
     let start = |(mean, covariance): &(DVector<f64>, DMatrix<f64>)| {
@@ -175,7 +175,13 @@ pub fn sample(
             let evaluations = all.points.len() + own.points.len() + fresh.points.len();
             if diagnosis.is_close() {
                 let points = fresh.points;
-                return Some(Sampled { points, weights, diagnosis, rounds: round, evaluations });
+                return Some(WeightedDraws {
+                    points,
+                    weights,
+                    diagnosis,
+                    rounds: round,
+                    evaluations,
+                });
             }
             own.append(fresh);
         }
@@ -190,7 +196,7 @@ pub fn sample(
     }
     let (diagnosis, weights) = all.weigh();
     let evaluations = all.points.len();
-    Some(Sampled { points: all.points, weights, diagnosis, rounds: ROUNDS, evaluations })
+    Some(WeightedDraws { points: all.points, weights, diagnosis, rounds: ROUNDS, evaluations })
 }
 
 /// Masses, means and covariances of the weighted draws, each counted with the component that is densest there.
@@ -260,7 +266,7 @@ mod tests {
         move |points| points.iter().map(&of).collect()
     }
 
-    fn moments(sampled: &Sampled, quantity: impl Fn(&DVector<f64>) -> f64) -> [f64; 2] {
+    fn moments(sampled: &WeightedDraws, quantity: impl Fn(&DVector<f64>) -> f64) -> [f64; 2] {
         let weighted = |f: &dyn Fn(f64) -> f64| -> f64 {
             sampled.points.iter().zip(&sampled.weights).map(|(z, w)| w * f(quantity(z))).sum()
         };

@@ -9,7 +9,9 @@
 )]
 
 pub mod convergence;
+pub mod identifiability;
 pub mod importance;
+pub mod levenberg_marquardt;
 pub mod loss;
 pub mod low_discrepancy;
 pub mod normal;

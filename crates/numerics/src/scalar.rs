@@ -1,8 +1,14 @@
-//! The numbers of an algorithm: plain, several at once, or with derivatives.
+//! Names the scalars of an algorithm: plain, several at once ([`SimdBatch`]), or with derivatives ([`Tangent`], [`DualSVec64`]).
 //!
-//! All sums of products are fused, as one rounding each, on every machine alike.
+//! Sums of products of `f64`, [`SimdBatch`] and [`Tangent`] are fused, as one rounding each, on every machine alike, and their functions
+//! are those of [`elementary`].
+//!
+//! [`SimdBatch`]: crate::simd_batch::SimdBatch
+//! [`Tangent`]: crate::tangent::Tangent
 
 use std::ops::{Add, Mul, Neg, Sub};
+
+use num_dual::{DualNum, DualSVec64};
 
 /// The value of a function of `N` numbers, and its derivatives with respect to each.
 pub type Graded<const N: usize> = (f64, [f64; N]);
@@ -16,7 +22,7 @@ pub trait Function<const N: usize, const M: usize> {
     fn at(x: [f64; N]) -> [Graded<N>; M];
 }
 
-/// A number to calculate with.
+/// A scalar to calculate with.
 pub trait Scalar:
     Copy
     + Neg<Output = Self>
@@ -49,6 +55,9 @@ pub trait Scalar:
 
     /// Arc tangent.
     fn atan(self) -> Self;
+
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
 }
 
 impl Scalar for f64 {
@@ -94,5 +103,52 @@ impl Scalar for f64 {
     #[inline(always)]
     fn atan(self) -> Self {
         elementary::atan(self)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        elementary::sin_cos(self)
+    }
+}
+
+/// Derivatives along as many directions as one likes, with functions of the standard library; sums of products are not fused.
+impl<const D: usize> Scalar for DualSVec64<D> {
+    fn constant(self, value: f64) -> Self {
+        Self::from(value)
+    }
+
+    fn where_above(self, limit: f64, above: Self, other: Self) -> Self {
+        if self.re > limit { above } else { other }
+    }
+
+    fn plus(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+
+    fn minus(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
+
+    fn plus_scaled(self, a: Self, b: f64) -> Self {
+        self + a * b
+    }
+
+    fn apply<F: Function<N, M>, const N: usize, const M: usize>(of: [&Self; N]) -> [Self; M] {
+        let x = of.map(|it| it.re);
+        F::at(x).map(|(value, by)| {
+            (0..N).fold(Self::from(value), |sum, k| sum + (*of[k] - x[k]) * by[k])
+        })
+    }
+
+    fn recip(self) -> Self {
+        DualNum::recip(&self)
+    }
+
+    fn atan(self) -> Self {
+        DualNum::atan(&self)
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        DualNum::sin_cos(&self)
     }
 }

@@ -135,4 +135,10 @@ impl Scalar for SimdBatch {
     fn atan(self) -> Self {
         each!(i => elementary::atan(self.0[i]))
     }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let pair = self.0.map(elementary::sin_cos);
+        (each!(i => pair[i].0), each!(i => pair[i].1))
+    }
 }

@@ -228,6 +228,12 @@ impl<S: Simd, const N: usize> Scalar for Tangent<S, N> {
     }
 
     #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = elementary::sin_cos(self.value());
+        (self.chain(sin, cos), self.chain(cos, -sin))
+    }
+
+    #[inline(always)]
     fn plus(self, a: Self, b: Self) -> Self {
         self.zip(
             self.simd.mul_add_f64s(a.all, b.all, self.all),

@@ -1,8 +1,8 @@
 //! Fits a normal distribution with full covariance to a density by maximising the evidence lower bound.
 
 pub mod adam;
+pub mod assessment;
 pub mod gaussian;
-pub mod judged;
 pub mod newton;
 
 use nalgebra::DVector;

@@ -12,7 +12,9 @@ use maps::Maps;
 use serde::{Deserialize, Serialize};
 use tire::{MfSet, Slip, Tire, TireSet};
 use tire_file::TireChoice;
-use vehicle::dual_track::{DualTrack, Excess, Input, Parameters, QUANTITIES, State, WheelMotion};
+use vehicle::dual_track::{
+    DualTrack, Input, Parameters, QUANTITIES, State, TableExcess, WheelMotion,
+};
 
 /// Largest sub-step of the integrator [s], the start value of its parameter.
 const SUBSTEP: f64 = 0.001;
@@ -153,7 +155,7 @@ impl Plant {
         for (told, excess) in self.table_warned.iter_mut().zip(&excesses) {
             let Some(excess) = excess else { continue };
             if !std::mem::replace(told, true) {
-                let Excess { table, quantity, unit, value, ends: [first, last] } = excess;
+                let TableExcess { table, quantity, unit, value, ends: [first, last] } = excess;
                 warn(format!(
                     "at {time:.4} s the {quantity}, {value:.4} {unit}, is outside of {table}, which goes from {first:.4} to {last:.4} {unit}; its values are those at the end"
                 ));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use tire::{Axes, Coefficients};
-use tire_bench::{Left, Options, held_out, read_csv_file};
+use tire_bench::{Holdout, Options, held_out, read_csv_file};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("expected a folder with the data")?;
@@ -23,15 +23,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..Coefficients::default()
     };
     let lefts = [
-        Left::Pressure(83_200.0),
-        Left::Pressure(69_500.0),
-        Left::Pressure(97_000.0),
-        Left::Load(1650.0),
-        Left::SlipAngle(0.0425),
-        Left::Nothing,
-        Left::Load(2190.0),
-        Left::Load(525.0),
-        Left::Load(2740.0),
+        Holdout::Pressure(83_200.0),
+        Holdout::Pressure(69_500.0),
+        Holdout::Pressure(97_000.0),
+        Holdout::Load(1650.0),
+        Holdout::SlipAngle(0.0425),
+        Holdout::Nothing,
+        Holdout::Load(2190.0),
+        Holdout::Load(525.0),
+        Holdout::Load(2740.0),
     ];
     let kind = std::env::args().nth(2);
     for extended in [false, true] {

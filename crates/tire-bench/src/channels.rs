@@ -2,7 +2,7 @@
 
 use units::Unit;
 
-use crate::sample::Bad;
+use crate::sample::BenchError;
 use crate::table::{Column, Table};
 
 /// Each channel of [`crate::Sample`] with its name and its SI unit.
@@ -159,7 +159,7 @@ pub(crate) fn source<'t>(
     reading: &Reading,
     channel: &str,
     axes: &str,
-) -> Result<Option<Source<'t>>, Bad> {
+) -> Result<Option<Source<'t>>, BenchError> {
     let chosen = reading.columns.iter().find(|it| it.0 == channel);
     let column = match chosen {
         Some((_, name, _)) => Some(table.find(name).ok_or_else(|| {

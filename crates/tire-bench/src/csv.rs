@@ -1,7 +1,7 @@
 //! Reads tables as text: a line of names, perhaps one of units, and rows, with any usual delimiter.
 
 use crate::channels::is_known;
-use crate::sample::Bad;
+use crate::sample::BenchError;
 use crate::table::{Column, ROWS, Table, number};
 use crate::text::lines;
 
@@ -12,7 +12,7 @@ const TITLES: usize = 200;
 ///
 /// # Errors
 /// When it has no line of names or no rows.
-pub(crate) fn read(text: &str, file: &str, named: &[&str]) -> Result<Table, Bad> {
+pub(crate) fn read(text: &str, file: &str, named: &[&str]) -> Result<Table, BenchError> {
     let mut table = Table { file: file.to_owned(), ..Table::default() };
     let filled = lines(text).filter(|(_, line)| !line.trim().is_empty());
     let first: Vec<_> = filled.clone().take(TITLES).collect();

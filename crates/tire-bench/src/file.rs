@@ -2,26 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::fit::{Fit, Verdict};
+use crate::fit::Fit;
 use crate::model::TERMS;
-
-impl Verdict {
-    /// The verdict as results have it in all identifications.
-    #[must_use]
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Identified => "identified",
-            Self::Weak => "weak",
-            Self::FromPrior => "not_identifiable",
-        }
-    }
-
-    /// The verdict for people.
-    #[must_use]
-    pub fn word(self) -> String {
-        self.key().replace('_', " ")
-    }
-}
 
 /// The text of a file: how well each coefficient is known stands in comments at its beginning, the terms in `[BENCH_TERMS]` at its end.
 pub fn write_tir(fit: &Fit) -> String {
@@ -33,7 +15,7 @@ pub fn write_tir(fit: &Fit) -> String {
             it.name,
             it.value,
             it.std,
-            it.verdict.word(),
+            it.verdict.words(),
             it.reason
         )
     }));

@@ -3,6 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Status;
+use numerics::identifiability::Verdict;
 use numerics::statistics::NORMAL_95;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -11,15 +12,11 @@ use tire::{Coefficients, Version};
 
 use crate::condition::{Point, condition, reference};
 use crate::model::{COUNT, Channel, plain};
-use crate::prior::{Free, What, free};
-use crate::sample::{Bad, SWEPT, Sample, range};
+use crate::prior::{FitTarget, FreeCoefficient, free};
+use crate::sample::{BenchError, SWEPT, Sample, range};
 use crate::solve::Problem;
 use crate::spread::{Spread, clustered};
 
-/// Ratio of the widths of posterior and prior below which the data identify a coefficient, as for curves of axles.
-const NARROWED: f64 = 0.3;
-/// Above this ratio a coefficient is what the prior says.
-const PRIOR: f64 = 0.8;
 /// Largest number of iterations for one channel.
 const LIMIT: usize = 80;
 
@@ -34,17 +31,6 @@ pub struct Options {
     pub draws: usize,
     /// Seed of the draws.
     pub seed: u64,
-}
-
-/// What the data tell about a coefficient or term.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// They narrow the prior to less than 0.3 of its width.
-    Identified,
-    /// They narrow it less than that.
-    Weak,
-    /// It is what the prior says.
-    FromPrior,
 }
 
 /// One coefficient or term.
@@ -98,14 +84,14 @@ pub struct Fit {
     pub draws: Vec<Vec<f64>>,
     /// How each channel was fitted.
     pub residuals: Vec<Residuals>,
-    channels: Vec<Fitted>,
+    channels: Vec<ChannelFit>,
 }
 
 /// The posterior of one channel, in standard deviations of the prior, and the spread of what it misses.
 #[derive(Clone, Debug)]
-struct Fitted {
+struct ChannelFit {
     channel: Channel,
-    free: Vec<Free>,
+    free: Vec<FreeCoefficient>,
     z: DVector<f64>,
     covariance: DMatrix<f64>,
     spread: Spread,
@@ -115,7 +101,7 @@ struct Fitted {
 ///
 /// # Errors
 /// When they have neither sweeps of slip ratio nor of slip angle, or the start is no tire.
-pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
+pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, BenchError> {
     fit_points(&condition(samples, &options.tire), options)
 }
 
@@ -123,8 +109,9 @@ pub fn fit(samples: &[Sample], options: &Options) -> Result<Fit, Bad> {
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_points(points: &[Point], options: &Options) -> Result<Fit, Bad> {
-    let bad = |text: &str| Bad { file: "bench".to_owned(), line: None, text: text.to_owned() };
+pub fn fit_points(points: &[Point], options: &Options) -> Result<Fit, BenchError> {
+    let bad =
+        |text: &str| BenchError { file: "bench".to_owned(), line: None, text: text.to_owned() };
     let driven = swept(points, |it| it.sample.kappa);
     let turned = swept(points, |it| it.sample.alpha);
     if driven.is_empty() && turned.is_empty() {
@@ -219,7 +206,7 @@ impl Fit {
             iterations: solved.iterations,
         });
         let spread = Spread::of(points, &rows, &solved.normal, problem.weight);
-        self.channels.push(Fitted { channel, free, z: solved.z, covariance, spread });
+        self.channels.push(ChannelFit { channel, free, z: solved.z, covariance, spread });
         Some(())
     }
 
@@ -243,7 +230,7 @@ impl Fit {
         self.draws = (0..options.draws)
             .map(|_| {
                 let draw = |(fitted, factor): (
-                    &Fitted,
+                    &ChannelFit,
                     &Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
                 )| {
                     let e =
@@ -292,7 +279,7 @@ impl Fit {
 
 /// What the pure curves say about the fall of F_y with slip ratio before combined slip is measured: forces that depend on normalised slips
 /// alone (Pacejka, section 4.3.4) halve at κ = (μ_x / K_x) √(1.9² + 3 (K_y α / μ_y)²), with stiffnesses K divided by load.
-fn by_similarity(c: &Coefficients, mut free: Vec<Free>) -> Vec<Free> {
+fn by_similarity(c: &Coefficients, mut free: Vec<FreeCoefficient>) -> Vec<FreeCoefficient> {
     let along = (c.PKX1 / c.PDX1).abs();
     let across = (c.PKY1 * (c.PKY4 * (1.0 / c.PKY2).atan()).sin() / c.PDY1).abs();
     let half = 1.9 / along;
@@ -308,15 +295,16 @@ fn by_similarity(c: &Coefficients, mut free: Vec<Free>) -> Vec<Free> {
     free
 }
 
-fn estimate(free: &Free, z: f64, ratio: f64) -> Estimate {
-    let (verdict, what) = match ratio {
-        it if it < NARROWED => (Verdict::Identified, "the data narrow it"),
-        it if it < PRIOR => (Verdict::Weak, "the data narrow it a little, the prior says the rest"),
-        _ => (Verdict::FromPrior, "the data say no more than the prior"),
+fn estimate(free: &FreeCoefficient, z: f64, ratio: f64) -> Estimate {
+    let verdict = Verdict::from_width(ratio);
+    let what = match verdict {
+        Verdict::Identified => "the data narrow it",
+        Verdict::Weak => "the data narrow it a little, the prior says the rest",
+        Verdict::NotIdentifiable => "the data say no more than the prior",
     };
     let name = match free.what {
-        What::Key(key) => key.name,
-        What::Term(_) => free.what.name(),
+        FitTarget::Key(key) => key.name,
+        FitTarget::Term(_) => free.what.name(),
     };
     Estimate {
         name,

@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use crate::condition::{Point, condition};
 use crate::fit::{Fit, Options, fit_points};
 use crate::model::Channel;
-use crate::sample::{Bad, Sample};
+use crate::sample::{BenchError, Sample};
 
 /// What is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Left {
+pub enum Holdout {
     /// Nothing: errors are those of the data that were fitted.
     Nothing,
     /// Blocks with a mean load within 150 N of this [N].
@@ -22,7 +22,7 @@ pub enum Left {
 
 /// How one channel of one run was predicted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct HeldOut {
+pub struct HoldoutErrors {
     /// The run.
     pub run: usize,
     /// The channel.
@@ -46,8 +46,8 @@ pub struct HeldOut {
 pub fn held_out(
     samples: &[Sample],
     options: &Options,
-    left: Left,
-) -> Result<(Fit, Vec<HeldOut>), Bad> {
+    left: Holdout,
+) -> Result<(Fit, Vec<HoldoutErrors>), BenchError> {
     let blocks: BTreeSet<_> = samples
         .chunk_by(|a, b| (a.run, a.block) == (b.run, b.block))
         .filter(|block| is_left(block, left))
@@ -57,7 +57,8 @@ pub fn held_out(
     let (points, kept): (Vec<Point>, Vec<Point>) = condition(samples, &options.tire)
         .into_iter()
         .partition(|it| blocks.contains(&(it.sample.run, it.sample.block)));
-    let (kept, points) = if left == Left::Nothing { (kept.clone(), kept) } else { (kept, points) };
+    let (kept, points) =
+        if left == Holdout::Nothing { (kept.clone(), kept) } else { (kept, points) };
     let found = fit_points(&kept, options)?;
     let mut results = Vec::new();
     let runs: BTreeSet<_> = points.iter().map(|it| it.sample.run).collect();
@@ -71,14 +72,14 @@ pub fn held_out(
     Ok((found, results))
 }
 
-fn is_left(block: &[Sample], left: Left) -> bool {
+fn is_left(block: &[Sample], left: Holdout) -> bool {
     let mean =
         |value: fn(&Sample) -> f64| block.iter().map(value).sum::<f64>() / block.len() as f64;
     match left {
-        Left::Nothing => false,
-        Left::Load(load) => (mean(|it| it.F_z) - load).abs() < 150.0,
-        Left::Pressure(pressure) => (mean(|it| it.pressure) - pressure).abs() < 6000.0,
-        Left::SlipAngle(angle) => {
+        Holdout::Nothing => false,
+        Holdout::Load(load) => (mean(|it| it.F_z) - load).abs() < 150.0,
+        Holdout::Pressure(pressure) => (mean(|it| it.pressure) - pressure).abs() < 6000.0,
+        Holdout::SlipAngle(angle) => {
             let swept = block.iter().any(|it| it.kappa.abs() > 0.05);
             swept && (mean(|it| it.alpha) - angle).abs() < 0.01
         }
@@ -86,7 +87,12 @@ fn is_left(block: &[Sample], left: Left) -> bool {
 }
 
 /// `None` for a channel that the run does not sweep.
-fn judge(found: &Fit, channel: Channel, points: &[Point], samples: &[Sample]) -> Option<HeldOut> {
+fn judge(
+    found: &Fit,
+    channel: Channel,
+    points: &[Point],
+    samples: &[Sample],
+) -> Option<HoldoutErrors> {
     let run = points.first()?.sample.run;
     if channel == Channel::Longitudinal && !points.iter().any(|it| it.sample.kappa.abs() > 0.05) {
         return None;
@@ -117,7 +123,7 @@ fn judge(found: &Fit, channel: Channel, points: &[Point], samples: &[Sample]) ->
         let error = found.predict(channel, &point)? - channel.measured(&point);
         all = [all[0] + error * error, all[1] + 1.0];
     }
-    Some(HeldOut {
+    Some(HoldoutErrors {
         run,
         channel,
         points: points.len(),

@@ -5,7 +5,7 @@ use numerics::statistics::quantile;
 
 use crate::axes::TydexAxes;
 use crate::channels::{Reading, Source, source};
-use crate::sample::Bad;
+use crate::sample::BenchError;
 use crate::table::Table;
 
 /// A wheel of which F_x stays below this share of F_z rolls freely: 0.07 in 99 of 100 rows of a cornering run, above 1 of a run that brakes.
@@ -36,7 +36,10 @@ impl Input<'_> {
 }
 
 /// The axes that all forces of a table have, and the letter behind their names.
-pub(crate) fn axes<'l>(table: &Table, reading: &Reading) -> Result<(TydexAxes, &'l str), Bad> {
+pub(crate) fn axes<'l>(
+    table: &Table,
+    reading: &Reading,
+) -> Result<(TydexAxes, &'l str), BenchError> {
     let mut first = None;
     for (axes, letter) in
         [(TydexAxes::W, ""), (TydexAxes::W, "W"), (TydexAxes::H, "H"), (TydexAxes::C, "C")]
@@ -71,7 +74,7 @@ pub(crate) struct Inputs<'t, 'r> {
 
 impl<'t> Inputs<'t, '_> {
     /// A column or constant of the file, else a constant of the user.
-    pub fn found(&self, channel: &str) -> Result<Option<Input<'t>>, Bad> {
+    pub fn found(&self, channel: &str) -> Result<Option<Input<'t>>, BenchError> {
         // A column without a single number is none.
         let column = source(self.table, self.reading, channel, self.letter)?
             .filter(|it| it.column.values.iter().any(|value| !value.is_nan()));
@@ -79,7 +82,7 @@ impl<'t> Inputs<'t, '_> {
         Ok(column.map(Input::Column).or_else(|| constant().map(Input::Constant)))
     }
 
-    pub fn wanted(&self, channel: &str) -> Result<Input<'t>, Bad> {
+    pub fn wanted(&self, channel: &str) -> Result<Input<'t>, BenchError> {
         let found = self.found(channel)?;
         if found.is_none()
             && let Some(empty) = source(self.table, self.reading, channel, self.letter)?
@@ -104,7 +107,11 @@ impl<'t> Inputs<'t, '_> {
     }
 
     /// Slip ratio and slip angle, of which one may be missing: it is 0 then. `rows` are those in which the belt runs.
-    pub fn slips(&self, rows: &[usize], notes: &mut Vec<String>) -> Result<[Input<'t>; 2], Bad> {
+    pub fn slips(
+        &self,
+        rows: &[usize],
+        notes: &mut Vec<String>,
+    ) -> Result<[Input<'t>; 2], BenchError> {
         let mut kappa = self.found("slip_ratio")?;
         if kappa.is_none()
             && let Some(loaded) = self.found("slip_ratio_loaded")?
@@ -133,7 +140,7 @@ impl<'t> Inputs<'t, '_> {
     }
 
     /// Whether nothing drives or brakes the wheel: F_x stays small against F_z, or nobody measured it.
-    fn rolls_freely(&self, rows: &[usize]) -> Result<bool, Bad> {
+    fn rolls_freely(&self, rows: &[usize]) -> Result<bool, BenchError> {
         let (Some(F_x), Some(F_z)) = (self.found("fx_n")?, self.found("fz_n")?) else {
             return Ok(true);
         };
@@ -158,7 +165,7 @@ impl<'t> Inputs<'t, '_> {
     }
 
     /// F_x, which a run without slip ratio does not need.
-    pub fn along(&self, kappa: &Input, notes: &mut Vec<String>) -> Result<Input<'t>, Bad> {
+    pub fn along(&self, kappa: &Input, notes: &mut Vec<String>) -> Result<Input<'t>, BenchError> {
         match (self.found("fx_n")?, kappa) {
             (Some(found), _) => Ok(found),
             (None, Input::Constant(_)) => {
@@ -170,7 +177,7 @@ impl<'t> Inputs<'t, '_> {
     }
 
     /// M_z; NaN of a bench that does not measure it.
-    pub fn moment(&self, notes: &mut Vec<String>) -> Result<Input<'t>, Bad> {
+    pub fn moment(&self, notes: &mut Vec<String>) -> Result<Input<'t>, BenchError> {
         Ok(self.found("mz_nm")?.unwrap_or_else(|| {
             notes.push("no M_z: the aligning moment is not fitted".to_owned());
             Input::Constant(f64::NAN)
@@ -178,7 +185,7 @@ impl<'t> Inputs<'t, '_> {
     }
 
     /// The temperature of the tread; NaN of a bench that does not measure it.
-    pub fn temperature(&self, notes: &mut Vec<String>) -> Result<Temperature<'t>, Bad> {
+    pub fn temperature(&self, notes: &mut Vec<String>) -> Result<Temperature<'t>, BenchError> {
         let side = |channel| source(self.table, self.reading, channel, "");
         let Some(centre) = self.found("temp_centre_k")? else {
             notes.push("no temperature of the tread: its terms stay at 0".to_owned());
@@ -198,7 +205,7 @@ impl<'t> Inputs<'t, '_> {
         axes: TydexAxes,
         gamma: &Input,
         notes: &mut Vec<String>,
-    ) -> Result<Option<(Input<'t>, Input<'t>)>, Bad> {
+    ) -> Result<Option<(Input<'t>, Input<'t>)>, BenchError> {
         let leans = (0..self.table.rows()).any(|row| gamma.at(row).abs() > 1e-3);
         if axes == TydexAxes::W || !leans {
             return Ok(None);

@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use mat_file::{MatFile, Value};
 
 use crate::channels::is_known;
-use crate::sample::Bad;
+use crate::sample::BenchError;
 use crate::table::{Column, ROWS, Table};
 
 /// Reads a file. Structs that each hold channels, such as `run(1)` and `run(2)`, are tables one after the other.
 ///
 /// # Errors
 /// When it is no MAT file, or holds no channels.
-pub(crate) fn read(bytes: &[u8], file: &str, named: &[&str]) -> Result<Vec<Table>, Bad> {
-    let bad = |text: String| Bad { file: file.to_owned(), line: None, text };
+pub(crate) fn read(bytes: &[u8], file: &str, named: &[&str]) -> Result<Vec<Table>, BenchError> {
+    let bad = |text: String| BenchError { file: file.to_owned(), line: None, text };
     let found = mat_file::read(bytes).map_err(|error| bad(error.to_string()))?;
     let mut groups: BTreeMap<&str, Vec<(&str, &[f64])>> = BTreeMap::new();
     for variable in &found.variables {
@@ -52,7 +52,7 @@ fn table(
     group: &str,
     columns: &[(&str, &[f64])],
     units: &BTreeMap<String, String>,
-) -> Result<Table, Bad> {
+) -> Result<Table, BenchError> {
     let mut table = Table { file: file.to_owned(), ..Table::default() };
     let channels = columns.iter().filter(|(name, _)| is_known(name));
     let rows = channels.map(|(_, values)| values.len()).max().unwrap_or(0);

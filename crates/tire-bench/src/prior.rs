@@ -6,26 +6,26 @@ use crate::model::{Channel, TERMS};
 
 /// Something that a fit may move.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Free {
-    pub what: What,
+pub(crate) struct FreeCoefficient {
+    pub what: FitTarget,
     pub mean: f64,
     pub std: f64,
 }
 
 /// A coefficient of the formula, or a term by its place in [`TERMS`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum What {
+pub(crate) enum FitTarget {
     Key(&'static Key),
     Term(usize),
 }
 
-impl PartialEq for What {
+impl PartialEq for FitTarget {
     fn eq(&self, other: &Self) -> bool {
         self.name() == other.name()
     }
 }
 
-impl What {
+impl FitTarget {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Key(key) => key.name,
@@ -71,21 +71,29 @@ const ALIGNING: &[Row] = &[
 ];
 
 /// What the fit of a channel moves; terms beyond the formula and temperature only with `extended`.
-pub(crate) fn free(channel: Channel, extended: bool) -> Vec<Free> {
+pub(crate) fn free(channel: Channel, extended: bool) -> Vec<FreeCoefficient> {
     let rows = match channel {
         Channel::Longitudinal => ALONG,
         Channel::Lateral => ACROSS,
         Channel::Aligning => ALIGNING,
     };
     let keys = rows.iter().filter_map(|(name, mean, std)| {
-        Key::named(name).map(|key| Free { what: What::Key(key), mean: *mean, std: *std })
+        Key::named(name).map(|key| FreeCoefficient {
+            what: FitTarget::Key(key),
+            mean: *mean,
+            std: *std,
+        })
     });
     let terms = TERMS
         .iter()
         .enumerate()
         .filter(|(_, it)| it.channel == channel && (extended || !it.extended));
-    keys.chain(terms.map(|(place, it)| Free { what: What::Term(place), mean: 0.0, std: it.std }))
-        .collect()
+    keys.chain(terms.map(|(place, it)| FreeCoefficient {
+        what: FitTarget::Term(place),
+        mean: 0.0,
+        std: it.std,
+    }))
+    .collect()
 }
 
 #[cfg(test)]

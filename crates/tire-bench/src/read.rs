@@ -9,13 +9,13 @@ use tire::Axes;
 use crate::axes::Wrench;
 use crate::channels::Reading;
 use crate::inputs::{Input, Inputs, axes, temperature_at};
-use crate::sample::{Bad, Sample, check};
+use crate::sample::{BenchError, Sample, check};
 use crate::table::Table;
 use crate::{csv, mat, sweeps, text, tydex};
 
 /// What a file holds, and what was assumed of it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Read {
+pub struct BenchData {
     /// The samples.
     pub samples: Vec<Sample>,
     /// What was assumed, for people: one sentence each.
@@ -29,8 +29,8 @@ const STEADY: f64 = 3600.0;
 ///
 /// # Errors
 /// As [`read`].
-pub fn read_all(files: &[(&str, &[u8])], reading: &Reading) -> Result<Read, Bad> {
-    let (mut all, mut run, mut sweep) = (Read::default(), 0, 0);
+pub fn read_all(files: &[(&str, &[u8])], reading: &Reading) -> Result<BenchData, BenchError> {
+    let (mut all, mut run, mut sweep) = (BenchData::default(), 0, 0);
     let mut told: BTreeMap<String, Vec<&str>> = BTreeMap::new();
     for (name, bytes) in files {
         for (mut found, one_sweep) in parts(bytes, name, reading)? {
@@ -70,8 +70,13 @@ fn list(names: &[&str]) -> String {
 /// # Errors
 /// When its format is unknown or broken; a channel is missing, has no unit or one of another kind, or no numbers; or its signs are those
 /// of no tire: with the place and what to do.
-pub fn read(bytes: &[u8], file: &str, run: usize, reading: &Reading) -> Result<Read, Bad> {
-    let mut all = Read::default();
+pub fn read(
+    bytes: &[u8],
+    file: &str,
+    run: usize,
+    reading: &Reading,
+) -> Result<BenchData, BenchError> {
+    let mut all = BenchData::default();
     for (found, _) in parts(bytes, file, reading)? {
         let begin = all.samples.last().map_or(0, |it: &Sample| it.block + 1);
         let numbered = found.samples.into_iter();
@@ -90,9 +95,9 @@ pub fn read_csv_file(
     run: usize,
     columns: &[(&str, &str, &str)],
     axes: Axes,
-) -> Result<Vec<Sample>, Bad> {
+) -> Result<Vec<Sample>, BenchError> {
     let file = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|error| Bad {
+    let bytes = std::fs::read(path).map_err(|error| BenchError {
         file: file.clone(),
         line: None,
         text: format!("cannot be read: {error}"),
@@ -103,8 +108,12 @@ pub fn read_csv_file(
 }
 
 /// The tables of a file, each with whether its format has one sweep in a file.
-fn parts(bytes: &[u8], file: &str, reading: &Reading) -> Result<Vec<(Read, bool)>, Bad> {
-    let bad = |text: String| Bad { file: file.to_owned(), line: None, text };
+fn parts(
+    bytes: &[u8],
+    file: &str,
+    reading: &Reading,
+) -> Result<Vec<(BenchData, bool)>, BenchError> {
+    let bad = |text: String| BenchError { file: file.to_owned(), line: None, text };
     let bytes = text::unpacked(bytes).map_err(bad)?;
     let named: Vec<_> = reading.columns.iter().map(|it| it.1).collect();
     let tables = if mat_file::is_mat(&bytes) {
@@ -124,7 +133,7 @@ fn parts(bytes: &[u8], file: &str, reading: &Reading) -> Result<Vec<(Read, bool)
     tables.iter().map(|table| Ok((samples(table, reading)?, table.one_sweep))).collect()
 }
 
-fn samples(table: &Table, reading: &Reading) -> Result<Read, Bad> {
+fn samples(table: &Table, reading: &Reading) -> Result<BenchData, BenchError> {
     let mut notes = table.notes.clone();
     let (axes, letter) = axes(table, reading)?;
     let inputs = Inputs { table, reading, letter };
@@ -181,7 +190,7 @@ fn finish(
     (mut samples, rows): (Vec<Sample>, usize),
     numbered: bool,
     mut notes: Vec<String>,
-) -> Result<Read, Bad> {
+) -> Result<BenchData, BenchError> {
     let dropped = rows - samples.len();
     if 2 * dropped > rows {
         let text = format!(
@@ -207,7 +216,7 @@ fn finish(
         }
         notes.push(format!("{sweeps} sweeps were found by their conditions; {left} samples between them were left out"));
     }
-    Ok(Read { samples, notes })
+    Ok(BenchData { samples, notes })
 }
 
 /// Whether a sample has a number in each channel that is measured.
@@ -219,7 +228,7 @@ fn is_whole(it: &Sample, M_z: &Input, temperature: &Input) -> bool {
 }
 
 /// Refuses slip ratios that are percent, or that are no 0 where the tire rolls freely.
-fn slip_ratio_is_sound(table: &Table, samples: &[Sample]) -> Result<(), Bad> {
+fn slip_ratio_is_sound(table: &Table, samples: &[Sample]) -> Result<(), BenchError> {
     let [low, high] =
         samples.iter().fold([0.0f64; 2], |[low, high], it| [low.min(it.kappa), high.max(it.kappa)]);
     if low < -1.5 || high > 5.0 {

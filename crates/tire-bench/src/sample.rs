@@ -48,7 +48,7 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> f64 {
 
 /// What makes data unusable: where, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bad {
+pub struct BenchError {
     /// Name of the file.
     pub file: String,
     /// Line, from 1; none for what is not in one line.
@@ -57,14 +57,14 @@ pub struct Bad {
     pub text: String,
 }
 
-impl fmt::Display for Bad {
+impl fmt::Display for BenchError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));
         write!(f, "{}{line}: {}", self.file, self.text)
     }
 }
 
-impl std::error::Error for Bad {}
+impl std::error::Error for BenchError {}
 
 impl Sample {
     /// The sample in ISO-W axes, when it was written in other ones. SAE turns α, F_y, M_z and F_z over; adapted SAE leaves α.
@@ -83,8 +83,8 @@ impl Sample {
 ///
 /// # Errors
 /// Names `file`, the channel, and the choice of axes that would mend it.
-pub fn check(samples: &[Sample], file: &str) -> Result<(), Bad> {
-    let bad = |text: String| Err(Bad { file: file.to_owned(), line: None, text });
+pub fn check(samples: &[Sample], file: &str) -> Result<(), BenchError> {
+    let bad = |text: String| Err(BenchError { file: file.to_owned(), line: None, text });
     let pressed = samples.iter().filter(|it| it.F_z > 0.0).count();
     if 2 * pressed < samples.len() || samples.is_empty() {
         return bad(format!(

@@ -8,7 +8,7 @@ use tire::{Coefficients, MfTire};
 
 use crate::condition::Point;
 use crate::model::{COUNT, Channel, Model};
-use crate::prior::{Free, What};
+use crate::prior::{FitTarget, FreeCoefficient};
 
 /// Directions of derivatives at once.
 const WIDE: usize = 8;
@@ -22,7 +22,7 @@ type Dual = DualSVec64<WIDE>;
 pub(crate) struct Problem<'a> {
     pub channel: Channel,
     pub points: &'a [Point],
-    pub free: &'a [Free],
+    pub free: &'a [FreeCoefficient],
     /// What is not free.
     pub coefficients: Coefficients,
     pub terms: [f64; COUNT],
@@ -33,16 +33,16 @@ pub(crate) struct Problem<'a> {
 }
 
 /// The cost at some place, with its gradient and Gauss-Newton matrix, prior included.
-pub(crate) struct Normal {
+pub(crate) struct NormalEquations {
     pub cost: f64,
     pub gradient: DVector<f64>,
     pub matrix: DMatrix<f64>,
 }
 
 /// Where a minimisation ended.
-pub(crate) struct Solved {
+pub(crate) struct Minimum {
     pub z: DVector<f64>,
-    pub normal: Normal,
+    pub normal: NormalEquations,
     pub status: Status,
     pub iterations: usize,
 }
@@ -54,8 +54,8 @@ impl Problem<'_> {
         for (free, z) in self.free.iter().zip(z.iter()) {
             let value = free.mean + free.std * z;
             match free.what {
-                What::Key(key) => key.set(&mut coefficients, value),
-                What::Term(place) => terms[place] = value,
+                FitTarget::Key(key) => key.set(&mut coefficients, value),
+                FitTarget::Term(place) => terms[place] = value,
             }
         }
         (coefficients, terms)
@@ -64,7 +64,7 @@ impl Problem<'_> {
     /// The model with derivatives along all unknowns, [`WIDE`] at a time; `None` outside of what a tire can be.
     fn models(&self, z: &DVector<f64>) -> Option<Vec<Model<Dual>>> {
         let (coefficients, terms) = self.at(z);
-        let chunk = |free: &[Free]| {
+        let chunk = |free: &[FreeCoefficient]| {
             let mut lifted: Coefficients<Dual> = coefficients.lift();
             let mut with = terms.map(Dual::from);
             for (direction, free) in free.iter().enumerate() {
@@ -74,8 +74,8 @@ impl Problem<'_> {
                     Dual::new(value, Derivative::<f64, Const<WIDE>, Const<1>>::some(along))
                 };
                 match free.what {
-                    What::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
-                    What::Term(place) => with[place] = seed(terms[place]),
+                    FitTarget::Key(key) => key.set(&mut lifted, seed(key.get(&coefficients))),
+                    FitTarget::Term(place) => with[place] = seed(terms[place]),
                 }
             }
             let reference = self.reference;
@@ -105,7 +105,7 @@ impl Problem<'_> {
         Some(points.par_iter().map(row).collect())
     }
 
-    fn normal(&self, z: &DVector<f64>) -> Option<Normal> {
+    fn normal(&self, z: &DVector<f64>) -> Option<NormalEquations> {
         let rows = self.rows(z, self.points)?;
         let count = self.free.len();
         let sums: Vec<_> = rows
@@ -124,7 +124,7 @@ impl Problem<'_> {
             gradient += by * self.weight;
             matrix += product * self.weight;
         }
-        cost.is_finite().then_some(Normal { cost, gradient, matrix })
+        cost.is_finite().then_some(NormalEquations { cost, gradient, matrix })
     }
 
     fn cost(&self, z: &DVector<f64>) -> f64 {
@@ -144,7 +144,7 @@ impl Problem<'_> {
     }
 
     /// Minimises from a place; `None` when the start is no tire.
-    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<Solved> {
+    pub fn minimise(&self, start: DVector<f64>, limit: usize) -> Option<Minimum> {
         let (mut z, mut damping) = (start, 1e-3);
         let mut normal = self.normal(&z)?;
         for iteration in 0..limit {
@@ -159,7 +159,7 @@ impl Problem<'_> {
                 // What the linear model promises; its size is a share of a nat, so it stops alike for all data.
                 let promised = -0.5 * normal.gradient.dot(&step);
                 if promised < 1e-4 {
-                    return Some(Solved {
+                    return Some(Minimum {
                         z,
                         normal,
                         status: Status::Converged,
@@ -178,10 +178,10 @@ impl Problem<'_> {
                 damping = (damping * 6.0).max(1e-6);
             }
             if !moved {
-                return Some(Solved { z, normal, status: Status::Stalled, iterations: iteration });
+                return Some(Minimum { z, normal, status: Status::Stalled, iterations: iteration });
             }
             normal = self.normal(&z)?;
         }
-        Some(Solved { z, normal, status: Status::IterationLimit, iterations: limit })
+        Some(Minimum { z, normal, status: Status::IterationLimit, iterations: limit })
     }
 }

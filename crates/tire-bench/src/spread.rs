@@ -7,7 +7,7 @@ use numerics::statistics::{NORMAL_95, quantile};
 use rayon::prelude::*;
 
 use crate::condition::Point;
-use crate::solve::Normal;
+use crate::solve::NormalEquations;
 
 /// More levels than this are no levels: the condition varies freely.
 const MOST: usize = 12;
@@ -34,7 +34,7 @@ pub(crate) struct Spread {
 
 impl Spread {
     /// Of the residuals at the optimum, whose normal equations are `normal`; `weight` is that of a squared residual.
-    pub fn of(points: &[Point], rows: &[Row], normal: &Normal, weight: f64) -> Self {
+    pub fn of(points: &[Point], rows: &[Row], normal: &NormalEquations, weight: f64) -> Self {
         let runs: BTreeSet<usize> = points.iter().map(|it| it.sample.run).collect();
         let of_run = |run: usize| {
             let own = points.iter().zip(rows).filter(|it| it.0.sample.run == run);
@@ -77,7 +77,13 @@ impl Spread {
 
     /// The factor to the variance of the model with which 95 % of points lie in their bands when their level is left out of the fit, each
     /// level of each condition in turn; at least 1.
-    fn inflation(&self, points: &[Point], rows: &[Row], normal: &Normal, weight: f64) -> f64 {
+    fn inflation(
+        &self,
+        points: &[Point],
+        rows: &[Row],
+        normal: &NormalEquations,
+        weight: f64,
+    ) -> f64 {
         let turns: Vec<(Condition, &[f64], usize)> = self
             .levels
             .iter()
@@ -99,7 +105,7 @@ impl Spread {
         &self,
         points: &[Point],
         rows: &[Row],
-        normal: &Normal,
+        normal: &NormalEquations,
         weight: f64,
         is_left: &dyn Fn(&Point) -> bool,
     ) -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! Holds what a file of a bench says before it is known what it means: columns with names, units and numbers.
 
-use crate::sample::Bad;
+use crate::sample::BenchError;
 
 /// The most rows of a table.
 pub(crate) const ROWS: usize = 20_000_000;
@@ -54,8 +54,8 @@ pub(crate) struct Table {
 }
 
 impl Table {
-    pub fn bad(&self, line: Option<usize>, text: impl Into<String>) -> Bad {
-        Bad { file: self.file.clone(), line, text: text.into() }
+    pub fn bad(&self, line: Option<usize>, text: impl Into<String>) -> BenchError {
+        BenchError { file: self.file.clone(), line, text: text.into() }
     }
 
     pub fn rows(&self) -> usize {

@@ -1,6 +1,6 @@
 //! Reads TYDEX files (Unrau and Zamow, TYDEX-Format, Release 1.3, 1997): one measurement each, with constants and channels.
 
-use crate::sample::Bad;
+use crate::sample::BenchError;
 use crate::table::{Column, ROWS, Table, is_missing, number};
 use crate::text::lines;
 
@@ -40,7 +40,7 @@ fn keyword(line: &str) -> Option<String> {
 ///
 /// # Errors
 /// When it has no channels or data, or a line that does not fit them.
-pub(crate) fn read(text: &str, file: &str) -> Result<Table, Bad> {
+pub(crate) fn read(text: &str, file: &str) -> Result<Table, BenchError> {
     let mut table = Table { file: file.to_owned(), one_sweep: true, ..Table::default() };
     let (mut conversions, mut section, mut fields) = (Vec::new(), String::new(), Vec::new());
     let decimal_comma = has_decimal_comma(text);
@@ -73,7 +73,7 @@ pub(crate) fn read(text: &str, file: &str) -> Result<Table, Bad> {
                         "expected **MEASURCHANNELS before **MEASURDATA, found none",
                     ));
                 }
-                row(&mut table, &mut fields, (line, number), conversions.len(), decimal_comma)?;
+                row(&mut table, &mut fields, line, number, conversions.len(), decimal_comma)?;
             }
             _ => {}
         }
@@ -81,7 +81,11 @@ pub(crate) fn read(text: &str, file: &str) -> Result<Table, Bad> {
     finish(table, &conversions, &fields)
 }
 
-fn finish(mut table: Table, conversions: &[Conversion], fields: &[String]) -> Result<Table, Bad> {
+fn finish(
+    mut table: Table,
+    conversions: &[Conversion],
+    fields: &[String],
+) -> Result<Table, BenchError> {
     if table.rows() == 0 {
         return Err(table.bad(
             table.head,
@@ -173,7 +177,12 @@ fn parts(line: &str) -> (String, String, Vec<String>) {
     (name, unit, words[begin..].to_vec())
 }
 
-fn channel(table: &Table, line: &str, at: usize, comma: bool) -> Result<(Column, Conversion), Bad> {
+fn channel(
+    table: &Table,
+    line: &str,
+    at: usize,
+    comma: bool,
+) -> Result<(Column, Conversion), BenchError> {
     let (name, unit, fields) = parts(line);
     let mut numbers = [1.0, 0.0, 0.0];
     for (value, field) in numbers.iter_mut().zip(&fields) {
@@ -211,10 +220,11 @@ fn constant(line: &str, at: usize, comma: bool) -> Option<Column> {
 fn row(
     table: &mut Table,
     fields: &mut Vec<String>,
-    (line, at): (&str, usize),
+    line: &str,
+    at: usize,
     count: usize,
     comma: bool,
-) -> Result<(), Bad> {
+) -> Result<(), BenchError> {
     let split = |it: char| it.is_whitespace() || it == ';' || it == ',' && !comma;
     let mut words: Vec<_> =
         line.split(split).filter(|it| !it.is_empty()).map(str::to_owned).collect();

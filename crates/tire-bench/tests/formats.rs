@@ -7,7 +7,7 @@ mod writer;
 use std::io::Write as _;
 
 use tire::Axes;
-use tire_bench::{Constant, FileUnits, Read, Reading, read, read_all};
+use tire_bench::{BenchData, Constant, FileUnits, Reading, read, read_all};
 use writer::{Made, column, file};
 
 const OWN: &str = "block,time_s,slip_ratio,slip_angle_rad,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
@@ -32,7 +32,7 @@ fn refused(bytes: &[u8], reading: &Reading) -> String {
 }
 
 /// What row 125, at 8 degrees of SAE, is in ISO-W and SI.
-fn is_ttc(found: &Read) {
+fn is_ttc(found: &BenchData) {
     let it = found.samples[125];
     assert_eq!((found.samples.len(), it.F_z, it.F_y.round(), it.block), (500, 1000.0, 1440.0, 0));
     assert!((it.alpha + 8f64.to_radians()).abs() < 1e-12 && (it.M_z + 16.0).abs() < 1e-9, "{it:?}");

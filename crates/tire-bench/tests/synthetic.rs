@@ -4,7 +4,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, Normal};
 use tire::{Coefficients, MfTire, Slip, Tire, Version};
-use tire_bench::{Channel, Left, Options, Sample, Verdict, condition, fit, held_out, write_tir};
+use tire_bench::{Channel, Holdout, Options, Sample, Verdict, condition, fit, held_out, write_tir};
 
 /// ln of friction over 10 K of the tread.
 const WARM: f64 = -0.05;
@@ -98,7 +98,7 @@ fn a_known_tire_is_found_with_its_temperature_and_its_bands() {
 #[test]
 fn a_load_that_was_left_out_lies_in_its_bands() {
     let options = Options { tire: truth(), extended: false, draws: 0, seed: 3 };
-    let (_, found) = held_out(&samples(), &options, Left::Load(4000.0)).expect("a fit");
+    let (_, found) = held_out(&samples(), &options, Holdout::Load(4000.0)).expect("a fit");
     assert_eq!(found.len(), 3);
     for it in found {
         println!("{it:?}");

@@ -1,6 +1,7 @@
 //! The `[UNITS]` section: names of units with their sources, and their sizes in SI.
 
 use tire::Quantity;
+use units::STANDARD_GRAVITY;
 
 /// Sizes in SI of the units that a file counts in; no pressure where the file does not say it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,14 +38,11 @@ const fn unit(name: &'static str, shortest: usize, size: f64) -> UnitName {
     UnitName { name, shortest, size }
 }
 
-/// Standard gravity [m/s²], which the units of weight contain.
-const G: f64 = 9.806_65;
-
 /// A pound [kg].
 const POUND: f64 = 0.453_592_37;
 
 /// A pound of force on a square inch [Pa].
-const PSI: f64 = POUND * G / (0.0254 * 0.0254);
+const PSI: f64 = POUND * STANDARD_GRAVITY / (0.0254 * 0.0254);
 
 const LENGTH: &[UnitName] = &[
     unit("meter", 3, 1.0),       // Adams Tire
@@ -69,19 +67,19 @@ const LENGTH: &[UnitName] = &[
 ];
 
 const FORCE: &[UnitName] = &[
-    unit("newton", 1, 1.0),                   // Adams Tire
-    unit("knewton", 2, 1e3),                  // Adams Tire
-    unit("kilonewton", 5, 1e3),               // usual
-    unit("mn", 2, 1e-3),                      // Ansys Motion
-    unit("millinewton", 6, 1e-3),             // Ansys Motion
-    unit("pound_force", 5, POUND * G),        // Adams Tire
-    unit("lbf", 3, POUND * G),                // usual
-    unit("lb", 2, POUND * G),                 // usual
-    unit("kpound_force", 6, 1e3 * POUND * G), // Adams Tire
-    unit("kg_force", 2, G),                   // Adams Tire
-    unit("kgf", 3, G),                        // usual
-    unit("dyne", 2, 1e-5),                    // Adams Tire
-    unit("ounce_force", 2, POUND * G / 16.0), // Adams Tire
+    unit("newton", 1, 1.0),                                  // Adams Tire
+    unit("knewton", 2, 1e3),                                 // Adams Tire
+    unit("kilonewton", 5, 1e3),                              // usual
+    unit("mn", 2, 1e-3),                                     // Ansys Motion
+    unit("millinewton", 6, 1e-3),                            // Ansys Motion
+    unit("pound_force", 5, POUND * STANDARD_GRAVITY),        // Adams Tire
+    unit("lbf", 3, POUND * STANDARD_GRAVITY),                // usual
+    unit("lb", 2, POUND * STANDARD_GRAVITY),                 // usual
+    unit("kpound_force", 6, 1e3 * POUND * STANDARD_GRAVITY), // Adams Tire
+    unit("kg_force", 2, STANDARD_GRAVITY),                   // Adams Tire
+    unit("kgf", 3, STANDARD_GRAVITY),                        // usual
+    unit("dyne", 2, 1e-5),                                   // Adams Tire
+    unit("ounce_force", 2, POUND * STANDARD_GRAVITY / 16.0), // Adams Tire
 ];
 
 const ANGLE: &[UnitName] = &[
@@ -91,17 +89,17 @@ const ANGLE: &[UnitName] = &[
 
 /// A slug is accelerated by 1 ft/s² by a pound force.
 const MASS: &[UnitName] = &[
-    unit("kg", 1, 1.0),                  // Adams Tire
-    unit("kilogram", 4, 1.0),            // Adams Tire
-    unit("gram", 1, 1e-3),               // Adams Tire
-    unit("mg", 2, 1e-6),                 // Ansys Motion
-    unit("pound_mass", 5, POUND),        // Adams Tire
-    unit("lbm", 3, POUND),               // usual
-    unit("lb", 2, POUND),                // usual
-    unit("kpound_mass", 6, 1e3 * POUND), // Adams Tire
-    unit("slug", 2, POUND * G / 0.3048), // Adams Tire
-    unit("ounce_mass", 2, POUND / 16.0), // Adams Tire
-    unit("tonne", 2, 1e3),               // Ansys Motion
+    unit("kg", 1, 1.0),                                 // Adams Tire
+    unit("kilogram", 4, 1.0),                           // Adams Tire
+    unit("gram", 1, 1e-3),                              // Adams Tire
+    unit("mg", 2, 1e-6),                                // Ansys Motion
+    unit("pound_mass", 5, POUND),                       // Adams Tire
+    unit("lbm", 3, POUND),                              // usual
+    unit("lb", 2, POUND),                               // usual
+    unit("kpound_mass", 6, 1e3 * POUND),                // Adams Tire
+    unit("slug", 2, POUND * STANDARD_GRAVITY / 0.3048), // Adams Tire
+    unit("ounce_mass", 2, POUND / 16.0),                // Adams Tire
+    unit("tonne", 2, 1e3),                              // Ansys Motion
 ];
 
 const TIME: &[UnitName] = &[
@@ -237,7 +235,7 @@ mod tests {
             ("TIME", "min", 60.0),
             ("FORCE", "Newton", 1.0),
             ("FORCE", "newtons", 1.0),
-            ("FORCE", "Pound-Force", POUND * G),
+            ("FORCE", "Pound-Force", POUND * STANDARD_GRAVITY),
             ("ANGLE", "radians", 1.0),
             ("ANGLE", "RADIANS", 1.0),
             ("ANGLE", "degrees", 1f64.to_radians()),

@@ -23,11 +23,11 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::identify;
 use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{Found, SamplingOptions, draw};
+use tire_inference::posterior::{SampledPosterior, SamplingOptions, draw};
 use tire_inference::prior::Prior;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
@@ -151,7 +151,10 @@ fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 let name = it.quantity.name();
                 let identified = it.verdict == Verdict::Identified;
-                (name, [within(it.quantity.value(truth)), identified, within(published[name])])
+                (
+                    name,
+                    [within(it.quantity.value(truth)), identified, within(published[&it.quantity])],
+                )
             };
             Ok(answer.judgements.iter().map(row).collect())
         };
@@ -173,7 +176,11 @@ fn truths(count: usize, size: usize, which: usize) -> Result<(), Failure> {
 }
 
 /// Data of a tire that is drawn from the box, its posterior, and that tire.
-fn of_prior(seed: usize, size: usize, level: f64) -> Result<(Theta, Samples, Found), Failure> {
+fn of_prior(
+    seed: usize,
+    size: usize,
+    level: f64,
+) -> Result<(Theta, Samples, SampledPosterior), Failure> {
     let prior = Prior::longitudinal();
     let mut random = Pcg64::seed_from_u64(seed as u64 ^ 0x5bc);
     let truth = prior.at(&std::array::from_fn(|_| random.random()));
@@ -186,7 +193,7 @@ fn of_tire(
     seed: usize,
     size: usize,
     level: f64,
-) -> Result<(Samples, Found), Failure> {
+) -> Result<(Samples, SampledPosterior), Failure> {
     let seed = seed as u64;
     let excitation =
         Excitation { truth, samples: size, slip_std: 0.0, seed, ..Excitation::default() };
@@ -194,7 +201,7 @@ fn of_tire(
     let fit = least_squares(&Problem::new(&samples), &FitOptions::default())?;
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
     let options = SamplingOptions { seed, ..SamplingOptions::default() };
-    let found = draw(&Compressed::new(&samples), &Prior::longitudinal(), &optima, &options);
+    let found = draw(&CompressedSamples::new(&samples), &Prior::longitudinal(), &optima, &options);
     Ok((samples, found))
 }
 
@@ -317,7 +324,7 @@ fn brute(
         for seed in first..first + count {
             let (_, samples, found) = of_prior(seed, size, level)?;
             inexact += usize::from(!found.report.is_exact());
-            let data = Compressed::new(&samples);
+            let data = CompressedSamples::new(&samples);
             let draws = &found.posterior.samples;
             let mut off = Off::new(draws, &judge::judge(&data, &prior, nodes, NEEDLE));
             if off.is_far() {

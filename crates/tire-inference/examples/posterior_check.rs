@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
 use tire_inference::posterior::{SamplingOptions, grid};
@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(&samples) };
         let fit = least_squares(&problem, &FitOptions::default())?;
         let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
-        let data = Compressed::new(&samples);
+        let data = CompressedSamples::new(&samples);
         let draw = || grid::draw(&data, &prior, &optima, &SamplingOptions::default());
         let times = (0..5).map(|_| {
             let start = Instant::now();

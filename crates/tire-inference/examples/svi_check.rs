@@ -3,10 +3,11 @@
 use preparation::direction::Direction;
 use tire_inference::estimate::identify;
 use tire_inference::fit::FitOptions;
+use tire_inference::quantity::Quantity;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
-const NAMES: [&str; 5] = ["B", "C", "D", "E", "K"];
+const NAMES: [Quantity; 5] = [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -35,8 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 [(&svi.mean, &svi.std), (&own.mean, &own.std)].into_iter().enumerate()
             {
                 for (i, name) in NAMES.into_iter().enumerate() {
-                    let error = (mean[name] - exact.mean[name]) / exact.std[name];
-                    let ratio: f64 = std[name] / exact.std[name];
+                    let error = (mean[&name] - exact.mean[&name]) / exact.std[&name];
+                    let ratio: f64 = std[&name] / exact.std[&name];
                     worst[k][i] = worst[k][i].max(error.abs());
                     let [low, high] = &mut ratios[k][i];
                     (*low, *high) = (low.min(ratio), high.max(ratio));

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use preparation::direction::Direction;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::identify;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::variational::{self, Start};
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|_| {
             let clock = Instant::now();
             let best = settings.fit(&samples, &settings.prior, Method::LeastSquares)?;
-            let data = Compressed::new(&samples);
+            let data = CompressedSamples::new(&samples);
             let best = (&best.theta, best.noise_std);
             let start = Start { samples: &samples, data: &data, prior: &settings.prior, best };
             std::hint::black_box(variational::fit(start, settings.svi, 0));

@@ -5,12 +5,11 @@ use preparation::samples::Samples;
 
 use crate::estimate::{Answer, hold};
 use crate::fit::{FitError, Problem, joint_least_squares};
-use crate::parameters::Parameter;
 use crate::regularisation::AxleCoupling;
 use crate::settings::{Method, Settings};
 
 /// One axle: what was fitted, how, and what was found, of which the values of least squares are replaced.
-pub struct Coupled<'a> {
+pub struct AxleFit<'a> {
     /// The points.
     pub samples: &'a Samples,
     /// How they were fitted.
@@ -24,7 +23,7 @@ pub struct Coupled<'a> {
 ///
 /// # Errors
 /// As for a fit; and for noise in the slip, which a joint fit cannot take.
-pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
+pub fn couple(axles: [AxleFit; 2], weight: f64) -> Result<(), FitError> {
     let [front, rear] = axles.each_ref().map(problem);
     let Settings { prior, options, .. } = axles[0].settings;
     let coupling = AxleCoupling::new(prior, weight);
@@ -34,9 +33,9 @@ pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
         let fitted = axle.answer.estimates.iter_mut();
         for (_, estimate) in fitted.filter(|(method, _)| *method == Method::LeastSquares) {
             for quantity in judgements.iter().map(|judgement| judgement.quantity) {
-                estimate.mean.insert(quantity.name().to_owned(), quantity.value(&solution.theta));
+                estimate.mean.insert(quantity, quantity.value(&solution.theta));
             }
-            estimate.at_bound = solution.at_bound.iter().map(|p| p.name().to_owned()).collect();
+            estimate.at_bound.clone_from(&solution.at_bound);
             estimate.noise_std = solution.noise_std;
             estimate.convergence = solution.convergence.clone();
         }
@@ -45,16 +44,15 @@ pub fn couple(axles: [Coupled; 2], weight: f64) -> Result<(), FitError> {
 }
 
 /// What was fitted last: with what was held then.
-fn problem<'a>(axle: &Coupled<'a>) -> Problem<'a> {
+fn problem<'a>(axle: &AxleFit<'a>) -> Problem<'a> {
     let mut fits = axle.answer.estimates.iter().filter(|(m, _)| *m == Method::LeastSquares);
     let fixed = fits.next().map_or(&[][..], |(_, fit)| &fit.fixed);
-    let fixed = Parameter::ALL.into_iter().filter(|p| fixed.iter().any(|name| name == p.name()));
     let noise = axle
         .answer
         .estimates
         .first()
         .map(|(_, first)| axle.settings.loss.variance(first.noise_std));
-    let prior = hold(&axle.settings.prior, &fixed.collect::<Vec<_>>());
+    let prior = hold(&axle.settings.prior, fixed);
     axle.settings.problem(axle.samples, &prior, noise)
 }
 
@@ -64,6 +62,7 @@ mod tests {
 
     use super::*;
     use crate::estimate::identify;
+    use crate::quantity::Quantity;
     use crate::synthetic::{Excitation, samples};
 
     #[test]
@@ -79,13 +78,14 @@ mod tests {
         let alone = (found(&front), found(&rear));
         let apart = |weight: f64| {
             let (mut a, mut b) = alone.clone();
-            let axle = |samples, answer| Coupled { samples, settings: &settings, answer };
+            let axle = |samples, answer| AxleFit { samples, settings: &settings, answer };
             couple([axle(&front, &mut a), axle(&rear, &mut b)], weight).expect("a fit");
-            let B = |answer: &Answer| answer.estimates[0].1.mean["B"];
+            let B = |answer: &Answer| answer.estimates[0].1.mean[&Quantity::B];
             (B(&b) - B(&a)).abs()
         };
         let distances = [0.0, 1.0, 100.0].map(apart);
-        let own = alone.1.estimates[0].1.mean["B"] - alone.0.estimates[0].1.mean["B"];
+        let own =
+            alone.1.estimates[0].1.mean[&Quantity::B] - alone.0.estimates[0].1.mean[&Quantity::B];
         assert!((distances[0] / own.abs() - 1.0).abs() < 1e-6, "{distances:?} {own}");
         assert!(distances[1] < distances[0] && distances[2] < 0.2 * distances[0], "{distances:?}");
     }

@@ -1,4 +1,4 @@
-//! Holds a thing for each of both axles.
+//! Indexes values by axle, front and rear.
 
 use std::ops::{Index, IndexMut};
 

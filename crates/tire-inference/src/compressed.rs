@@ -21,7 +21,7 @@ const SCALE: f64 = 0.02;
 
 /// Weighted sum of squares of residuals as a function of the parameters.
 #[derive(Clone, Debug)]
-pub struct Compressed {
+pub struct CompressedSamples {
     slips: Vec<f64>,
     /// Σ w L at each node.
     weights: Vec<f64>,
@@ -47,7 +47,7 @@ pub struct Quadratic {
     pub hessian: SMatrix<f64, COUNT, COUNT>,
 }
 
-impl Compressed {
+impl CompressedSamples {
     /// Samples of finite numbers; others would spoil all sums.
     pub fn new(samples: &Samples) -> Self {
         let products = samples.force.iter().zip(&samples.weight).map(|(y, w)| [*w, w * y]);
@@ -260,7 +260,7 @@ mod tests {
         ) {
             let samples = samples(limit);
             let theta = [B, C, D, E, S_h, 0.03];
-            let compressed = Compressed::new(&samples);
+            let compressed = CompressedSamples::new(&samples);
             let moved = compressed.moved(S_h).squares(&[B, C, D, E, 0.0, 0.03]);
             for own in [compressed.squares(&theta), moved] {
                 // Of a log-likelihood −N/2 ln(squares); a verdict turns on a difference of 1.92.
@@ -274,7 +274,7 @@ mod tests {
     fn the_derivatives_are_those_of_the_sum() {
         let prior =
             Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [2.0, 0.2, 0.1, 0.3, 0.01, 0.1]);
-        let compressed = Compressed::new(&samples(0.3)).with(Some(prior), 0.02);
+        let compressed = CompressedSamples::new(&samples(0.3)).with(Some(prior), 0.02);
         let theta = [18.0, 1.7, 1.4, 0.5, 0.004, 0.02];
         let near = compressed.quadratic(&theta);
         assert_relative_eq!(near.squares, compressed.squares(&theta), max_relative = 1e-12);

@@ -2,12 +2,12 @@
 
 use numerics::statistics::std;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::minimise::{Target, minimise};
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
-use crate::profile::{Point, Profile, Profiled, RULED_OUT, profile};
+use crate::profile::{Point, Profile, ProfileLikelihood, RULED_OUT, profile};
 use crate::quantity::Quantity;
 
 /// Points of the box from which optima are looked for.
@@ -15,7 +15,7 @@ const STARTS: usize = 16;
 
 /// What the profiles of all quantities share.
 pub struct Profiler<'a> {
-    data: &'a Compressed,
+    data: &'a CompressedSamples,
     prior: &'a Prior,
     posterior: &'a PosteriorSamples,
     /// Sum of squares of each draw.
@@ -28,7 +28,7 @@ pub struct Profiler<'a> {
 impl<'a> Profiler<'a> {
     /// Looks for optima from a given one, from the most likely draw, and from `STARTS` points that fill the box.
     pub fn new(
-        data: &'a Compressed,
+        data: &'a CompressedSamples,
         prior: &'a Prior,
         posterior: &'a PosteriorSamples,
         optimum: &Theta,
@@ -75,7 +75,7 @@ impl<'a> Profiler<'a> {
 
     /// The profile of a quantity that has these values in the draws.
     pub fn profile(&self, quantity: Quantity, values: &[f64]) -> Profile {
-        profile(&Along { profiler: self, values }, quantity)
+        profile(&QuantityProfile { profiler: self, values }, quantity)
     }
 
     /// −2 ln of the likelihood over the highest one, the noise being what fits best at each.
@@ -85,13 +85,13 @@ impl<'a> Profiler<'a> {
 }
 
 /// The likelihood along one quantity.
-struct Along<'a> {
+struct QuantityProfile<'a> {
     profiler: &'a Profiler<'a>,
     /// The quantity in each draw: of peaks it takes a search.
     values: &'a [f64],
 }
 
-impl Profiled for Along<'_> {
+impl ProfileLikelihood for QuantityProfile<'_> {
     type X = Theta;
     type Quantity = Quantity;
 
@@ -166,7 +166,7 @@ mod tests {
 
     fn profiles(level: f64) -> Vec<Profile> {
         let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
-        let data = Compressed::new(&samples(&excitation, level));
+        let data = CompressedSamples::new(&samples(&excitation, level));
         let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
         let posterior =
             draw(&data, &prior, &[TRUTH], &SamplingOptions { draws: 1024, seed: 0 }).posterior;
@@ -214,7 +214,7 @@ mod tests {
         // With B, C and E held the curve is linear in D, and 3.84 is crossed at √3.84 standard deviations.
         let excitation = Excitation { samples: 1000, slip_std: 0.0, ..Excitation::default() };
         let samples = samples(&excitation, 0.3);
-        let data = Compressed::new(&samples);
+        let data = CompressedSamples::new(&samples);
         let mut prior = Prior { centre: TRUTH, ..Prior::lateral() };
         prior.free = [false, false, true, false, false, false];
         let posterior =

@@ -9,7 +9,7 @@ use preparation::samples::Samples;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::kernel::value_and_gradient;
 use crate::parameters::Theta;
 use crate::prior::Prior;
@@ -20,14 +20,14 @@ const INSIDE: f64 = 0.01;
 
 /// The posterior of one tire.
 pub struct TireDensity<'a> {
-    data: &'a Compressed,
+    data: &'a CompressedSamples,
     prior: &'a Prior,
     free: Vec<usize>,
 }
 
 impl<'a> TireDensity<'a> {
     /// Of the parameters that are free in `prior`, and the noise.
-    pub fn new(data: &'a Compressed, prior: &'a Prior) -> Self {
+    pub fn new(data: &'a CompressedSamples, prior: &'a Prior) -> Self {
         Self { data, prior, free: prior.free().map(|parameter| parameter as usize).collect() }
     }
 
@@ -178,7 +178,7 @@ mod tests {
     fn the_gradient_is_that_of_differences() {
         let (samples, prior, x) = problem();
         let known = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
-        let data = Compressed::new(&samples).with(Some(known), 0.0025);
+        let data = CompressedSamples::new(&samples).with(Some(known), 0.0025);
         let density = TireDensity::new(&data, &prior);
         let (_, gradient) = density.at(&x);
         for k in 0..density.dimension() {
@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn a_point_and_its_tire_belong_together() {
         let (samples, prior, x) = problem();
-        let data = Compressed::new(&samples);
+        let data = CompressedSamples::new(&samples);
         let density = TireDensity::new(&data, &prior);
         let theta = density.theta(&x);
         assert!(prior.contains(&theta));
@@ -213,7 +213,7 @@ mod tests {
     fn batches_are_right_on_average() {
         let (samples, prior, x) = problem();
         let known = Normal::diagonal([14.0, 1.9, 1.45, 0.6, 0.0, 0.01], [0.2; 6]);
-        let data = Compressed::new(&samples).with(Some(known), 0.0025);
+        let data = CompressedSamples::new(&samples).with(Some(known), 0.0025);
         let whole = TireDensity::new(&data, &prior);
         let batch = Minibatch { whole: &whole, samples: &samples, size: 50 };
         let mut random = Pcg64::seed_from_u64(3);

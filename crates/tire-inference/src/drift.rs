@@ -49,7 +49,7 @@ pub enum DriftVerdict {
 
 /// The quantity in one stretch.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Smoothed {
+pub struct StretchEstimate {
     /// Middle of the stretch [s].
     pub time: f64,
     /// Number of the lap, where the stretch is one.
@@ -80,7 +80,7 @@ pub struct Drift {
     /// What is said.
     pub verdict: DriftVerdict,
     /// Value by stretch.
-    pub stretches: Vec<Smoothed>,
+    pub stretches: Vec<StretchEstimate>,
     /// Last over first value, less 1; with its 95 % interval.
     pub change: Option<[f64; 3]>,
     /// Standard deviation of the walk [1/√s], of the logarithm.
@@ -129,8 +129,8 @@ impl Drift {
     }
 
     /// As "K of the rear axle drifts from 125 to 107 kN/rad"; `factor` and `unit` are those of the quantity for people.
-    pub fn sentence(&self, name: &str, (factor, unit): (f64, &str)) -> String {
-        let value = |it: &Smoothed| significant(factor * it.value, 3);
+    pub fn sentence(&self, name: &str, factor: f64, unit: &str) -> String {
+        let value = |it: &StretchEstimate| significant(factor * it.value, 3);
         let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         match (self.verdict, self.stretches.first(), self.stretches.last()) {
             (DriftVerdict::Drifts, Some(first), Some(last)) => {
@@ -168,7 +168,7 @@ struct Model<'a> {
 }
 
 /// Coefficients of the regressors, their covariance, and the restricted logarithm of the likelihood.
-struct Fitted {
+struct Regression {
     coefficients: DVector<f64>,
     covariance: DMatrix<f64>,
     inverse: DMatrix<f64>,
@@ -191,7 +191,7 @@ impl Model<'_> {
         DVector::from_iterator(self.values.len(), self.values.iter().map(|it| it.logarithm))
     }
 
-    fn fit(&self, [walk, scatter]: [f64; 2]) -> Option<Fitted> {
+    fn fit(&self, [walk, scatter]: [f64; 2]) -> Option<Regression> {
         let mut covariance = self.walk(walk);
         for (k, value) in self.values.iter().enumerate() {
             covariance[(k, k)] += value.variance + scatter;
@@ -208,7 +208,7 @@ impl Model<'_> {
             - half_determinant(of_coefficients.l_dirty())
             - 0.5 * residual.dot(&(&inverse * &residual));
         let covariance = of_coefficients.inverse();
-        Some(Fitted { coefficients, covariance, inverse, likelihood })
+        Some(Regression { coefficients, covariance, inverse, likelihood })
     }
 
     /// The variances of the largest likelihood, and its logarithm.
@@ -227,7 +227,7 @@ impl Model<'_> {
     }
 
     /// Values by stretch, and the change from the first to the last with its interval.
-    fn smooth(&self, variances: [f64; 2]) -> (Vec<Smoothed>, [f64; 3]) {
+    fn smooth(&self, variances: [f64; 2]) -> (Vec<StretchEstimate>, [f64; 3]) {
         let count = self.values.len();
         let Some(fitted) = self.fit(variances) else { return (Vec::new(), [f64::NAN; 3]) };
         // x = level + walk, given all stretches.
@@ -244,7 +244,7 @@ impl Model<'_> {
         let stretch = |k: usize| {
             let [value, low, high] = ends(mean[k], covariance[(k, k)]);
             let Value { time, lap, logarithm, .. } = self.values[k];
-            Smoothed { time, lap, value, interval: [low, high], alone: logarithm.exp() }
+            StretchEstimate { time, lap, value, interval: [low, high], alone: logarithm.exp() }
         };
         let last = count - 1;
         let variance = covariance[(0, 0)] + covariance[(last, last)] - 2.0 * covariance[(0, last)];
@@ -345,7 +345,7 @@ mod tests {
         values.iter_mut().for_each(|it| it.variance = f64::NAN);
         let drift = Drift::of(&values);
         assert_eq!(drift.verdict, DriftVerdict::NotIdentifiable);
-        assert!(drift.sentence("K", (1.0, "1/rad")).contains("Drive longer"));
+        assert!(drift.sentence("K", 1.0, "1/rad").contains("Drive longer"));
         assert_eq!(Drift::of(&[]).verdict, DriftVerdict::NotIdentifiable);
     }
 }

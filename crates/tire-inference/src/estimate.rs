@@ -6,17 +6,18 @@
 //! and covariance are those of the posterior with everything free: holding a parameter teaches nothing about it.
 
 mod bayes;
+mod curve_posterior;
 pub mod point;
-mod sampled;
 
 use std::time::{Duration, Instant};
 
 use numerics::convergence::Convergence;
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use numerics::statistics::std;
 use preparation::samples::Samples;
 use serde::Serialize;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::fit::{FitError, Solution};
 use crate::model::ModelVerdict;
 use crate::parameters::{Parameter, Theta};
@@ -24,34 +25,34 @@ use crate::posterior::predictive::Predictive;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
 use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
-use crate::quantity::{ByName, Quantity};
+use crate::quantity::{PerQuantity, Quantity};
 use crate::settings::{Method, Settings};
 use crate::variational::{self, Variational};
-use crate::verdict::{Evidence, Judgement, NARROWED, Verdict, judge};
+use crate::verdict::{Evidence, Judgement, Verdict, judge};
+use curve_posterior::CurvePosterior;
 use point::Agreement;
-use sampled::Sampled;
 
 /// What one method found for one axle in one direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// Best values.
-    pub mean: ByName,
+    pub mean: PerQuantity,
     /// Standard deviations.
-    pub std: ByName,
+    pub std: PerQuantity,
     /// 95 % intervals, lower and upper end.
-    pub interval: ByName<[f64; 2]>,
+    pub interval: PerQuantity<[f64; 2]>,
     /// Rows and columns of `covariance`.
-    pub parameters: Vec<String>,
+    pub parameters: Vec<Parameter>,
     /// Covariance of the parameters.
     pub covariance: Vec<Vec<f64>>,
     /// Parameters that stand on a bound.
-    pub at_bound: Vec<String>,
+    pub at_bound: Vec<Parameter>,
     /// Parameters that were held at their prior, since the data cannot tell them.
-    pub fixed: Vec<String>,
+    pub fixed: Vec<Parameter>,
     /// What the data could tell.
-    pub identified: ByName<Verdict>,
+    pub identified: PerQuantity<Verdict>,
     /// Why.
-    pub reason: ByName<String>,
+    pub reason: PerQuantity<String>,
     /// Smallest and largest slip of the data: outside, the curve is an extrapolation.
     pub slip_range: [f64; 2],
     /// How many samples were used.
@@ -71,6 +72,13 @@ pub struct Estimate {
     /// What variational inference said, also where it is not to be trusted and the numbers above are the posterior's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub svi: Option<variational::report::VariationalReport>,
+}
+
+impl Estimate {
+    /// Whether a quantity is a parameter that was held at its prior.
+    pub fn is_held(&self, quantity: Quantity) -> bool {
+        quantity.parameter().is_some_and(|parameter| self.fixed.contains(&parameter))
+    }
 }
 
 /// What was identified.
@@ -109,8 +117,8 @@ pub fn identify(
     let Settings { prior, direction, .. } = settings;
 
     let begin = Instant::now();
-    let Sampled { noisy, data, optima, posterior, report } =
-        Sampled::new(samples, settings, &best, slip_range);
+    let CurvePosterior { noisy, data, optima, posterior, report } =
+        CurvePosterior::new(samples, settings, &best, slip_range);
     let drawing = begin.elapsed();
     let (noise_std, direction) = (best.noise_std, *direction);
     let evidence = Evidence { data: &data, slip_range, noise_std, direction };
@@ -125,7 +133,7 @@ pub fn identify(
     let rest = hold(prior, &fixed);
     let (mut estimates, mut unrestricted) = (Vec::new(), Vec::new());
     let mut variational = None;
-    let bayes = bayes::Bayes {
+    let bayes = bayes::BayesianFit {
         samples: &noisy,
         data: &data,
         settings,
@@ -157,7 +165,7 @@ pub fn identify(
             if fixed.is_empty() { None } else { Some(settings.fit(samples, &rest, method)?) };
         let seconds = (before + shared + begin.elapsed()).as_secs_f64();
         let solution = again.as_ref().unwrap_or(&free);
-        let (solution, fixed) = agreed(&agreement, (solution, &fixed), &free);
+        let (solution, fixed) = agreed(&agreement, solution, &fixed, &free);
         let estimate =
             assemble(&solution, fixed, &judgements, &posterior, slip_range, samples.len());
         let (source, summary) = (report.source(), Some(report.clone()));
@@ -170,7 +178,8 @@ pub fn identify(
 /// A fit with what it holds, or the draw nearest to what is known where the posterior rejects that fit.
 fn agreed<'a>(
     agreement: &Agreement,
-    (solution, fixed): (&Solution, &'a [Parameter]),
+    solution: &Solution,
+    fixed: &'a [Parameter],
     free: &Solution,
 ) -> (Solution, &'a [Parameter]) {
     if agreement.holds(&solution.theta) {
@@ -191,7 +200,7 @@ fn capped(mut judgement: Judgement, model: &ModelVerdict) -> Judgement {
 /// One after the other, the one they tell least about first: with E held C is often known, and the curve keeps the stiffness
 /// and the peak that are. B is never held: with the others at their prior it carries the stiffness.
 pub fn to_hold(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     posterior: &PosteriorSamples,
     judgements: &[Judgement],
@@ -206,7 +215,7 @@ pub fn to_hold(
     let mut given = posterior.clone();
     loop {
         let ratio = |p: &Parameter| std(&given.values(Quantity::Parameter(*p))) / prior.unit(*p);
-        let wide = candidates.iter().copied().filter(|p| ratio(p) >= NARROWED);
+        let wide = candidates.iter().copied().filter(|p| ratio(p) >= MAX_WIDTH_IDENTIFIED);
         let Some(widest) = wide.max_by(|a, b| ratio(a).total_cmp(&ratio(b))) else { return held };
         held.push(widest);
         candidates.retain(|&parameter| parameter != widest);
@@ -234,19 +243,18 @@ pub fn assemble(
     slip_range: [f64; 2],
     samples: usize,
 ) -> Estimate {
-    let names = |parameters: &[Parameter]| parameters.iter().map(|p| p.name().to_owned()).collect();
     let free: Vec<Parameter> =
         judgements.iter().filter_map(|judgement| judgement.quantity.parameter()).collect();
     Estimate {
-        mean: by_name(judgements, |judgement| judgement.quantity.value(&solution.theta)),
-        std: by_name(judgements, |judgement| judgement.std),
-        interval: by_name(judgements, |judgement| judgement.interval),
-        parameters: names(&free),
+        mean: per_quantity(judgements, |judgement| judgement.quantity.value(&solution.theta)),
+        std: per_quantity(judgements, |judgement| judgement.std),
+        interval: per_quantity(judgements, |judgement| judgement.interval),
         covariance: posterior.covariance(&free),
-        at_bound: names(&solution.at_bound),
-        fixed: names(fixed),
-        identified: by_name(judgements, |judgement| judgement.verdict),
-        reason: by_name(judgements, |judgement| judgement.reason.clone()),
+        parameters: free,
+        at_bound: solution.at_bound.clone(),
+        fixed: fixed.to_vec(),
+        identified: per_quantity(judgements, |judgement| judgement.verdict),
+        reason: per_quantity(judgements, |judgement| judgement.reason.clone()),
         slip_range,
         samples,
         noise_std: solution.noise_std,
@@ -258,11 +266,12 @@ pub fn assemble(
     }
 }
 
-fn by_name<T>(judgements: &[Judgement], of: impl Fn(&Judgement) -> T) -> ByName<T> {
-    judgements
-        .iter()
-        .map(|judgement| (judgement.quantity.name().to_owned(), of(judgement)))
-        .collect()
+/// A value of each judgement, by its quantity.
+pub fn per_quantity<T>(
+    judgements: &[Judgement],
+    value: impl Fn(&Judgement) -> T,
+) -> PerQuantity<T> {
+    judgements.iter().map(|judgement| (judgement.quantity, value(judgement))).collect()
 }
 
 #[cfg(test)]
@@ -286,17 +295,27 @@ mod tests {
         let answer = answer(0.04);
         for (_, estimate) in &answer.estimates {
             assert!(
-                ["C", "E"].iter().all(|name| estimate.fixed.iter().any(|fixed| fixed == name)),
+                [Parameter::C, Parameter::E].iter().all(|fixed| estimate.fixed.contains(fixed)),
                 "{estimate:?}"
             );
-            assert_eq!(estimate.mean["C"], 1.65);
-            assert!((estimate.mean["K"] / 45.0 - 1.0).abs() < 0.05, "{}", estimate.mean["K"]);
+            assert_eq!(estimate.mean[&Quantity::C], 1.65);
             assert!(
-                (estimate.mean["K"] - estimate.mean["B"] * estimate.mean["C"] * estimate.mean["D"])
+                (estimate.mean[&Quantity::K] / 45.0 - 1.0).abs() < 0.05,
+                "{}",
+                estimate.mean[&Quantity::K]
+            );
+            assert!(
+                (estimate.mean[&Quantity::K]
+                    - estimate.mean[&Quantity::B]
+                        * estimate.mean[&Quantity::C]
+                        * estimate.mean[&Quantity::D])
                     .abs()
                     < 1e-9
             );
-            assert!(estimate.std["E"] > 0.2, "holding a parameter does not make it certain");
+            assert!(
+                estimate.std[&Quantity::E] > 0.2,
+                "holding a parameter does not make it certain"
+            );
             assert_eq!(estimate.covariance.len(), estimate.parameters.len());
             assert!(estimate.slip_range[1] < 0.05);
         }
@@ -307,14 +326,24 @@ mod tests {
         let answer = answer(1.0);
         let (_, estimate) = &answer.estimates[0];
         assert!(estimate.fixed.is_empty(), "{:?}", estimate.reason);
-        for (name, truth) in
-            [("B", 15.0), ("C", 2.0), ("D", 1.5), ("E", 0.8), ("K", 45.0), ("peak_slip", 0.0877)]
-        {
-            assert_eq!(estimate.identified[name], Verdict::Identified, "{}", estimate.reason[name]);
+        for (name, truth) in [
+            (Quantity::B, 15.0),
+            (Quantity::C, 2.0),
+            (Quantity::D, 1.5),
+            (Quantity::E, 0.8),
+            (Quantity::K, 45.0),
+            (Quantity::PeakSlip, 0.0877),
+        ] {
+            assert_eq!(
+                estimate.identified[&name],
+                Verdict::Identified,
+                "{}",
+                estimate.reason[&name]
+            );
             assert!(
-                (estimate.mean[name] - truth).abs() < 4.0 * estimate.std[name],
+                (estimate.mean[&name] - truth).abs() < 4.0 * estimate.std[&name],
                 "{name}: {}",
-                estimate.mean[name]
+                estimate.mean[&name]
             );
         }
         assert!((estimate.noise_std / 0.05 - 1.0).abs() < 0.1);
@@ -337,14 +366,17 @@ mod tests {
             (svi.source, exact.source, fit.source),
             (UncertaintySource::Svi, UncertaintySource::Grid, UncertaintySource::Grid)
         );
-        for name in ["B", "C", "D", "E", "K"] {
-            let error = (svi.mean[name] - exact.mean[name]) / exact.std[name];
+        for name in [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K] {
+            let error = (svi.mean[&name] - exact.mean[&name]) / exact.std[&name];
             assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
-            let ratio = svi.std[name] / exact.std[name];
+            let ratio = svi.std[&name] / exact.std[&name];
             assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
-            assert_eq!(exact.std[name], fit.std[name]);
+            assert_eq!(exact.std[&name], fit.std[&name]);
         }
-        assert!(own.std["C"] < 0.9 * svi.std["C"], "weights widen what is too narrow");
+        assert!(
+            own.std[&Quantity::C] < 0.9 * svi.std[&Quantity::C],
+            "weights widen what is too narrow"
+        );
         assert!(exact.svi.is_none() && fit.svi.is_none() && svi.fixed.is_empty());
     }
 
@@ -356,6 +388,6 @@ mod tests {
         assert!(!own.trusted && own.warning.is_some());
         assert_eq!(svi.source, UncertaintySource::Grid);
         assert_eq!((&svi.mean, &svi.interval), (&exact.mean, &exact.interval));
-        assert!(own.std["C"] < 0.5 * svi.std["C"], "what it said itself is kept");
+        assert!(own.std[&Quantity::C] < 0.5 * svi.std[&Quantity::C], "what it said itself is kept");
     }
 }

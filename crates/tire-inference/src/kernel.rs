@@ -14,9 +14,8 @@ use rayon::prelude::*;
 
 use crate::parameters::{COUNT, Parameter, Theta};
 
-pub use slope::{Local, ValueAndSlope, local};
+pub use slope::{LocalCurve, ValueAndSlope, local};
 pub use squares::squares;
-pub use terms::Real;
 use terms::Terms;
 
 /// Samples that one thread sums up: fixed, so that the order of all additions is the same for any number of threads.

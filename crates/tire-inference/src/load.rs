@@ -11,21 +11,19 @@ mod reason;
 #[cfg(test)]
 mod tests;
 
+use numerics::identifiability::{MAX_WIDTH_IDENTIFIED, MAX_WIDTH_WEAK, Verdict};
 use numerics::statistics::NORMAL_95;
 use numerics::statistics::quantile;
 use preparation::Series;
 use serde::Serialize;
 
-use crate::local::Usual;
-use crate::verdict::{NARROWED, Verdict};
+use crate::local::StretchPrior;
 use fit::Fit;
 pub use reason::Obstacle;
 
 /// The effects: relative change of K, then of D, by the relative change of the load; 1 / μ_x².
 pub const EFFECTS: usize = 3;
 
-/// Widths over what is usual from which on the data say nothing.
-const NOTHING: f64 = 2.0 * NARROWED;
 /// Share of the rows beyond each end of what loads and longitudinal forces are said to reach.
 const BEYOND: f64 = 0.05;
 /// Smaller ranges of the relative load, and longitudinal forces over load that take less than 1 % of the lateral one at μ_x = 1, tell nothing.
@@ -91,7 +89,7 @@ pub struct Axle {
 
 impl Axle {
     /// Fits lateral points at the load at rest [N]; `None` with fewer than 50 rows, a number that is none, or one slip only.
-    pub fn fit(series: &Series, nominal: f64, usual: &Usual) -> Option<Self> {
+    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
         let all = Fit::of(series, nominal, usual, None)?;
         let middle = series.time.len() / 2;
         let half = |rows: std::ops::Range<usize>| {
@@ -112,7 +110,12 @@ impl Axle {
     }
 
     /// The effects of the same log with other data of the car; `None` where they cannot be fitted.
-    pub fn again(&self, series: &Series, nominal: f64, usual: &Usual) -> Option<[f64; EFFECTS]> {
+    pub fn again(
+        &self,
+        series: &Series,
+        nominal: f64,
+        usual: &StretchPrior,
+    ) -> Option<[f64; EFFECTS]> {
         Fit::of(series, nominal, usual, Some(&self.all)).map(|fit| fit.effects())
     }
 
@@ -143,7 +146,7 @@ impl Axle {
         // Written so that a NaN is never a success.
         let agree = halves.is_some_and(|it| it.apart <= APART);
         let still = self.is_still(place);
-        let verdict = match (alone < NARROWED, alone < NOTHING, agree) {
+        let verdict = match (alone < MAX_WIDTH_IDENTIFIED, alone < MAX_WIDTH_WEAK, agree) {
             _ if still => Verdict::NotIdentifiable,
             (true, _, true) => Verdict::Identified,
             (true, ..) | (_, true, true) => Verdict::Weak,

@@ -8,6 +8,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{Matrix4, Vector4};
+use numerics::levenberg_marquardt::{SquaredCost, minimise};
 use numerics::statistics::quantile;
 use preparation::Series;
 use preparation::samples::Samples;
@@ -27,10 +28,14 @@ const BEYOND: f64 = 0.05;
 /// Fewer rows are no stretch.
 pub(crate) const LEAST_ROWS: usize = 50;
 const ITERATIONS: usize = 30;
+/// Bounds of the shape: C beyond what Pacejka shows, and E below 1, where the curve would turn.
+pub(crate) const LEAST_C: f64 = 0.5;
+pub(crate) const MOST_C: f64 = 2.5;
+pub(crate) const MOST_E: f64 = 0.99;
 
 /// What is usual of lateral curves and of the logs of cars. The coordinates are ln K, C, ln D, E.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Usual {
+pub struct StretchPrior {
     /// Mean of the coordinates.
     pub mean: Vector4<f64>,
     /// Standard deviations of the coordinates.
@@ -45,7 +50,7 @@ pub struct Usual {
     pub slip_offset: f64,
 }
 
-impl Default for Usual {
+impl Default for StretchPrior {
     /// K about 20 with a factor of 4.5 up and down, C of Pacejka's section 4.3, D about 1.
     fn default() -> Self {
         Self {
@@ -59,7 +64,7 @@ impl Default for Usual {
     }
 }
 
-impl Usual {
+impl StretchPrior {
     /// Points at the nominal load [N], without a force in the other direction; weights even out the slips.
     pub fn corrected(&self, series: &Series, nominal: f64) -> Samples {
         let mut samples = series.samples.clone();
@@ -101,7 +106,7 @@ pub(crate) fn slope(at: &Vector4<f64>, slip: f64) -> (f64, Vector4<f64>) {
 
 /// The curve of a stretch.
 #[derive(Clone, Debug)]
-pub struct Local {
+pub struct StretchFit {
     /// B, C, D, E, and shifts of 0.
     pub theta: Theta,
     /// The excited slip [rad]: a twentieth of the rows is beyond each end.
@@ -117,9 +122,9 @@ pub struct Local {
     variance: f64,
 }
 
-impl Local {
+impl StretchFit {
     /// Fits a stretch at the nominal load of the axle [N]; `None` with fewer than 50 rows, or where all slips are the same.
-    pub fn fit(series: &Series, nominal: f64, usual: &Usual) -> Option<Self> {
+    pub fn fit(series: &Series, nominal: f64, usual: &StretchPrior) -> Option<Self> {
         if series.time.len() < LEAST_ROWS {
             return None;
         }
@@ -131,7 +136,7 @@ impl Local {
         let mut search = Search { samples: &samples, usual, variance: 0.01, at: usual.mean };
         // The noise of the last fit weighs the prior of the next one.
         for _ in 0..4 {
-            search.minimise();
+            search.at = minimise(&search, search.at, ITERATIONS);
             search.variance = search.residual_variance();
         }
         Some(search.local(&series.time))
@@ -166,10 +171,36 @@ impl Local {
 
 struct Search<'a> {
     samples: &'a Samples,
-    usual: &'a Usual,
+    usual: &'a StretchPrior,
     /// Variance of one independent residual.
     variance: f64,
     at: Vector4<f64>,
+}
+
+impl SquaredCost<4> for Search<'_> {
+    fn cost(&self, at: &Vector4<f64>) -> f64 {
+        let square: f64 = self.residuals(at).iter().map(|it| it * it).sum();
+        let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
+        square + self.variance * prior
+    }
+
+    fn normal_equations(&self, at: &Vector4<f64>) -> (Matrix4<f64>, Vector4<f64>) {
+        let weights = self.weights();
+        let mut hessian = Matrix4::from_diagonal(&weights);
+        let mut descent = weights.component_mul(&(self.usual.mean - at));
+        for (slip, force, weight) in self.rows() {
+            let (value, by) = slope(at, slip);
+            hessian += weight * by * by.transpose();
+            descent += weight * (force - value) * by;
+        }
+        (hessian, descent)
+    }
+
+    fn project(&self, mut at: Vector4<f64>) -> Vector4<f64> {
+        at[1] = at[1].clamp(LEAST_C, MOST_C);
+        at[3] = at[3].min(MOST_E);
+        at
+    }
 }
 
 impl Search<'_> {
@@ -192,59 +223,12 @@ impl Search<'_> {
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    /// Distance from the prior, in units of the cost.
-    fn cost(&self, at: &Vector4<f64>) -> f64 {
-        let square: f64 = self.residuals(at).iter().map(|it| it * it).sum();
-        let prior = (at - self.usual.mean).component_div(&self.usual.std).norm_squared();
-        square + self.variance * prior
-    }
-
     fn weights(&self) -> Vector4<f64> {
         self.usual.std.map(|std| self.variance / (std * std))
     }
 
-    /// Hessian and descent of the cost.
-    fn normal_equations(&self) -> (Matrix4<f64>, Vector4<f64>) {
-        let weights = self.weights();
-        let mut hessian = Matrix4::from_diagonal(&weights);
-        let mut descent = weights.component_mul(&(self.usual.mean - self.at));
-        for (slip, force, weight) in self.rows() {
-            let (value, by) = slope(&self.at, slip);
-            hessian += weight * by * by.transpose();
-            descent += weight * (force - value) * by;
-        }
-        (hessian, descent)
-    }
-
-    /// Levenberg and Marquardt.
-    fn minimise(&mut self) {
-        let (mut damping, mut cost) = (1e-3, self.cost(&self.at));
-        for _ in 0..ITERATIONS {
-            let (hessian, descent) = self.normal_equations();
-            let better = (0..8).find_map(|_| {
-                let damped = hessian + Matrix4::from_diagonal(&(hessian.diagonal() * damping));
-                let mut next = self.at + damped.try_inverse()? * descent;
-                next[1] = next[1].clamp(0.5, 2.5);
-                next[3] = next[3].min(0.99);
-                let new = self.cost(&next);
-                if new < cost {
-                    return Some((next, new));
-                }
-                damping *= 4.0;
-                None
-            });
-            let Some((next, new)) = better else { return };
-            let gain = (cost - new) / cost;
-            (self.at, cost) = (next, new);
-            damping *= 0.3;
-            if gain < 1e-7 {
-                return;
-            }
-        }
-    }
-
-    fn local(&self, time: &[f64]) -> Local {
-        let (hessian, _) = self.normal_equations();
+    fn local(&self, time: &[f64]) -> StretchFit {
+        let (hessian, _) = self.normal_equations(&self.at);
         let inverse = hessian.try_inverse().unwrap_or_else(Matrix4::zeros);
         let [first, last] = [time[0], time[time.len() - 1]];
         let blocks = (((last - first) / BLOCK) as usize).max(LEAST_BLOCKS);
@@ -268,7 +252,7 @@ impl Search<'_> {
         let tire = theta(&self.at);
         let square: f64 =
             self.rows().map(|(slip, force, _)| (force - value(&tire, slip)).powi(2)).sum();
-        Local {
+        StretchFit {
             theta: tire,
             slip: [BEYOND, 1.0 - BEYOND].map(|share| quantile(&slips, share)),
             noise_std: (square / slips.len() as f64).sqrt(),

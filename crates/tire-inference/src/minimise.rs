@@ -6,7 +6,7 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::parameters::{COUNT, Theta};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
@@ -35,7 +35,7 @@ impl Target {
 /// Levenberg-Marquardt with steps in ln B, ln C, ln D, E and the shifts; parameters on a bound that the gradient presses
 /// them against rest there. Where the quantity is a parameter itself, hold the parameter instead.
 pub fn minimise(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     start: &Theta,
     drawn: Option<&Target>,
@@ -81,7 +81,7 @@ type Gradient = SVector<f64, COUNT>;
 type Hessian = SMatrix<f64, COUNT, COUNT>;
 
 /// Half the gradient and half the Hessian in the coordinates of the steps.
-fn expand(data: &Compressed, theta: &Theta, drawn: Option<&Target>) -> (Gradient, Hessian) {
+fn expand(data: &CompressedSamples, theta: &Theta, drawn: Option<&Target>) -> (Gradient, Hessian) {
     let near = data.quadratic(theta);
     let (mut gradient, mut hessian) = (near.gradient, near.hessian);
     if let Some(drawn) = drawn {

@@ -1,18 +1,7 @@
-//! Holds whether the model of an identification fits its data: verdicts on parameters are never better than that.
+//! Represents model adequacy: tests of residuals and the verdict whether a model fits its data, which caps the verdicts on its parameters.
 
+use numerics::identifiability::Verdict;
 use serde::Serialize;
-
-/// Whether the data could tell a quantity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The data decide; the prior does not matter.
-    Identified,
-    /// The data say something, the prior the rest.
-    Weak,
-    /// The value is what the prior said.
-    NotIdentifiable,
-}
 
 /// Whether a model describes its data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -11,7 +11,7 @@ pub mod tempered;
 
 use numerics::statistics::{interval, mean};
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
@@ -19,7 +19,7 @@ use report::{PosteriorReport, SamplingMethod};
 
 /// Draws and how they were made.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct SampledPosterior {
     /// The draws.
     pub posterior: PosteriorSamples,
     /// How they were made.
@@ -44,11 +44,11 @@ impl Default for SamplingOptions {
 /// The best draws there are: from the grid where it can be relied on, else about the optima, else from a tempered population.
 /// `optima` are points not to miss.
 pub fn draw(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     optima: &[Theta],
     options: &SamplingOptions,
-) -> Found {
+) -> SampledPosterior {
     let found = grid::draw(data, prior, optima, options);
     match found {
         Some(found) if found.report.is_exact() => found,
@@ -58,7 +58,7 @@ pub fn draw(
             let usual = tempered::TemperingOptions::default();
             let population = tempered::TemperingOptions { members, seed: options.seed, ..usual };
             let posterior = tempered::draw(data, prior, &population);
-            Found {
+            SampledPosterior {
                 posterior,
                 report: PosteriorReport { method: SamplingMethod::Tempered, ..report },
             }

@@ -17,14 +17,14 @@ pub struct Point<X> {
     pub value: f64,
     /// All parameters.
     pub x: X,
-    /// What [`Profiled::rise`] compares.
+    /// What [`ProfileLikelihood::rise`] compares.
     pub cost: f64,
     /// Whether the minimisation over all other parameters converged.
     pub converged: bool,
 }
 
 /// A likelihood that can be maximised with one quantity held, or drawn to a value so strongly that it is next to it.
-pub trait Profiled {
+pub trait ProfileLikelihood {
     /// All parameters.
     type X: Clone;
     /// What is held.
@@ -98,7 +98,7 @@ pub struct Profile {
 }
 
 /// The profile of a quantity.
-pub fn profile<P: Profiled>(problem: &P, quantity: P::Quantity) -> Profile {
+pub fn profile<P: ProfileLikelihood>(problem: &P, quantity: P::Quantity) -> Profile {
     let [low, high] = problem.range(quantity);
     let best = problem.best(quantity);
     let spread = problem.spread(quantity).clamp(1e-6 * (high - low), high - low);
@@ -117,14 +117,14 @@ pub fn profile<P: Profiled>(problem: &P, quantity: P::Quantity) -> Profile {
     }
 }
 
-struct Walk<'a, P: Profiled> {
+struct Walk<'a, P: ProfileLikelihood> {
     problem: &'a P,
     quantity: P::Quantity,
     spread: f64,
     best: &'a Point<P::X>,
 }
 
-impl<P: Profiled> Walk<'_, P> {
+impl<P: ProfileLikelihood> Walk<'_, P> {
     /// Points from the optimum towards an end, and back again: each is the best of what its two neighbours and the starts near it
     /// lead to.
     fn points(&self, end: f64) -> Vec<Point<P::X>> {

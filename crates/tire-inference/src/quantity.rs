@@ -1,8 +1,14 @@
 //! Names the reported quantities of a tire: its parameters and their consequences.
-#![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
+#![allow(
+    non_snake_case,
+    non_upper_case_globals,
+    reason = "symbols as in Pacejka, Tire and Vehicle Dynamics"
+)]
 
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
+use std::fmt;
 
 use serde::{Serialize, Serializer};
 
@@ -10,19 +16,12 @@ use crate::kernel::value_and_gradient;
 use crate::parameters::{COUNT, Parameter, Theta, curve};
 use crate::prior::Prior;
 
-/// A number for each quantity, by name: the parameters that were fitted, and `K` (stiffness B C D), `peak` (highest
-/// friction coefficient) and `peak_slip`.
-pub type ByName<T = f64> = BTreeMap<String, T>;
+/// A value for each quantity that is known: the parameters that were fitted, and those that follow from them.
+pub type PerQuantity<T = f64> = BTreeMap<Quantity, T>;
 
 /// A peak beyond this slip angle [rad] or slip ratio [-] counts as at it: a locked wheel, or 57°. Without a limit the
 /// peak slip of curves with C → 1 has neither a mean nor a variance.
 pub const HIGHEST_PEAK_SLIP: f64 = 1.0;
-
-impl Serialize for Quantity {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.name())
-    }
-}
 
 /// A parameter, or a number that follows from the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +37,32 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// The parameter B.
+    pub const B: Self = Self::Parameter(Parameter::B);
+    /// The parameter C.
+    pub const C: Self = Self::Parameter(Parameter::C);
+    /// The parameter D.
+    pub const D: Self = Self::Parameter(Parameter::D);
+    /// The parameter E.
+    pub const E: Self = Self::Parameter(Parameter::E);
+    /// The parameter S_h.
+    pub const S_h: Self = Self::Parameter(Parameter::S_h);
+    /// The parameter S_v.
+    pub const S_v: Self = Self::Parameter(Parameter::S_v);
+
+    /// All, in the order of tables.
+    pub const ALL: [Self; 9] = [
+        Self::B,
+        Self::C,
+        Self::D,
+        Self::E,
+        Self::S_h,
+        Self::S_v,
+        Self::K,
+        Self::Peak,
+        Self::PeakSlip,
+    ];
+
     /// What follows from the parameters.
     pub const DERIVED: [Self; 3] = [Self::K, Self::Peak, Self::PeakSlip];
 
@@ -100,6 +125,37 @@ impl Quantity {
                 [self.value(&early).max(0.0), self.value(&late)]
             }
         }
+    }
+}
+
+impl From<Parameter> for Quantity {
+    fn from(parameter: Parameter) -> Self {
+        Self::Parameter(parameter)
+    }
+}
+
+/// By name, as results list them.
+impl Ord for Quantity {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.name().cmp(other.name())
+    }
+}
+
+impl PartialOrd for Quantity {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl Serialize for Quantity {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

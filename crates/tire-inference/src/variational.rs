@@ -14,14 +14,14 @@ use numerics::low_discrepancy::normal_points;
 use numerics::resampling::systematic;
 use numerics::variational::LogDensity;
 use numerics::variational::adam::climb;
+use numerics::variational::assessment::{self, Draws, Tails};
 use numerics::variational::gaussian::Gaussian;
-use numerics::variational::judged::{self, Draws, Tails};
-use numerics::variational::newton::{self, Fitted, Limits};
+use numerics::variational::newton::{self, GaussianFit, Limits};
 use preparation::samples::Samples;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::density::{Minibatch, TireDensity};
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
@@ -54,7 +54,7 @@ pub struct Start<'a> {
     /// The samples.
     pub samples: &'a Samples,
     /// The same samples.
-    pub data: &'a Compressed,
+    pub data: &'a CompressedSamples,
     /// What is known before any data.
     pub prior: &'a Prior,
     /// The best fit, and the standard deviation of its residuals.
@@ -107,8 +107,8 @@ pub fn fit(start: Start, optimiser: Optimiser, seed: u64) -> Variational {
         }
     };
     let worth_more =
-        |fitted: &Fitted| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
-    let judged = judged::fit(&density, fit, [fewest, MOST_POINTS], worth_more, (DRAWS, seed));
+        |fitted: &GaussianFit| fitted.status == Status::Converged && optimiser == Optimiser::Newton;
+    let judged = assessment::fit(&density, fit, [fewest, MOST_POINTS], worth_more, DRAWS, seed);
     let drawn = &judged.draws.points;
     let gaussian = PosteriorSamples { samples: drawn.iter().map(|x| density.theta(x)).collect() };
     let noise_std = drawn.iter().map(|x| density.noise_std(x) / DRAWS as f64).sum();

@@ -1,4 +1,4 @@
-//! Judges what the data can tell about a tire: each quantity by five criteria, in words.
+//! Judges what the data can tell about a tire: each quantity by five criteria, in words. Their thresholds are those of [`numerics::identifiability`].
 //!
 //! The data identify a quantity if (a) they narrow it to less than 0.3 of what bounds and literature allow, (b) its profile likelihood rules out
 //! values on both sides inside the box with one optimum between them, and (c) another width of the prior would not move it, nor
@@ -7,32 +7,26 @@
 //! If (a) fails the value is what the prior says; if only another one fails, the data say something and the prior the rest. A criterion
 //! that was not looked at does not count.
 
-mod noisier;
-mod pressed;
+mod active_bounds;
+mod doubled_noise;
 mod reason;
 
+pub use numerics::identifiability::Verdict;
+use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED, NEGLIGIBLE_PRIOR_SHIFT};
 use numerics::statistics::{interval, mean, quantile, std};
 use preparation::direction::Direction;
 use serde::Serialize;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::curve_profile::Profiler;
-pub use crate::model::Verdict;
 use crate::parameters::{Theta, curve};
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
 use crate::profile::Profile;
 use crate::quantity::Quantity;
-use noisier::Doubled;
-pub use noisier::Noisier;
-pub use pressed::Pressed;
-
-/// Ratio of posterior to prior width below which the data have narrowed a quantity: a variance contracted by 91 %.
-pub const NARROWED: f64 = 0.3;
-/// Standard deviations by which half or double the width of the prior may move the mean.
-pub const UNMOVED: f64 = 0.25;
-/// A move by less than this share of the prior's width is of no consequence, however many standard deviations it is.
-pub const NEGLIGIBLE: f64 = 0.01;
+pub use active_bounds::ActiveBounds;
+pub use doubled_noise::DoubledNoise;
+use doubled_noise::DoubledNoisePosterior;
 
 /// What the data can tell about a quantity.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -63,7 +57,7 @@ pub struct Judgement {
     pub prior_shift: Option<f64>,
     /// Criterion (e); absent where another one failed already, or all are far from the limits of (c).
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub noisier: Option<Noisier>,
+    pub noisier: Option<DoubledNoise>,
     /// The slip whose measurement would tell most, up to half as much again as was driven; absent if nothing would.
     pub drive: Option<f64>,
 }
@@ -72,7 +66,7 @@ pub struct Judgement {
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence<'a> {
     /// The samples.
-    pub data: &'a Compressed,
+    pub data: &'a CompressedSamples,
     /// Smallest and largest slip.
     pub slip_range: [f64; 2],
     /// Standard deviation of the noise of the friction coefficient [-].
@@ -90,8 +84,8 @@ pub fn judge(
 ) -> Vec<Judgement> {
     let profiler = Profiler::new(evidence.data, prior, posterior, optimum);
     let before = PosteriorSamples { samples: prior.literature().fill(4096).collect() };
-    let lessons = Lessons::new(evidence, posterior);
-    let pressed = Pressed::new(evidence.data, prior, profiler.likeliest());
+    let lessons = ExpectedInformation::new(evidence, posterior);
+    let pressed = ActiveBounds::new(evidence.data, prior, profiler.likeliest());
     let one = |quantity: Quantity| {
         let values = posterior.values(quantity);
         let stated = interval(values.clone());
@@ -100,7 +94,7 @@ pub fn judge(
         let profile = profiler.profile(quantity, &values);
         // Neither the volume of the box nor a ridge that the profile does not see makes it narrower than the other says.
         let interval = [stated[0].min(profile.lower.at), stated[1].max(profile.upper.at)];
-        let known = Known {
+        let known = QuantityStatistics {
             quantity,
             mean: mean(&values),
             std: std(&values),
@@ -114,19 +108,21 @@ pub fn judge(
         (known, lessons.best(&values))
     };
     let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-    let mut found: Vec<(Known, Option<f64>)> = quantities.map(one).collect();
-    let identified = |known: &Known| known.verdict() == Verdict::Identified;
-    let near = |known: &Known| {
+    let mut found: Vec<(QuantityStatistics, Option<f64>)> = quantities.map(one).collect();
+    let identified = |known: &QuantityStatistics| known.verdict() == Verdict::Identified;
+    let near = |known: &QuantityStatistics| {
         identified(known)
-            && known.prior_shift.is_some_and(|shift| noisier::is_near(shift, known.width_ratio))
+            && known
+                .prior_shift
+                .is_some_and(|shift| doubled_noise::is_near(shift, known.width_ratio))
     };
     if found.iter().any(|(known, _)| near(known)) {
-        let doubled = Doubled::new(evidence.data, prior, profiler.likeliest());
+        let doubled = DoubledNoisePosterior::new(evidence.data, prior, profiler.likeliest());
         for (known, _) in found.iter_mut().filter(|(known, _)| identified(known)) {
             known.noisier = Some(doubled.of(known.quantity, prior, &before));
         }
     }
-    let judged = |(known, drive): (Known, Option<f64>)| {
+    let judged = |(known, drive): (QuantityStatistics, Option<f64>)| {
         let judgement = known.judge(prior, &reason::advise(drive, evidence));
         pressed.judge(Judgement { drive, ..judgement })
     };
@@ -135,7 +131,7 @@ pub fn judge(
 
 /// What is known of a quantity, before it is judged. The fields are those of [`Judgement`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Known {
+pub struct QuantityStatistics {
     /// What is judged.
     pub quantity: Quantity,
     /// Mean.
@@ -153,10 +149,10 @@ pub struct Known {
     /// Criterion (c).
     pub prior_shift: Option<f64>,
     /// Criterion (e).
-    pub noisier: Option<Noisier>,
+    pub noisier: Option<DoubledNoise>,
 }
 
-impl Known {
+impl QuantityStatistics {
     /// The judgement, with advice on what to drive for a quantity that is not identified.
     pub fn judge(self, prior: &Prior, advice: &str) -> Judgement {
         let verdict = self.verdict();
@@ -184,11 +180,11 @@ impl Known {
         let closed = self.profile.as_ref().is_none_or(|p| p.lower.closed && p.upper.closed);
         let alone = closed && self.rival.is_none();
         let steady = self.noisier.is_none_or(|noisier| noisier.tells());
-        let unmoved = self
-            .prior_shift
-            .is_none_or(|shift| shift < UNMOVED || shift * self.width_ratio < NEGLIGIBLE);
+        let unmoved = self.prior_shift.is_none_or(|shift| {
+            shift < MAX_PRIOR_SHIFT || shift * self.width_ratio < NEGLIGIBLE_PRIOR_SHIFT
+        });
         // Written so that a NaN is never a success.
-        match (self.width_ratio < NARROWED, alone && unmoved && steady) {
+        match (self.width_ratio < MAX_WIDTH_IDENTIFIED, alone && unmoved && steady) {
             (true, true) => Verdict::Identified,
             (true, false) => Verdict::Weak,
             (false, _) => Verdict::NotIdentifiable,
@@ -245,7 +241,7 @@ pub fn prior_shift(prior: &Prior, posterior: &PosteriorSamples, values: &[f64]) 
 }
 
 /// What one more measurement at a slip would teach, for slips up to half as much again as was driven.
-struct Lessons {
+struct ExpectedInformation {
     slips: Vec<f64>,
     /// Friction coefficient of each draw, less its mean, for each slip.
     predictions: Vec<Vec<f64>>,
@@ -253,7 +249,7 @@ struct Lessons {
     variances: Vec<f64>,
 }
 
-impl Lessons {
+impl ExpectedInformation {
     fn new(evidence: &Evidence, posterior: &PosteriorSamples) -> Self {
         let driven = evidence.slip_range[0].abs().max(evidence.slip_range[1].abs());
         let slips: Vec<f64> = (1..=30).map(|i| 1.5 * driven * f64::from(i) / 30.0).collect();

@@ -11,7 +11,7 @@ use numerics::text::significant;
 use preparation::Series;
 use serde::Serialize;
 
-use crate::local::{Local, Usual};
+use crate::local::{StretchFit, StretchPrior};
 use crate::parameters::Theta;
 
 /// Standard deviations to each side of the middle 95 %.
@@ -25,19 +25,19 @@ const BENT: f64 = 0.7;
 
 /// What is asked of a window.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Claim {
+pub struct CurveRequirement {
     /// Largest error of the curve inside the excited slip, over its largest force there [-].
     pub tolerance: f64,
     /// Standard deviations of ln K and ln D from window to window [-].
     pub scatter: [f64; 2],
     /// What is known without data.
-    pub usual: Usual,
+    pub usual: StretchPrior,
 }
 
-impl Default for Claim {
+impl Default for CurveRequirement {
     /// 5 %; stiffness and friction scatter by 5 % and 1.5 %.
     fn default() -> Self {
-        Self { tolerance: 0.05, scatter: [0.05, 0.015], usual: Usual::default() }
+        Self { tolerance: 0.05, scatter: [0.05, 0.015], usual: StretchPrior::default() }
     }
 }
 
@@ -98,9 +98,9 @@ pub struct Window {
 
 impl Window {
     /// Judges the points of a window, at the nominal load of the axle [N].
-    pub fn of(series: &Series, nominal: f64, claim: &Claim) -> Self {
-        let Some(local) = Local::fit(series, nominal, &claim.usual) else {
-            return Self::new(None, ([0.0; 2], f64::INFINITY), Some(Obstacle::Nothing));
+    pub fn of(series: &Series, nominal: f64, claim: &CurveRequirement) -> Self {
+        let Some(local) = StretchFit::fit(series, nominal, &claim.usual) else {
+            return Self::new(None, [0.0; 2], f64::INFINITY, Some(Obstacle::Nothing));
         };
         let [low, high] = local.slip;
         let ends = local.slip.map(|slip| local.value(slip));
@@ -120,12 +120,13 @@ impl Window {
             let wide = half_width.is_nan() || half_width > claim.tolerance;
             wide.then_some(Obstacle::Wide)
         };
-        Self::new(Some(local.theta), (local.slip, half_width), obstacle)
+        Self::new(Some(local.theta), local.slip, half_width, obstacle)
     }
 
     fn new(
         theta: Option<Theta>,
-        (slip, half_width): ([f64; 2], f64),
+        slip: [f64; 2],
+        half_width: f64,
         obstacle: Option<Obstacle>,
     ) -> Self {
         let width = significant(100.0 * half_width, 2);
@@ -195,7 +196,8 @@ mod tests {
     fn what_is_claimed_holds() {
         let (mut claims, mut right) = (0, 0);
         for seed in 0..100 {
-            let window = Window::of(&driven([-0.14, 0.14], seed), 4000.0, &Claim::default());
+            let window =
+                Window::of(&driven([-0.14, 0.14], seed), 4000.0, &CurveRequirement::default());
             if window.verdict == CurveVerdict::Identified {
                 claims += 1;
                 right += usize::from(window.error(&TRUTH).is_some_and(|error| error <= 0.05));
@@ -213,12 +215,12 @@ mod tests {
             ([-0.015, 0.015], Obstacle::Straight),
         ] {
             for seed in 0..20 {
-                let window = Window::of(&driven(slips, seed), 4000.0, &Claim::default());
+                let window = Window::of(&driven(slips, seed), 4000.0, &CurveRequirement::default());
                 assert_eq!(window.verdict, CurveVerdict::NotIdentifiable, "{slips:?}");
                 assert!(seed > 0 || window.obstacle == Some(obstacle), "{window:?}");
             }
         }
-        let strict = Claim { tolerance: 0.001, ..Claim::default() };
+        let strict = CurveRequirement { tolerance: 0.001, ..CurveRequirement::default() };
         let window = Window::of(&driven([-0.14, 0.14], 0), 4000.0, &strict);
         assert_eq!(window.obstacle, Some(Obstacle::Wide));
         assert!(window.reason.contains("Drive longer"), "{}", window.reason);
@@ -232,7 +234,7 @@ mod tests {
         wild.samples.force[3] = f64::NAN;
         let short = driven([-0.1, 0.1], 1).pick(&[0, 1, 2]);
         for series in [still, wild, short, Series::default()] {
-            let window = Window::of(&series, 4000.0, &Claim::default());
+            let window = Window::of(&series, 4000.0, &CurveRequirement::default());
             assert_eq!((window.theta, window.obstacle), (None, Some(Obstacle::Nothing)));
         }
     }

@@ -19,13 +19,13 @@ pub struct Figure {
 
 /// Load [N] and pressure [Pa] that a tire is looked at with.
 #[derive(Clone, Copy)]
-pub(crate) struct At<'t> {
+pub(crate) struct OperatingPoint<'t> {
     pub tire: &'t MfTire,
     pub F_z: f64,
     pub pressure: f64,
 }
 
-impl<'t> At<'t> {
+impl<'t> OperatingPoint<'t> {
     pub fn nominal(tire: &'t MfTire, share: f64) -> Self {
         let c = tire.coefficients();
         Self { tire, F_z: share * c.FNOMIN * c.LFZO, pressure: c.INFLPRES }
@@ -50,7 +50,7 @@ pub fn figures(tire: &MfTire) -> Vec<Figure> {
     let c = tire.coefficients();
     let mut all = Vec::new();
     let mut add = |name: &str, unit, value| all.push(Figure { name: name.to_owned(), unit, value });
-    let nominal = At::nominal(tire, 1.0);
+    let nominal = OperatingPoint::nominal(tire, 1.0);
     let load = nominal.F_z;
     add("nominal load", "N", load);
     add("inflation pressure", "kPa", c.INFLPRES / 1e3);

@@ -11,7 +11,7 @@ pub use page::page;
 
 /// A tire with what it is called.
 #[derive(Clone, Debug)]
-pub struct Named {
+pub struct NamedTire {
     /// Its name, such as that of its file.
     pub name: String,
     /// The tire.

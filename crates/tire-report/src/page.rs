@@ -4,8 +4,8 @@
 use html_page::{Axis, Class, Plot, escape};
 use tire::{MfTire, Tire};
 
-use crate::Named;
-use crate::figures::{At, digits, figures};
+use crate::NamedTire;
+use crate::figures::{OperatingPoint, digits, figures};
 
 /// Points of a curve, less one.
 const POINTS: u32 = 160;
@@ -90,15 +90,15 @@ fn points(from: f64, to: f64, y: impl Fn(f64) -> f64) -> Points {
     (0..=POINTS).map(|i| (x(i), y(x(i)))).collect()
 }
 
-fn loads(tire: &MfTire) -> impl Iterator<Item = (String, At<'_>)> {
+fn loads(tire: &MfTire) -> impl Iterator<Item = (String, OperatingPoint<'_>)> {
     [0.5, 1.0, 1.5, 2.0].into_iter().map(move |share| {
-        let at = At::nominal(tire, share);
+        let at = OperatingPoint::nominal(tire, share);
         (format!("{:.1} kN", at.F_z / 1e3), at)
     })
 }
 
 fn lateral(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, At)| {
+    let of = |(name, at): (String, OperatingPoint)| {
         let y = |alpha: f64| at.F_y(0.0, alpha.to_radians(), 0.0) / 1e3;
         Curve { name, points: points(-15.0, 15.0, y) }
     };
@@ -106,7 +106,7 @@ fn lateral(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn longitudinal(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, At)| Curve {
+    let of = |(name, at): (String, OperatingPoint)| Curve {
         name,
         points: points(-30.0, 30.0, |kappa| at.F_x(kappa / 100.0, 0.0) / 1e3),
     };
@@ -114,7 +114,7 @@ fn longitudinal(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn aligning(tire: &MfTire) -> Vec<Curve> {
-    let of = |(name, at): (String, At)| {
+    let of = |(name, at): (String, OperatingPoint)| {
         let y = |alpha: f64| tire.forces(&at.slip(0.0, alpha.to_radians(), 0.0)).M_z;
         Curve { name, points: points(-15.0, 15.0, y) }
     };
@@ -122,7 +122,7 @@ fn aligning(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn ellipse(tire: &MfTire) -> Vec<Curve> {
-    let at = At::nominal(tire, 1.0);
+    let at = OperatingPoint::nominal(tire, 1.0);
     let of = |alpha: f64| {
         let point = |kappa: f64| {
             let [F_x, F_y] = tire.F_xy(&at.slip(kappa, -alpha.to_radians(), 0.0));
@@ -139,7 +139,7 @@ fn ellipse(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn lateral_combined(tire: &MfTire) -> Vec<Curve> {
-    let at = At::nominal(tire, 1.0);
+    let at = OperatingPoint::nominal(tire, 1.0);
     let of = |kappa: f64| {
         let y = |alpha: f64| at.F_y(kappa / 100.0, alpha.to_radians(), 0.0) / 1e3;
         Curve { name: format!("slip {kappa} %"), points: points(-15.0, 15.0, y) }
@@ -148,7 +148,7 @@ fn lateral_combined(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn longitudinal_combined(tire: &MfTire) -> Vec<Curve> {
-    let at = At::nominal(tire, 1.0);
+    let at = OperatingPoint::nominal(tire, 1.0);
     let of = |alpha: f64| {
         let y = |kappa: f64| at.F_x(kappa / 100.0, alpha.to_radians()) / 1e3;
         Curve { name: format!("{alpha} deg"), points: points(-30.0, 30.0, y) }
@@ -157,7 +157,7 @@ fn longitudinal_combined(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn camber(tire: &MfTire) -> Vec<Curve> {
-    let at = At::nominal(tire, 1.0);
+    let at = OperatingPoint::nominal(tire, 1.0);
     let of = |gamma: f64| {
         let y = |alpha: f64| at.F_y(0.0, alpha.to_radians(), gamma.to_radians()) / 1e3;
         Curve { name: format!("{gamma} deg"), points: points(-10.0, 10.0, y) }
@@ -166,11 +166,11 @@ fn camber(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn stiffness(tire: &MfTire) -> Vec<Curve> {
-    let nominal = At::nominal(tire, 1.0);
+    let nominal = OperatingPoint::nominal(tire, 1.0);
     let of = |share: f64| {
         let pressure = share * nominal.pressure;
         let y = |load: f64| {
-            let at = At { F_z: load * 1e3, pressure, ..nominal };
+            let at = OperatingPoint { F_z: load * 1e3, pressure, ..nominal };
             -tire.details(&at.slip(0.0, 0.0, 0.0)).1.K_ya / 1e3
         };
         Curve {
@@ -182,10 +182,10 @@ fn stiffness(tire: &MfTire) -> Vec<Curve> {
 }
 
 fn friction(tire: &MfTire) -> Vec<Curve> {
-    let nominal = At::nominal(tire, 1.0);
+    let nominal = OperatingPoint::nominal(tire, 1.0);
     let of = |(name, axis): (&str, usize)| {
         let y = |load: f64| {
-            let at = At { F_z: load * 1e3, ..nominal };
+            let at = OperatingPoint { F_z: load * 1e3, ..nominal };
             tire.details(&at.slip(0.0, 0.0, 0.0)).1.mu[axis].abs()
         };
         Curve {
@@ -197,7 +197,7 @@ fn friction(tire: &MfTire) -> Vec<Curve> {
 }
 
 /// The page of a tire, with dashes for the second one.
-pub fn page(first: &Named, second: Option<&Named>) -> String {
+pub fn page(first: &NamedTire, second: Option<&NamedTire>) -> String {
     let both: Vec<_> = std::iter::once(first).chain(second).collect();
     let mut body = String::new();
     for (place, named) in both.iter().enumerate() {
@@ -227,7 +227,7 @@ pub fn page(first: &Named, second: Option<&Named>) -> String {
     html_page::page(&names.join(" and "), STYLE, &body)
 }
 
-fn plot(diagram: &Diagram, both: &[&Named]) -> Plot {
+fn plot(diagram: &Diagram, both: &[&NamedTire]) -> Plot {
     let curves: Vec<_> = both.iter().map(|named| (diagram.of)(&named.tire)).collect();
     let all = || curves.iter().flatten().flat_map(|curve| &curve.points);
     let x = Axis::about(diagram.x, all().map(|point| point.0));
@@ -244,7 +244,7 @@ fn plot(diagram: &Diagram, both: &[&Named]) -> Plot {
     plot
 }
 
-fn table(both: &[&Named]) -> String {
+fn table(both: &[&NamedTire]) -> String {
     let columns: Vec<_> = both.iter().map(|named| figures(&named.tire)).collect();
     let mut html = String::from("<table>\n<tr><th></th>");
     for named in both {

@@ -1,7 +1,7 @@
 //! Turns coefficients from other axes, from one side of a car to the other, and by the scale factors of camber.
 
 use crate::coefficients::{Coefficients, Key};
-use crate::number::Number;
+use elementary::Number;
 
 /// Axes that coefficients were fitted in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -1,4 +1,4 @@
-//! Has coefficients of an invented tire, for cars that were given none.
+//! Provides coefficients of an invented tire, for cars that were given none.
 
 use crate::coefficients::{Coefficients, Version};
 

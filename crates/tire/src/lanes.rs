@@ -110,7 +110,7 @@ impl<S: Simd> MulAssign for Lanes<S> {
 }
 
 impl<S: Simd> Vector for Lanes<S> {
-    type Truth = S::m64s;
+    type Mask = S::m64s;
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
@@ -129,7 +129,7 @@ impl<S: Simd> Vector for Lanes<S> {
     }
 
     #[inline(always)]
-    fn pick(truth: S::m64s, yes: Self, no: Self) -> Self {
+    fn select(truth: S::m64s, yes: Self, no: Self) -> Self {
         yes.of(yes.simd.select_f64s(truth, yes.values, no.values))
     }
 
@@ -171,7 +171,7 @@ impl<S: Simd> Vector for Lanes<S> {
 }
 
 impl<S: Simd> Real for Lanes<S> {
-    type Truth = S::m64s;
+    type Mask = S::m64s;
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
@@ -204,8 +204,8 @@ impl<S: Simd> Real for Lanes<S> {
     }
 
     #[inline(always)]
-    fn pick(truth: S::m64s, yes: Self, no: Self) -> Self {
-        Vector::pick(truth, yes, no)
+    fn select(truth: S::m64s, yes: Self, no: Self) -> Self {
+        Vector::select(truth, yes, no)
     }
 
     #[inline(always)]

@@ -15,7 +15,6 @@ mod example;
 mod lanes;
 mod magic_formula;
 mod mf;
-mod number;
 mod plain;
 mod real;
 mod set;
@@ -24,9 +23,11 @@ mod tire;
 
 pub use axes::Axes;
 pub use coefficients::{Coefficients, KEYS, Key, Quantity, Version};
-pub use magic_formula::{Elementary, Graded, LocalCurve, MagicFormula, Standard};
-pub use mf::{BadCoefficient, Characteristics, Details, MfSet, MfTire, Peak, RANGES, Reading};
-pub use number::Number;
+pub use elementary::Number;
+pub use magic_formula::MagicFormula;
+pub use mf::{
+    BadCoefficient, Characteristics, Details, FormulaConvention, MfSet, MfTire, Peak, RANGES,
+};
 pub use real::Real;
 pub use set::TireSet;
 pub use slip::{Forces, Relaxation, Slip, Validity};

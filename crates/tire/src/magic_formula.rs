@@ -1,15 +1,11 @@
-//! Defines the Magic Formula: the friction coefficient of a tire over its slip, with its derivatives.
+//! Defines the Magic Formula in its simple form: the friction coefficient of a tire over its slip angle, and where it peaks.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use crate::number::Number;
-
-mod derivatives;
-
-pub use derivatives::{Elementary, Graded, LocalCurve, Standard};
+use elementary::Number;
 
 /// Magic Formula of one axle in pure lateral slip (Pacejka, Tire and Vehicle Dynamics, section
 /// 4.3).

@@ -2,10 +2,10 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use crate::coefficients::Coefficients;
-use crate::number::Number;
 use crate::real::Real;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
 use crate::tire::Tire;
+use elementary::Number;
 use point::Point;
 use pure::Curve;
 use reciprocals::Reciprocals;
@@ -27,14 +27,14 @@ pub use set::MfSet;
 
 /// How the equations are read where sources differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reading {
+pub struct FormulaConvention {
     /// Inputs stay within the limits of validity, curvatures below 1, and slips fade at low speed.
     pub limits: bool,
     /// Slip angle and camber enter as tan α sgn V_x and sin γ (Pacejka's book), not as they are.
     pub trigonometric: bool,
 }
 
-impl Default for Reading {
+impl Default for FormulaConvention {
     fn default() -> Self {
         Self { limits: true, trigonometric: false }
     }
@@ -45,7 +45,7 @@ impl Default for Reading {
 pub struct MfTire<T = f64> {
     coefficients: Coefficients<T>,
     reciprocals: Reciprocals<T>,
-    reading: Reading,
+    reading: FormulaConvention,
 }
 
 /// What a tire gives beside its forces.
@@ -78,11 +78,11 @@ impl<T: Number> MfTire<T> {
     /// Names the first coefficient that no tire can have: not finite, or outside of the bound that the formula needs.
     pub fn new(coefficients: Coefficients<T>) -> Result<Self, BadCoefficient> {
         coefficients.check()?;
-        Ok(Self::made_of(coefficients, Reading::default()))
+        Ok(Self::made_of(coefficients, FormulaConvention::default()))
     }
 
     /// The same tire by another reading of the equations.
-    pub fn with_reading(self, reading: Reading) -> Self {
+    pub fn with_convention(self, reading: FormulaConvention) -> Self {
         Self { reading, ..self }
     }
 
@@ -100,7 +100,7 @@ impl<T: Number> MfTire<T> {
 
 impl<T: Real> MfTire<T> {
     /// A tire of coefficients that were checked.
-    fn made_of(coefficients: Coefficients<T>, reading: Reading) -> Self {
+    fn made_of(coefficients: Coefficients<T>, reading: FormulaConvention) -> Self {
         Self { reciprocals: Reciprocals::of(&coefficients), coefficients, reading }
     }
 

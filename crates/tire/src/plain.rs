@@ -2,9 +2,9 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use crate::magic_formula::MagicFormula;
-use crate::number::Number;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
 use crate::tire::Tire;
+use elementary::Number;
 
 /// Combined slip by similarity (Pacejka, Tire and Vehicle Dynamics, section 4.3.4): the force is that of the curve at the
 /// length of the slip vector, and opposes it, so its length never exceeds μ D F_z while S_v is 0.

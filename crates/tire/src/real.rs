@@ -4,8 +4,6 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub};
 
 use num_dual::DualNum;
 
-use crate::number::magnitude;
-
 /// What the equations calculate with: one [`Number`](crate::Number), or several plain ones side by side.
 ///
 /// Several numbers take the same way through an equation, so a case is a choice between two values and not a branch.
@@ -24,22 +22,22 @@ pub trait Real:
     + MulAssign
 {
     /// The result of a comparison.
-    type Truth: Copy;
+    type Mask: Copy;
 
     /// A constant of the same kind.
     fn constant(self, value: f64) -> Self;
     /// Whether it is smaller than another; false for what is no number.
-    fn below(self, other: Self) -> Self::Truth;
+    fn below(self, other: Self) -> Self::Mask;
     /// Whether it is this value.
-    fn equals(self, value: f64) -> Self::Truth;
+    fn equals(self, value: f64) -> Self::Mask;
     /// Whether it is no number.
-    fn is_not_a_number(self) -> Self::Truth;
+    fn is_not_a_number(self) -> Self::Mask;
     /// Whether a comparison holds anywhere.
-    fn any(self, truth: Self::Truth) -> bool;
+    fn any(self, truth: Self::Mask) -> bool;
     /// Whether it is this value everywhere and carries no derivative, so that a term which it switches off can be left out.
     fn is_always(self, value: f64) -> bool;
     /// One value where a comparison holds, the other elsewhere.
-    fn pick(truth: Self::Truth, yes: Self, no: Self) -> Self;
+    fn select(truth: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// Absolute value.
     fn abs(self) -> Self;
@@ -92,7 +90,7 @@ macro_rules! as_dual_number {
 }
 
 impl<T: DualNum<Primitive = f64> + Copy> Real for T {
-    type Truth = bool;
+    type Mask = bool;
 
     #[inline(always)]
     fn constant(self, value: f64) -> Self {
@@ -125,13 +123,13 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     }
 
     #[inline(always)]
-    fn pick(truth: bool, yes: Self, no: Self) -> Self {
+    fn select(truth: bool, yes: Self, no: Self) -> Self {
         if truth { yes } else { no }
     }
 
     #[inline(always)]
     fn abs(self) -> Self {
-        magnitude(self)
+        signed::magnitude(self)
     }
 
     #[inline(always)]
@@ -145,4 +143,12 @@ impl<T: DualNum<Primitive = f64> + Copy> Real for T {
     }
 
     as_dual_number!(recip sqrt exp ln sin cos tan atan);
+}
+
+mod signed {
+    /// Absolute value, where [`Real`](super::Real) is out of scope, which has a method of this name too.
+    #[inline(always)]
+    pub fn magnitude<T: elementary::Number>(x: T) -> T {
+        x.abs()
+    }
 }

@@ -1,8 +1,8 @@
 //! Names the tires of a car with two axles, so that all four wheels can be asked at once.
 
-use crate::number::Number;
 use crate::slip::{Forces, Slip};
 use crate::tire::Tire;
+use elementary::Number;
 
 /// The tires of a car: one for the front and one for the rear axle, as they are on the left side.
 pub trait TireSet<T: Number> {

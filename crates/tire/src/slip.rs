@@ -1,7 +1,7 @@
 //! Names what goes into a tire and what comes out of it.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::number::Number;
+use elementary::Number;
 
 /// Operating point of a tire, in ISO-W axes at the contact point: x forward, y to the left, z up.
 ///

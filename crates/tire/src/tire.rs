@@ -1,8 +1,8 @@
 //! Says what a car needs of a tire, whatever its formula.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use crate::number::Number;
 use crate::slip::{Forces, Relaxation, Slip, Validity};
+use elementary::Number;
 
 /// A tire: steady forces, moments and radii at an operating point, and how fast slip builds up.
 pub trait Tire<T: Number> {

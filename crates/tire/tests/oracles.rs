@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
-use tire::{Coefficients, Key, MfTire, Reading, Slip, Tire, Version};
+use tire::{Coefficients, FormulaConvention, Key, MfTire, Slip, Tire, Version};
 
 /// So much of the largest value of a column may be wrong.
 const TOLERANCE: f64 = 1e-12;
@@ -102,7 +102,7 @@ fn compare(name: &str, folder: &Path, is_short: bool) -> Result<Vec<String>, Fai
         let at =
             |column: &str| fields[place(column).unwrap_or(0)].parse::<f64>().unwrap_or(f64::NAN);
         let mode = fields[1];
-        let tire = tire.with_reading(Reading {
+        let tire = tire.with_convention(FormulaConvention {
             limits: mode.starts_with('1'),
             trigonometric: mode.ends_with("21"),
         });

@@ -1,6 +1,6 @@
 //! Asks tires for forces at random points, far beyond all limits: every answer is a finite number.
 
-use tire::{Coefficients, MfTire, Reading, Slip, Tire, Version};
+use tire::{Coefficients, FormulaConvention, MfTire, Slip, Tire, Version};
 
 #[test]
 fn no_input_gives_nan() {
@@ -15,7 +15,9 @@ fn no_input_gives_nan() {
     let versions = [Version::Mf52, Version::Mf61, Version::Mf62];
     for (version, tire) in versions.into_iter().flat_map(|it| [(it, usual), (it, bare)]) {
         let coefficients = Coefficients { version, ..tire };
-        let tire = MfTire::new(coefficients).expect("a tire").with_reading(Reading::default());
+        let tire = MfTire::new(coefficients)
+            .expect("a tire")
+            .with_convention(FormulaConvention::default());
         for case in 0..100_000 {
             let far = [1.0, 10.0, 0.0][case % 3];
             let slip = Slip {

@@ -1,11 +1,9 @@
 //! Tabulates what accelerations a car can reach at each speed, its g-g-v diagram, and evaluates it on banked and sloping roads.
 
 use serde::{Deserialize, Serialize};
+use vehicle::G;
 
 use crate::Error;
-
-/// Standard gravity [m/s²], as in the models of the cars.
-pub const G: f64 = 9.81;
 
 /// What a car can do at one speed on a level road. Tires and engine first; drag comes on top of all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -38,10 +38,10 @@ mod survey;
 
 pub use angle::wrap;
 pub use error::Error;
-pub use ggv::{G, Ggv, Limits, Road};
-pub use line::{Line, Place};
+pub use ggv::{Ggv, Limits, Road};
+pub use line::{Line, LinePoint};
 pub use profile::{Bounds, Profile};
 pub use projection::Station;
-pub use speed::{SpeedLaw, Wanted};
-pub use steering::{Handling, Motion, Pressing, Steering};
+pub use speed::{SpeedCommand, SpeedLaw};
+pub use steering::{Handling, Motion, RoadLoad, Steering};
 pub use survey::Survey;

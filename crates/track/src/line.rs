@@ -45,7 +45,7 @@ struct Knot {
 
 /// A place on the line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Place {
+pub struct LinePoint {
     /// Position [m].
     pub point: [f64; 2],
     /// Heading of the line [rad], counter-clockwise from the X axis, within -pi .. pi.
@@ -134,10 +134,14 @@ impl Line {
     /// Position, heading and curvature at a station [m]: κ = (x' y'' − y' x'') / |r'|³.
     #[inline]
     #[must_use]
-    pub fn place(&self, s: f64) -> Place {
+    pub fn place(&self, s: f64) -> LinePoint {
         let [point, [dx, dy], [ddx, ddy]] = self.derivatives(s);
         let speed = dx.hypot(dy);
-        Place { point, psi: dy.atan2(dx), kappa: (dx * ddy - dy * ddx) / (speed * speed * speed) }
+        LinePoint {
+            point,
+            psi: dy.atan2(dx),
+            kappa: (dx * ddy - dy * ddx) / (speed * speed * speed),
+        }
     }
 
     /// Curvature [1/m] at a station [m].

@@ -131,7 +131,7 @@ struct Passes<'a> {
 
 /// Which way a pass goes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Way {
+enum PassDirection {
     Forward,
     Backward,
 }
@@ -143,8 +143,8 @@ impl Passes<'_> {
         let begin = if self.closed { slowest } else { 0 };
         for _ in 0..ROUNDS {
             let before = speeds.clone();
-            self.pass(&mut speeds, begin, Way::Forward)?;
-            self.pass(&mut speeds, begin, Way::Backward)?;
+            self.pass(&mut speeds, begin, PassDirection::Forward)?;
+            self.pass(&mut speeds, begin, PassDirection::Backward)?;
             let changes = speeds.iter().zip(&before).map(|(now, before)| (now - before).abs());
             if changes.fold(0.0, f64::max) <= SETTLED {
                 return Ok(speeds);
@@ -154,19 +154,19 @@ impl Passes<'_> {
     }
 
     /// Lowers speeds that the car cannot reach from the station before it in this direction.
-    fn pass(&self, speeds: &mut [f64], begin: usize, way: Way) -> Result<(), Error> {
+    fn pass(&self, speeds: &mut [f64], begin: usize, way: PassDirection) -> Result<(), Error> {
         let count = speeds.len();
         let steps = if self.closed { count } else { count - 1 };
         for k in 0..steps {
             let (from, to) = match way {
-                Way::Forward => ((begin + k) % count, (begin + k + 1) % count),
-                Way::Backward => (
+                PassDirection::Forward => ((begin + k) % count, (begin + k + 1) % count),
+                PassDirection::Backward => (
                     (begin + 2 * count - k - usize::from(!self.closed)) % count,
                     (begin + 2 * count - k - 1 - usize::from(!self.closed)) % count,
                 ),
             };
             let reached = self.reached(speeds[from], speeds[to], from, to, way);
-            if reached <= 0.0 && way == Way::Forward && speeds[to] > 0.0 {
+            if reached <= 0.0 && way == PassDirection::Forward && speeds[to] > 0.0 {
                 let grade = self.roads[to].grade.to_degrees();
                 let message = format!("the car does not get up a grade of {grade:.1} degrees");
                 return Err(Error::Place { s: self.step * to as f64, message });
@@ -178,10 +178,10 @@ impl Passes<'_> {
 
     /// The highest speed at `to`, up to `most`, when the car has the speed `v` at `from`: v_to² = v² + Δs (a_from + a_to), where a_to
     /// is that at v_to. An explicit step would overshoot where the lateral grip is used up, as the ellipse is vertical there.
-    fn reached(&self, v: f64, most: f64, from: usize, to: usize, way: Way) -> f64 {
+    fn reached(&self, v: f64, most: f64, from: usize, to: usize, way: PassDirection) -> f64 {
         let gain = |v: f64, at: usize| match way {
-            Way::Forward => self.ggv.range(v, &self.roads[at])[1],
-            Way::Backward => -self.ggv.range(v, &self.roads[at])[0],
+            PassDirection::Forward => self.ggv.range(v, &self.roads[at])[1],
+            PassDirection::Backward => -self.ggv.range(v, &self.roads[at])[0],
         };
         let known = v * v + self.step * gain(v, from);
         let excess = |x: f64| x * x - known - self.step * gain(x, to);

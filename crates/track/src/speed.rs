@@ -19,7 +19,7 @@ impl Default for SpeedLaw {
 
 /// What a car should do now.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wanted {
+pub struct SpeedCommand {
     /// Speed [m/s].
     pub speed: f64,
     /// Acceleration that goes with it [m/s²].
@@ -34,7 +34,7 @@ impl SpeedLaw {
     #[must_use]
     pub fn acceleration(
         &self,
-        wanted: &Wanted,
+        wanted: &SpeedCommand,
         v: f64,
         [least, most]: [f64; 2],
         integral: &mut f64,
@@ -63,7 +63,7 @@ mod tests {
     fn a_constant_disturbance_leaves_no_error() {
         let (law, mut v, mut integral) = (SpeedLaw::default(), 10.0, 0.0);
         for _ in 0..6000 {
-            let wanted = Wanted { speed: 20.0, acceleration: 0.0 };
+            let wanted = SpeedCommand { speed: 20.0, acceleration: 0.0 };
             v += H * (law.acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H) - 1.5);
         }
         assert_relative_eq!(v, 20.0, epsilon = 1e-3);
@@ -74,7 +74,7 @@ mod tests {
     fn a_long_saturation_does_not_overshoot() {
         let (law, mut v, mut integral, mut highest) = (SpeedLaw::default(), 0.0, 0.0, 0.0_f64);
         for _ in 0..2000 {
-            let wanted = Wanted { speed: 50.0, acceleration: 0.0 };
+            let wanted = SpeedCommand { speed: 50.0, acceleration: 0.0 };
             v += H * law.acceleration(&wanted, v, [-10.0, 5.0], &mut integral, H);
             highest = highest.max(v);
         }
@@ -86,7 +86,7 @@ mod tests {
         let law = SpeedLaw::default();
         for (speed, wanted) in [(100.0, 3.0), (-100.0, -8.0)] {
             let mut integral = 0.0;
-            let wanted_speed = Wanted { speed, acceleration: 0.0 };
+            let wanted_speed = SpeedCommand { speed, acceleration: 0.0 };
             let found = law.acceleration(&wanted_speed, 0.0, [-8.0, 3.0], &mut integral, H);
             assert_eq!((found, integral), (wanted, 0.0));
         }

@@ -81,7 +81,7 @@ pub struct Motion {
 
 /// How a road and the air press the car onto its tires.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Pressing {
+pub struct RoadLoad {
     /// Lateral acceleration that the tires give besides that of the turn [m/s²]: g sin φ on a bank.
     pub lateral: f64,
     /// Load of the tires over that on a level road at rest [-]; the slip angles of a turn are those of one with a lateral
@@ -89,9 +89,9 @@ pub struct Pressing {
     pub load: f64,
 }
 
-impl Default for Pressing {
+impl Default for RoadLoad {
     fn default() -> Self {
-        Pressing { lateral: 0.0, load: 1.0 }
+        RoadLoad { lateral: 0.0, load: 1.0 }
     }
 }
 
@@ -115,10 +115,10 @@ impl Steering {
         line: &Line,
         station: &Station,
         motion: &Motion,
-        pressing: &Pressing,
+        pressing: &RoadLoad,
     ) -> f64 {
         let Motion { psi, v_x } = *motion;
-        let Pressing { lateral, load } = *pressing;
+        let RoadLoad { lateral, load } = *pressing;
         let slips = |kappa: f64| handling.slips((kappa * v_x * v_x + lateral) / load);
         let ahead = station.s + v_x * self.preview;
         let kappa = if self.preview == 0.0 { station.kappa } else { line.curvature(ahead) };
@@ -171,7 +171,7 @@ mod tests {
     }
 
     fn steered(law: &Steering, line: &Line, station: &Station, psi: f64) -> f64 {
-        law.angle(&car(), line, station, &Motion { psi, v_x: V }, &Pressing::default())
+        law.angle(&car(), line, station, &Motion { psi, v_x: V }, &RoadLoad::default())
     }
 
     #[test]
@@ -190,7 +190,7 @@ mod tests {
                 station = line.follow(station.s, car.point);
                 let motion = Motion { psi: car.psi, v_x: V };
                 let law = Steering::default();
-                car.step(law.angle(known, &line, &station, &motion, &Pressing::default()), 1e-3);
+                car.step(law.angle(known, &line, &station, &motion, &RoadLoad::default()), 1e-3);
             }
             station.lateral
         };

@@ -26,6 +26,7 @@ mod unit_prefix;
 pub use error::UnitError;
 use parser::Parser;
 pub use spelling::{normalized, unit_of_spelling};
+pub use table::STANDARD_GRAVITY;
 use table::{NAMES, NONE, SCALES, TEMPERATURE};
 pub use unit_prefix::leading_unit_length;
 

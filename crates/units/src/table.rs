@@ -18,8 +18,9 @@ const ENERGY: [i8; 8] = [1, 2, -2, 0, 0, 0, 0, 0];
 const POWER: [i8; 8] = [1, 2, -3, 0, 0, 0, 0, 0];
 const VOLTAGE: [i8; 8] = [1, 2, -3, -1, 0, 0, 0, 0];
 
-/// Third General Conference on Weights and Measures, 1901 [m/s2].
-const STANDARD_GRAVITY: f64 = 9.806_65;
+/// Standard gravity [m/s2], exact by the third General Conference on Weights and Measures, 1901: the size of the unit g0, of the units of
+/// weight, and of the accelerations that standards state in g. What pulls modelled cars down is `vehicle::G`.
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Name, base-unit exponents and SI value of one, for all units without an offset.
 /// Inch, foot, mile, pound and psi follow the international yard and pound agreement of 1959.

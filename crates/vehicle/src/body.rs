@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use tire::Number;
 
-/// Standard gravity of the models [m/s²].
+/// Gravity where the modelled cars drive [m/s²]: between that of the equator, 9.780, and the poles, 9.832, rounded as in textbooks of
+/// vehicle dynamics. It is no unit: accelerations stated in g are multiples of `units::STANDARD_GRAVITY`.
 pub const G: f64 = 9.81;
 
 /// Rigid body of the car, seen in the plane of symmetry. The default is the demo car.

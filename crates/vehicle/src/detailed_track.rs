@@ -18,9 +18,10 @@ pub use state::{Input, STATES, State};
 use crate::body::{Body, G};
 use crate::driven::all_driven;
 use crate::dual_track::{
-    BUILD_UP, BadParameter, CarTire, Fitted, PerAxle, Place, REVERSAL, Wheel, axle_positions,
+    BUILD_UP, BadParameter, CarTire, ContactPoint, PerAxle, REVERSAL, TireDynamics, Wheel,
+    axle_positions,
 };
-use crate::integrate::{rk4, substeps};
+use crate::integrate::{rk4_steps, substeps};
 
 /// Time in which forces move load between the axles [s]. It opens the loop of loads and tire forces.
 const LAG: f64 = 0.005;
@@ -43,7 +44,7 @@ pub struct DetailedTrack<S> {
     parameters: Parameters,
     tires: S,
     mounting: Mounting,
-    fitted: PerAxle<Fitted>,
+    fitted: PerAxle<TireDynamics>,
     radius: PerAxle<f64>,
     pole: f64,
 }
@@ -59,16 +60,17 @@ where
     pub fn new(parameters: Parameters, tires: S, mounting: Mounting) -> Result<Self, BadParameter> {
         parameters.check()?;
         let loads = parameters.body.static_loads().map(|load| 0.5 * load);
-        let fit = |axle: usize| Fitted::new(tires.axles()[axle], &parameters.rims, loads[axle]);
+        let fit =
+            |axle: usize| TireDynamics::new(tires.axles()[axle], &parameters.rims, loads[axle]);
         let fitted = [fit(0), fit(1)];
-        let radius = [0, 1].map(|axle| fitted[axle].over_load.at(loads[axle], 0.0)[0]);
+        let radius = [0, 1].map(|axle| fitted[axle].load_dependence.at(loads[axle], 0.0)[0]);
         let pole = fastest_pole(&parameters, &fitted);
         Ok(Self { parameters, tires, mounting, fitted, radius, pole })
     }
 }
 
 /// Upper bound of the poles that options add [1/s].
-fn fastest_pole(p: &Parameters, fitted: &PerAxle<Fitted>) -> f64 {
+fn fastest_pole(p: &Parameters, fitted: &PerAxle<TireDynamics>) -> f64 {
     let spin = fitted.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
     let rolling = spin + 1.0 / BUILD_UP;
     let held = spin + p.brakes.fastest_pole(p.rims.I_yy);
@@ -88,7 +90,7 @@ type Axles<T> = (PerAxle<AxleMotion<T>>, PerAxle<Wheel<T>>);
 
 /// What the wheels of an axle get from the car.
 struct Axle<T> {
-    place: Place<T>,
+    place: ContactPoint<T>,
     /// Demanded longitudinal force [N].
     F_x: T,
 }
@@ -222,7 +224,7 @@ impl<S> DetailedTrack<S> {
         let axles = [0, 1].map(|axle| {
             let v = [v_x, v_y + r * position[axle]];
             let (mu, F_z) = (input.road.mu[axle], loads[axle] * 0.5);
-            let place = Place { v, turn: turns[axle], gamma: T::zero(), F_z, mu, side: 1.0 };
+            let place = ContactPoint { v, turn: turns[axle], gamma: T::zero(), F_z, mu, side: 1.0 };
             Axle { place, F_x: split[axle] }
         });
         if self.parameters.options.spin {
@@ -294,7 +296,7 @@ impl<S> DetailedTrack<S> {
         let steady = p.body.slip_angles(v_x, v_y, r, delta).map(|alpha| -alpha);
         let sides = self.sides();
         let omegas: PerAxle<T> = std::array::from_fn(|i| {
-            let Place { v, turn: (sin, cos), .. } = axles[i].place;
+            let ContactPoint { v, turn: (sin, cos), .. } = axles[i].place;
             (v[0] * cos + v[1] * sin) / self.radius[i]
         });
         let asked = [0, 1].map(|i| {
@@ -362,11 +364,7 @@ impl<S> DetailedTrack<S> {
         let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
         let rates =
             |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
-        let mut x = SVector::from(*state);
-        for _ in 0..n {
-            x = rk4(&x, h, rates);
-        }
-        x.into()
+        rk4_steps((*state).into(), n, h, rates).into()
     }
 }
 

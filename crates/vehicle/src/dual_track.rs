@@ -7,7 +7,7 @@ mod aero;
 mod brakes;
 mod driveline;
 mod integrate;
-mod over_load;
+mod load_dependence;
 mod parameters;
 mod state;
 mod steering;
@@ -24,15 +24,15 @@ pub use parameters::{BadParameter, Parameters};
 pub use state::{Attitude, Input, STATES, State, Transfer, Wheel};
 pub use steering::Steering;
 pub use suspension::{STOP, Suspension};
-pub use tables::{Excess, QUANTITIES};
+pub use tables::{QUANTITIES, TableExcess};
 pub use wheels::{BUILD_UP, CarTire, PerDirection, Rims, SLIP_MAX, WheelMotion};
 
 use crate::body::Body;
 pub(crate) use brakes::REVERSAL;
 pub(crate) use parameters::{Bound, expect};
-use suspension::Pushes;
+use suspension::SprungMassForces;
 pub(crate) use suspension::axle_positions;
-pub(crate) use wheels::{Fitted, Place};
+pub(crate) use wheels::{ContactPoint, TireDynamics};
 
 /// One value for each wheel: front left, front right, rear left, rear right.
 pub type PerWheel<T> = [T; 4];
@@ -41,7 +41,7 @@ pub type PerWheel<T> = [T; 4];
 pub type PerAxle<T> = [T; 2];
 
 /// Forces on the wheels, the rates of their states, and sine and cosine of their angles to the body.
-type Rolled<T> = (PerWheel<WheelMotion<T>>, PerWheel<Wheel<T>>, PerWheel<(T, T)>);
+type WheelRates<T> = (PerWheel<WheelMotion<T>>, PerWheel<Wheel<T>>, PerWheel<(T, T)>);
 
 const FRONT: usize = 0;
 const REAR: usize = 1;
@@ -79,7 +79,7 @@ pub struct Motion<T = f64> {
 pub struct DualTrack<S> {
     parameters: Parameters,
     tires: S,
-    fitted: PerAxle<Fitted>,
+    fitted: PerAxle<TireDynamics>,
     /// Effective radius of the wheels of each axle under their load at rest [m].
     radius: PerAxle<f64>,
     pole: f64,
@@ -96,10 +96,12 @@ where
     pub fn new(parameters: Parameters, tires: S) -> Result<Self, BadParameter> {
         parameters.check()?;
         let loads = parameters.body.static_loads();
-        let fit =
-            |axle: usize| Fitted::new(tires.axles()[axle], &parameters.rims, 0.5 * loads[axle]);
+        let fit = |axle: usize| {
+            TireDynamics::new(tires.axles()[axle], &parameters.rims, 0.5 * loads[axle])
+        };
         let fitted = [fit(FRONT), fit(REAR)];
-        let radius = [FRONT, REAR].map(|axle| fitted[axle].over_load.at(0.5 * loads[axle], 0.0)[0]);
+        let radius =
+            [FRONT, REAR].map(|axle| fitted[axle].load_dependence.at(0.5 * loads[axle], 0.0)[0]);
         let pole = integrate::fastest_pole(&parameters, &fitted);
         Ok(Self { parameters, tires, fitted, radius, pole })
     }
@@ -180,7 +182,7 @@ impl<S> DualTrack<S> {
         let weight = cos_grade * cos_bank * (m * crate::G);
         let (a_x, a_y) = (F_x / m, (F_y[FRONT] + F_y[REAR]) / m);
         let down = [sin_grade * crate::G, sin_bank * cos_grade * crate::G];
-        let pushes = Pushes {
+        let pushes = SprungMassForces {
             F_x,
             F_y: F_y[FRONT] + F_y[REAR],
             M_x: sum(|wheel| wheel.M_x),
@@ -220,7 +222,7 @@ impl<S> DualTrack<S> {
 
     /// Forces on the wheels, rates of their states, and how they are turned.
     #[inline]
-    fn roll<T: Number>(&self, state: &State<T>, input: &Input<T>) -> Rolled<T>
+    fn roll<T: Number>(&self, state: &State<T>, input: &Input<T>) -> WheelRates<T>
     where
         S: TireSet<T>,
     {
@@ -242,8 +244,14 @@ impl<S> DualTrack<S> {
                 v_x + forward - r * (0.5 * side * p.suspension.track[axle]),
                 v_y + sideways[axle] + r * position[axle],
             ];
-            let place =
-                Place { v, turn: turns[i], gamma: gamma[i], F_z: loads[i], mu: input.mu[i], side };
+            let place = ContactPoint {
+                v,
+                turn: turns[i],
+                gamma: gamma[i],
+                F_z: loads[i],
+                mu: input.mu[i],
+                side,
+            };
             self.fitted[axle].ask(&state.wheels[i], &place)
         });
         let alphas = self.tires.slip_angles(questions.each_ref().map(|it| it.tan_alpha));

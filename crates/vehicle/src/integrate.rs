@@ -25,6 +25,17 @@ pub fn rk4<T: Number, const N: usize>(
     SVector::from_fn(|i, _| x[i] + (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * (h / 6.0))
 }
 
+/// The state after `steps` steps of [`rk4`], of `h` [s] each.
+#[inline]
+pub(crate) fn rk4_steps<T: Number, const N: usize>(
+    x: SVector<T, N>,
+    steps: usize,
+    h: f64,
+    rates: impl Fn(&SVector<T, N>) -> SVector<T, N>,
+) -> SVector<T, N> {
+    (0..steps).fold(x, |x, _| rk4(&x, h, &rates))
+}
+
 /// Number and length [s] of equal sub-steps of a step, not longer than `longest` [s].
 #[inline]
 pub(crate) fn substeps(step: f64, longest: f64) -> (usize, f64) {
@@ -57,7 +68,8 @@ impl<T: Number> Vehicle<T> {
     pub fn advance_on(
         &self,
         state: &State<T>,
-        (input, road): (&Input<T>, &Road<T>),
+        input: &Input<T>,
+        road: &Road<T>,
         step: f64,
         max_substep: f64,
     ) -> State<T> {
@@ -73,12 +85,7 @@ impl<T: Number> Vehicle<T> {
         motion: impl Fn(&State<T>) -> Motion<T>,
     ) -> State<T> {
         let (n, h) = substeps(step, max_substep);
-        let rates = |x: &SVector<T, 6>| motion(&State::from(*x)).derivative.into();
-        let mut x = SVector::from(*state);
-        for _ in 0..n {
-            x = rk4(&x, h, rates);
-        }
-        x.into()
+        rk4_steps((*state).into(), n, h, |x| motion(&State::from(*x)).derivative.into()).into()
     }
 }
 

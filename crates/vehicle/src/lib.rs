@@ -46,6 +46,6 @@ pub use road::Road;
 pub use single_track::{Input, Motion, State, Vehicle};
 pub use slip::SLIP_SPEED_FLOOR;
 pub use table::{BadTable, Curve, Map};
-pub use tire::{Elementary, Graded, LocalCurve, MagicFormula, Number, Standard};
+pub use tire::{MagicFormula, Number};
 pub use tire_car::{MotionDual, TireCar};
 pub use wheel::{Differential, Lock, Wheel, slip_ratio};

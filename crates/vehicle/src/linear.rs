@@ -4,7 +4,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::integrate::rk4;
+use crate::integrate::rk4_steps;
 use crate::slip::{SLIP_SPEED_FLOOR, slip_speed};
 use tire::Number;
 
@@ -132,11 +132,7 @@ impl NominalCar {
     #[inline]
     pub fn advance(&self, x: &SVector<f64, 6>, F_x: f64, delta: f64, step: f64) -> SVector<f64, 6> {
         let n = (step * self.pole_bound(x[0]) / 2.5).ceil().max(2.0);
-        let mut x = *x;
-        for _ in 0..n as usize {
-            x = rk4(&x, step / n, |x| self.rates(x, F_x, delta));
-        }
-        x
+        rk4_steps(*x, n as usize, step / n, |x| self.rates(x, F_x, delta))
     }
 
     /// Sum of the sway and the yaw pole of the tires alone [1/s].

@@ -182,15 +182,15 @@ impl<T: Number> Vehicle<T> {
     /// with the slip angles of [`Body::slip_angles`].
     #[inline]
     pub fn evaluate(&self, state: &State<T>, input: &Input<T>) -> Motion<T> {
-        let level = (T::one(), [T::zero(); 2]);
-        self.evaluate_under(state, input, [T::one(); 2], level)
+        self.evaluate_under(state, input, [T::one(); 2], T::one(), [T::zero(); 2])
     }
 
     /// The same on a road with slopes and other friction. It moves less or more load between the axles only as far as it is
     /// less or more weight that presses on it.
     #[inline]
     pub fn evaluate_on(&self, state: &State<T>, input: &Input<T>, road: &Road<T>) -> Motion<T> {
-        self.evaluate_under(state, input, road.mu, road.gravity())
+        let (pressing, down) = road.gravity();
+        self.evaluate_under(state, input, road.mu, pressing, down)
     }
 
     #[inline]
@@ -199,7 +199,8 @@ impl<T: Number> Vehicle<T> {
         state: &State<T>,
         input: &Input<T>,
         mu: [T; 2],
-        (pressing, down): (T, [T; 2]),
+        pressing: T,
+        down: [T; 2],
     ) -> Motion<T> {
         let Body { m, I_zz, l_f, l_r, .. } = self.body;
         let State { v_x, v_y, r, .. } = *state;

@@ -7,7 +7,7 @@ use tire::{Number, Slip, Tire};
 
 use crate::body::{Aero, Body, G};
 use crate::driven::driven;
-use crate::integrate::rk4;
+use crate::integrate::rk4_steps;
 use crate::slip::slip_speed;
 
 /// Single-track car for a filter that knows the driving force, and no wheel speeds.
@@ -170,11 +170,7 @@ impl<W: Tire<f64>> TireCar<W> {
         let [C_f, C_r] = self.cornering_stiffness();
         let poles = (C_f + C_r) / m + (l_f * l_f * C_f + l_r * l_r * C_r) / I_zz;
         let n = (step * poles.abs() / slip_speed(x[0]) / 2.5).ceil().clamp(2.0, 1e3);
-        let mut x = *x;
-        for _ in 0..n as usize {
-            x = rk4(&x, step / n, |x| self.rates(x, F_x, delta));
-        }
-        x
+        rk4_steps(*x, n as usize, step / n, |x| self.rates(x, F_x, delta))
     }
 }
 

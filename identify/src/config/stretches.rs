@@ -3,8 +3,8 @@
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use tire_inference::local::Usual;
-use tire_inference::window::Claim;
+use tire_inference::local::StretchPrior;
+use tire_inference::window::CurveRequirement;
 
 use super::rules;
 
@@ -22,7 +22,8 @@ pub struct Windows {
 
 impl Default for Windows {
     fn default() -> Self {
-        let Claim { tolerance, usual: Usual { slip_offset, .. }, .. } = Claim::default();
+        let CurveRequirement { tolerance, usual: StretchPrior { slip_offset, .. }, .. } =
+            CurveRequirement::default();
         Self { length: 10.0, tolerance, slip_offset }
     }
 }
@@ -35,9 +36,9 @@ impl Windows {
     }
 
     /// What is asked of a window.
-    pub fn claim(&self) -> Claim {
-        let usual = Usual { slip_offset: self.slip_offset, ..Usual::default() };
-        Claim { tolerance: self.tolerance, usual, ..Claim::default() }
+    pub fn claim(&self) -> CurveRequirement {
+        let usual = StretchPrior { slip_offset: self.slip_offset, ..StretchPrior::default() };
+        CurveRequirement { tolerance: self.tolerance, usual, ..CurveRequirement::default() }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use preparation::samples::Samples;
 use tire_inference::estimate::{Answer, identify};
+use tire_inference::quantity::Quantity;
 use tire_inference::settings::{Method, Settings};
 use tire_inference::synthetic::{Excitation, samples};
 
@@ -60,12 +61,12 @@ fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
         let mine = &columns[4 * axle..4 * axle + 4];
         for (a, name) in estimate.parameters.iter().enumerate() {
             let std = estimate.covariance[a][a].sqrt();
-            let off = (mean(&mine[a]) - answer.report.mean[name]) / std;
-            assert!(off.abs() < 0.1, "{name}: the mean is off by {off} standard deviations");
+            let off = (mean(&mine[a]) - answer.report.mean[&Quantity::from(*name)]) / std;
+            assert!(off.abs() < 0.1, "{name:?}: the mean is off by {off} standard deviations");
             for b in 0..4 {
                 let scale = std * estimate.covariance[b][b].sqrt();
                 let off = (covariance(&mine[a], &mine[b]) - estimate.covariance[a][b]) / scale;
-                assert!(off.abs() < 0.15, "{name} {b}: the correlation is off by {off}");
+                assert!(off.abs() < 0.15, "{name:?} {b}: the correlation is off by {off}");
             }
         }
     }

@@ -157,7 +157,7 @@ fn coefficients(html: &mut String, fit: &Fit) {
             "<tr><th>{}</th><td>{}</td><td class=\"{class}\">{}</td><td>{}</td></tr>",
             it.name,
             escape(&value),
-            it.verdict.word(),
+            it.verdict.words(),
             escape(&it.reason)
         );
     }

@@ -177,10 +177,12 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         .collect();
     // The middle 99.8 %: single draws far away would flatten the rest.
     let ends = draws.iter().flat_map(|values| [quantile(values, 0.001), quantile(values, 0.999)]);
-    let name = quantity.name();
     let values =
-        section.methods.iter().filter_map(|method| method.estimate.mean.get(name).copied());
-    let x = Axis::about(&format!("{name} [{}]", unit(name, section.direction)), ends.chain(values));
+        section.methods.iter().filter_map(|method| method.estimate.mean.get(&quantity).copied());
+    let x = Axis::about(
+        &format!("{quantity} [{}]", unit(quantity, section.direction)),
+        ends.chain(values),
+    );
     let grid: Vec<f64> =
         (0..=120).map(|i| x.low() + (x.high() - x.low()) * f64::from(i) / 120.0).collect();
     let smooth: Vec<Vec<f64>> =
@@ -202,7 +204,7 @@ fn density(section: &Section, quantity: Quantity) -> Plot {
         }
     }
     for (method, class) in section.methods.iter().zip(COLOURS.into_iter().cycle()) {
-        if let Some(&value) = method.estimate.mean.get(name) {
+        if let Some(&value) = method.estimate.mean.get(&quantity) {
             plot.mark(value, class, method.name);
         }
     }
@@ -247,7 +249,7 @@ fn thin(samples: &Samples) -> Vec<(f64, f64)> {
 fn point(estimate: &Estimate, section: &Section) -> Theta {
     let mut values = theta(&curve(&section.prior.centre));
     for parameter in Parameter::ALL {
-        if let Some(&value) = estimate.mean.get(parameter.name()) {
+        if let Some(&value) = estimate.mean.get(&Quantity::from(parameter)) {
             values[parameter as usize] = value;
         }
     }

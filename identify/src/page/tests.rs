@@ -1,7 +1,7 @@
 //! Checks that the page is well formed, needs nothing else, and shows the numbers of its structs.
 
 use numerics::convergence::Convergence;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::{assemble, identify};
 use tire_inference::fit::Solution;
 use tire_inference::model::{CauseEstimate, Fit, FitTest, ModelVerdict};
@@ -28,7 +28,7 @@ fn rendered(page: &Page) -> String {
 fn found() -> Found {
     let excitation = Excitation { samples: 400, ..Excitation::default() };
     let samples = samples(&excitation, 0.08);
-    let data = Compressed::new(&samples);
+    let data = CompressedSamples::new(&samples);
     let prior = Prior::longitudinal();
     let posterior = draw(&data, &prior, &[], &SamplingOptions { draws: 512, seed: 0 }).posterior;
     let slip_range = samples.slip_range().expect("points");
@@ -240,7 +240,7 @@ fn what_a_normal_distribution_said_is_shown_beside_the_posterior() {
     let text = text_of(&parse(&html));
     let said = estimate.svi.as_ref().expect("a report");
     assert!(text.contains(said.warning.as_deref().expect("a ridge is no normal distribution")));
-    assert!(text.contains(&with_std(said.mean["C"], said.std["C"])));
-    assert!(text.contains(&with_std(estimate.mean["C"], estimate.std["C"])));
+    assert!(text.contains(&with_std(said.mean[&Quantity::C], said.std[&Quantity::C])));
+    assert!(text.contains(&with_std(estimate.mean[&Quantity::C], estimate.std[&Quantity::C])));
     assert!(text.contains("posterior (grid)") && text.contains("k-hat"));
 }

@@ -50,7 +50,7 @@ fn summary(found: &Fit, samples: usize, notes: Vec<String>) -> Vec<String> {
 fn result(found: &Fit, summary: Vec<String>) -> Value {
     let (mut coefficients, mut rows) = (Map::new(), Vec::new());
     for it in &found.estimates {
-        let verdict = it.verdict.word();
+        let verdict = it.verdict.words();
         let key = it.verdict.key();
         let entry =
             json!({ "value": it.value, "std": it.std, "verdict": key, "reason": it.reason });

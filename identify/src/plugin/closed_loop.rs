@@ -26,7 +26,7 @@ use tire_inference::estimate::Estimate;
 use tire_inference::parameters::TireParameters;
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::posterior::report::UncertaintySource;
-use tire_inference::quantity::ByName;
+use tire_inference::quantity::{PerQuantity, Quantity};
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
@@ -342,17 +342,16 @@ fn draw(
 /// What a formulation says of one axle, which nobody judged.
 fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
     let parameters = || TireParameters::<f64>::PARAMETERS.into_iter();
-    let by_name = |tires: &Tires| -> ByName {
-        let values = parameters().zip(tires[axle].into_array());
-        values.map(|(parameter, value)| (parameter.name().to_owned(), value)).collect()
+    let per_quantity = |tires: &Tires| -> PerQuantity {
+        parameters().map(Quantity::from).zip(tires[axle].into_array()).collect()
     };
-    let mut mean = by_name(&fitted.tires);
-    mean.insert("K".to_owned(), fitted.tires[axle].stiffness());
+    let mut mean = per_quantity(&fitted.tires);
+    mean.insert(Quantity::K, fitted.tires[axle].stiffness());
     let at_bound = parameters().zip(fitted.at_bound[axle].into_array()).filter(|(_, is)| *is);
     Estimate {
         mean,
-        std: by_name(&fitted.std),
-        at_bound: at_bound.map(|(parameter, _)| parameter.name().to_owned()).collect(),
+        std: per_quantity(&fitted.std),
+        at_bound: at_bound.map(|(parameter, _)| parameter).collect(),
         noise_std: f64::NAN,
         convergence: fitted.convergence.clone(),
         seconds: fitted.seconds,

@@ -138,7 +138,7 @@ pub(super) fn warn(found: &Examination, summary: &mut Vec<String>) {
 pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
     let model = judge(found, ModelVerdict::default());
     for (name, verdict) in &mut estimate.identified {
-        model.cap_with(verdict, estimate.reason.entry(name.clone()).or_default());
+        model.cap_with(verdict, estimate.reason.entry(*name).or_default());
     }
 }
 

@@ -112,10 +112,6 @@ struct Outcome {
     car: Map<String, Value>,
 }
 
-/// Shares of the width before any data below which a parameter is identified, and is weak.
-const IDENTIFIED: f64 = 0.3;
-const WEAK: f64 = 0.7;
-
 /// Name, what it is, unit and whether it is estimated as a logarithm, in the order of the estimate.
 const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
     ("front_K", "cornering stiffness over load, front", "1/rad", true),
@@ -143,11 +139,7 @@ fn parameters(fitted: &Fitted) -> Vec<Found> {
                 [mean, ends[0], ends[1]].map(|it| if logarithm { it.exp() } else { it });
             let factor = if logarithm { value } else { 1.0 };
             let share = std / prior.std[i];
-            let verdict = match share {
-                share if share < IDENTIFIED => Verdict::Identified,
-                share if share < WEAK => Verdict::Weak,
-                _ => Verdict::NotIdentifiable,
-            };
+            let verdict = Verdict::from_width(share);
             let reason = format!(
                 "The logs leave {:.0} % of the width that was plausible before.",
                 100.0 * share

@@ -23,8 +23,6 @@ use crate::page;
 const MODEL: f64 = 0.8;
 /// Time constant of a commanded steering [s].
 const LAG: f64 = 0.06;
-/// Share of its prior below which what the drives say of a number is much, and is something.
-const LEARNED: [f64; 2] = [0.7, 0.3];
 
 /// Does the task where v_y is not measured, or is hidden.
 ///
@@ -201,11 +199,7 @@ fn told(found: &Fit) -> Vec<Told> {
         name: name.to_owned(),
         value: interval.value,
         interval: interval.ends,
-        verdict: match learned {
-            learned if learned > LEARNED[0] => Verdict::Identified,
-            learned if learned > LEARNED[1] => Verdict::Weak,
-            _ => Verdict::NotIdentifiable,
-        },
+        verdict: Verdict::from_width(1.0 - learned),
     };
     let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
     let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);

@@ -13,7 +13,7 @@ use plugin::{Host, Request, Signal};
 use preparation::direction::Direction;
 use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
-use tire_inference::axle_coupling::{Coupled, couple};
+use tire_inference::axle_coupling::{AxleFit, couple};
 use tire_inference::estimate::{Answer, identify};
 use tire_inference::fit::{FitError, FitOptions};
 use tire_inference::parameters::Theta;
@@ -205,7 +205,7 @@ fn couple_axles(
     let lateral =
         curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
     let axles: Vec<_> = lateral
-        .map(|(curve, (settings, answer))| Coupled {
+        .map(|(curve, (settings, answer))| AxleFit {
             samples: &curve.points.samples,
             settings,
             answer,

@@ -28,10 +28,10 @@ fn lateral<'a>(name: &'a str, estimate: &'a Estimate) -> Told<'a> {
 fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     let front = estimate();
     let mut rear = front.clone();
-    for (name, verdict) in [("E", Verdict::NotIdentifiable), ("C", Verdict::Weak)] {
-        rear.identified.insert(name.to_owned(), verdict);
+    for (name, verdict) in [(Quantity::E, Verdict::NotIdentifiable), (Quantity::C, Verdict::Weak)] {
+        rear.identified.insert(name, verdict);
     }
-    rear.at_bound = vec!["E".to_owned()];
+    rear.at_bound = vec![Parameter::E];
     let cause = CauseEstimate {
         name: "steering_offset".to_owned(),
         title: "offset of the steering angle".to_owned(),
@@ -96,17 +96,20 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
 #[test]
 fn a_curve_without_a_peak_has_no_slip_at_it() {
     let peaked = estimate();
-    assert!(peaked.mean.contains_key("peak_slip"));
+    assert!(peaked.mean.contains_key(&Quantity::PeakSlip));
     let mut same = peaked.clone();
     forget_absent_peak(&mut same);
     assert_eq!(same, peaked);
     for shape in [[1.0, 0.0], [0.9, -2.0], [1.05, 1.0]] {
         let mut flat = peaked.clone();
-        flat.mean.extend(["C", "E"].map(str::to_owned).into_iter().zip(shape));
+        flat.mean.extend([Quantity::C, Quantity::E].into_iter().zip(shape));
         forget_absent_peak(&mut flat);
-        assert!(!flat.mean.contains_key("peak_slip") && !flat.identified.contains_key("peak_slip"));
-        assert!(flat.mean.contains_key("peak"));
-        assert_eq!(cells(&flat, "peak_slip")[0], "–");
+        assert!(
+            !flat.mean.contains_key(&Quantity::PeakSlip)
+                && !flat.identified.contains_key(&Quantity::PeakSlip)
+        );
+        assert!(flat.mean.contains_key(&Quantity::Peak));
+        assert_eq!(cells(&flat, Quantity::PeakSlip)[0], "–");
     }
 }
 

@@ -30,12 +30,18 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
     widening.widen(&mut after, &Prior::longitudinal(), 1);
     let [old, new] = [&before, &after].map(|answer| &answer.estimates[0].1);
     let by = 0.05 * theta[2];
-    assert_relative_eq!(new.std["D"], old.std["D"].hypot(by), max_relative = 1e-9);
-    assert_eq!(new.std["B"], old.std["B"], "B does not move");
-    assert!(new.reason["D"].contains("most of it by h"), "{}", new.reason["D"]);
-    let width = |estimate: &Estimate| estimate.interval["D"][1] - estimate.interval["D"][0];
+    assert_relative_eq!(
+        new.std[&Quantity::D],
+        old.std[&Quantity::D].hypot(by),
+        max_relative = 1e-9
+    );
+    assert_eq!(new.std[&Quantity::B], old.std[&Quantity::B], "B does not move");
+    assert!(new.reason[&Quantity::D].contains("most of it by h"), "{}", new.reason[&Quantity::D]);
+    let width = |estimate: &Estimate| {
+        estimate.interval[&Quantity::D][1] - estimate.interval[&Quantity::D][0]
+    };
     assert_relative_eq!(width(new), width(old).hypot(2.0 * NORMAL_95 * by), max_relative = 0.05);
-    let [place] = ["D"].map(|name| new.parameters.iter().position(|it| it == name).expect("D"));
+    let place = new.parameters.iter().position(|it| *it == Parameter::D).expect("D");
     let grown = new.covariance[place][place] - old.covariance[place][place];
     assert_relative_eq!(grown, by * by, max_relative = 1e-9);
     let spread = |answer: &Answer| {
@@ -49,12 +55,12 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
     };
     assert!(band(new) > 3.0 * band(old), "the band of {} is {}", band(old), band(new));
 
-    assert_eq!(old.identified["K"], Verdict::Identified);
+    assert_eq!(old.identified[&Quantity::K], Verdict::Identified);
     let mut wide = Widening::default();
     wide.add("m", [moved(0.1), moved(1.9)]);
     let mut after = before.clone();
     wide.widen(&mut after, &Prior::longitudinal(), 1);
-    assert_eq!(after.estimates[0].1.identified["D"], Verdict::Weak);
+    assert_eq!(after.estimates[0].1.identified[&Quantity::D], Verdict::Weak);
 }
 
 #[test]
@@ -95,7 +101,8 @@ fn no_peak_is_widened_to_the_other_side() {
     let shifted = Prior { free: [true; 6], ..Prior::longitudinal() };
     let mut after = before.clone();
     wide.widen(&mut after, &shifted, 1);
-    let [old, new] = [&before, &after].map(|answer| answer.estimates[0].1.interval["peak_slip"]);
+    let [old, new] =
+        [&before, &after].map(|answer| answer.estimates[0].1.interval[&Quantity::PeakSlip]);
     assert!(new[0] >= 0.0 && new[0] < old[0] && new[1] > old[1], "{old:?} {new:?}");
 }
 

@@ -7,9 +7,9 @@ use preparation::{BrakeShare, Car, DriveLog, Pipeline, Prepared, ShareRule};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use tire_inference::axles::{Axle, Axles};
-use tire_inference::local::{Local, Usual};
+use tire_inference::local::{StretchFit, StretchPrior};
 use tire_inference::parameters::Theta;
-use tire_inference::window::{Claim, Window};
+use tire_inference::window::{CurveRequirement, Window};
 use vehicle::{Aero, Body};
 
 use crate::real_log::RealLog;
@@ -19,7 +19,7 @@ pub struct Log {
     pub name: &'static str,
     pub recording: DriveLog,
     pub pipeline: Pipeline,
-    pub claims: Axles<Claim>,
+    pub claims: Axles<CurveRequirement>,
 }
 
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "a_x", "a_y", "r", "delta"];
@@ -37,8 +37,8 @@ impl Log {
             recording.insert(signal, log.column(time, 1.0), log.column(column, 1.0));
         }
         let [front, rear] = slip_offsets.map(|slip_offset| {
-            let usual = Usual { slip_offset, ..Usual::default() };
-            Claim { usual, ..Claim::default() }
+            let usual = StretchPrior { slip_offset, ..StretchPrior::default() };
+            CurveRequirement { usual, ..CurveRequirement::default() }
         });
         Some(Self { name, recording, pipeline, claims: Axles { front, rear } })
     }
@@ -67,7 +67,7 @@ impl Log {
         let all = self.pipeline.run(&self.recording).expect("points of all data");
         let fit = |axle| {
             let (series, load) = self.axle(&all, axle);
-            Local::fit(series, load, &self.claims[axle].usual).expect("a curve of all data").theta
+            StretchFit::fit(series, load, &self.claims[axle].usual).expect("a curve of all data").theta
         };
         Axles { front: fit(Axle::Front), rear: fit(Axle::Rear) }
     }

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use diagnostics::{Error, read_bounded, shown};
 use tire::{Axes, MfTire};
 use tire_file::{Level, Message};
-use tire_report::{Named, digits, figures};
+use tire_report::{NamedTire, digits, figures};
 
 use super::{print, tell};
 use orchestrator::nofollow;
@@ -92,7 +92,7 @@ fn stem(path: &Path) -> String {
 }
 
 /// The tire of a file, which is told about.
-fn read(path: &Path, axes: Axes) -> Result<Named, Error> {
+fn read(path: &Path, axes: Axes) -> Result<NamedTire, Error> {
     let name = shown(&path.display().to_string()).into_owned();
     let bytes = read_bounded(path, LARGEST)
         .map_err(|error| Error::input(format!("the tire {name} cannot be read: {error}")))?;
@@ -113,11 +113,11 @@ fn read(path: &Path, axes: Axes) -> Result<Named, Error> {
         tell(&format!("{level}: {name}: {}", shown(&message.to_string())));
         printed.push(format!("{mark}{message}"));
     }
-    Ok(Named { name, tire, messages: printed })
+    Ok(NamedTire { name, tire, messages: printed })
 }
 
 /// The key figures, one in a line.
-fn table(first: &Named, second: Option<&Named>) -> String {
+fn table(first: &NamedTire, second: Option<&NamedTire>) -> String {
     let columns: Vec<_> = std::iter::once(first)
         .chain(second)
         .map(|named| (&named.name, figures(&named.tire)))

@@ -4,9 +4,10 @@
 mod laps;
 
 use numerics::text::significant;
+use units::STANDARD_GRAVITY;
 
 use crate::blocks::{Blocks, Fit, split};
-use crate::case::{Case, G};
+use crate::case::Case;
 use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::{Motion, moves};
@@ -107,7 +108,8 @@ fn without_roll(case: &mut Case, motion: &Motion, slow: &[f64]) {
     let again = again.filter(|it| it.correlation > AGAIN && it.most > LEAST);
     let (value, sure, sentence, advice) = match again {
         Some(it) => {
-            let [most, share] = [it.most, 100.0 * it.most / G].map(|x| significant(x, 2));
+            let [most, share] =
+                [it.most, 100.0 * it.most / STANDARD_GRAVITY].map(|x| significant(x, 2));
             let sentence = format!(
                 "The road is banked: `a_y` differs from the motion over ground by up to {most} m/s2, again at the same places of each lap of {} m (correlation {}). Slopes to the side of up to {share} % do that.",
                 significant(it.lap, 3),
@@ -153,7 +155,8 @@ const CONSEQUENCE: &str = "Against a slope the tires push as `a_y` says, but v_y
 
 /// a_y reads g sin(roll) more than the motion over ground says.
 fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
-    let roll: Vec<f64> = motion.raw("roll").iter().map(|roll| G * roll.sin()).collect();
+    let roll: Vec<f64> =
+        motion.raw("roll").iter().map(|roll| STANDARD_GRAVITY * roll.sin()).collect();
     let gravity = motion.smooth(&roll, SLOW, 0);
     let Some(fit) = level.fit(&[&gravity]) else { return };
     let most = quantile(gravity.iter().map(|gravity| gravity.abs()), 0.98);

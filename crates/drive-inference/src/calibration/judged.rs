@@ -1,5 +1,6 @@
 //! Says how far calibrated errors can be trusted: by the sides that were driven, by both halves of the drive, and by who witnesses them.
 
+use numerics::identifiability::MAX_WIDTH_IDENTIFIED;
 use serde::Serialize;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
@@ -14,8 +15,6 @@ const TURNS: f64 = 1.0;
 const SIDE: f64 = 0.1;
 /// Difference of both halves, in its standard deviations, that one in a hundred drives without a change exceeds.
 const APART: f64 = 2.58;
-/// Standard deviation, over that before any data, above which the drive says little.
-const NARROW: f64 = 0.3;
 
 /// Why nothing is told of delays that do not settle, nor of what is estimated with them.
 const UNSETTLED: &str = "The delays did not settle: give fewer errors at once, or a longer drive.";
@@ -72,7 +71,7 @@ fn verdict(
             "The drive turns to one side, where an offset, a lever arm and the curve of a tire look alike: turn to both sides.",
         );
     }
-    if error.std > NARROW * std()[error.cause] {
+    if error.std > MAX_WIDTH_IDENTIFIED * std()[error.cause] {
         return told(
             Verdict::NotIdentifiable,
             "The drive says little of it: drive slaloms to both sides at two speeds.",

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use nalgebra::{DMatrix, DVector};
+use numerics::identifiability::MAX_WIDTH_WEAK;
 use numerics::sqp::{self, Limits, Objective};
 
 use super::bank::BankMap;
@@ -219,7 +220,8 @@ impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for ((name, it), learned) in NAMES.iter().zip(&self.intervals).zip(&self.learned) {
             let [low, high] = it.ends;
-            let verdict = if *learned < 0.3 { "  weak: mostly the prior" } else { "" };
+            let mostly_prior = 1.0 - learned >= MAX_WIDTH_WEAK;
+            let verdict = if mostly_prior { "  not identifiable: mostly the prior" } else { "" };
             writeln!(f, "{name:>17} {:10.4} [{low:.4}, {high:.4}]{verdict}", it.value)?;
         }
         for (name, it) in ["K_f", "K_r"].iter().zip(&self.stiffness) {

@@ -3,14 +3,14 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{ManoeuvreKind, describe};
-use crate::GRAVITY;
 use crate::action::{Action, CarState, DriveCommand, Stage};
+use super::{ManoeuvreKind, describe};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
 use crate::common::CommonParameters;
 use crate::line_fit::LineFit;
 use crate::log::{Log, largest};
+use units::STANDARD_GRAVITY;
 
 /// Slowly increasing steer (FMVSS 126, ISO 19365) at a constant speed, until the lateral acceleration is reached. A straight line
 /// through the angles between 0.1 g and 0.375 g gives A, the angle at 0.3 g.
@@ -31,7 +31,7 @@ pub struct SlowlyIncreasingSteer {
 impl Default for SlowlyIncreasingSteer {
     fn default() -> Self {
         let rate = (13.5_f64 / 16.0).to_radians();
-        SlowlyIncreasingSteer { rate, until: 0.5 * GRAVITY, max_steer: 0.5 }
+        SlowlyIncreasingSteer { rate, until: 0.5 * STANDARD_GRAVITY, max_steer: 0.5 }
     }
 }
 
@@ -44,9 +44,9 @@ pub(super) struct SteerFit {
 }
 
 /// The lateral acceleration that A belongs to [m/s2].
-pub(super) const AT: f64 = 0.3 * GRAVITY;
+pub(super) const AT: f64 = 0.3 * STANDARD_GRAVITY;
 /// The lateral accelerations of the straight line [m/s2].
-const LINEAR: std::ops::RangeInclusive<f64> = 0.1 * GRAVITY..=0.375 * GRAVITY;
+const LINEAR: std::ops::RangeInclusive<f64> = 0.1 * STANDARD_GRAVITY..=0.375 * STANDARD_GRAVITY;
 
 impl SlowlyIncreasingSteer {
     /// The steering at a moment of the stage, whose line takes the moment; none when the test is over.

@@ -25,7 +25,7 @@ pub struct Subproblem {
 
 /// Where a variable or a row ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum BoundState {
     /// Strictly inside.
     Free,
     /// On the lower bound; for a row, exactly met.
@@ -41,11 +41,11 @@ pub struct Step {
     /// The step, exactly on the bounds where `places` says so.
     pub d: DVector<f64>,
     /// Where each variable ended.
-    pub places: Vec<Place>,
+    pub places: Vec<BoundState>,
     /// Multipliers of the rows, from 0 to the price.
     pub multipliers: DVector<f64>,
     /// Where each row ended.
-    pub rows: Vec<Place>,
+    pub rows: Vec<BoundState>,
 }
 
 /// Solves it; `None` if H is not positive definite or the interior-point method gave up.
@@ -63,22 +63,20 @@ impl Subproblem {
     /// Gives the step and the multipliers of the rows.
     fn equality_step(
         &self,
-        places: &[Place],
-        rows: &[Place],
+        places: &[BoundState],
+        rows: &[BoundState],
     ) -> Option<(DVector<f64>, DVector<f64>)> {
         let n = places.len();
         let mut d = DVector::from_fn(n, |i, _| match places[i] {
-            Place::Lower => self.lower[i],
-            Place::Upper => self.upper[i],
+            BoundState::Lower => self.lower[i],
+            BoundState::Upper => self.upper[i],
             _ => 0.0,
         });
-        let mut multipliers =
-            DVector::from_fn(
-                rows.len(),
-                |r, _| if rows[r] == Place::Violated { self.price } else { 0.0 },
-            );
-        let free: Vec<usize> = (0..n).filter(|&i| places[i] == Place::Free).collect();
-        let met: Vec<usize> = (0..rows.len()).filter(|&r| rows[r] == Place::Lower).collect();
+        let mut multipliers = DVector::from_fn(rows.len(), |r, _| {
+            if rows[r] == BoundState::Violated { self.price } else { 0.0 }
+        });
+        let free: Vec<usize> = (0..n).filter(|&i| places[i] == BoundState::Free).collect();
+        let met: Vec<usize> = (0..rows.len()).filter(|&r| rows[r] == BoundState::Lower).collect();
         let pull = self.gradient_at(&d) - self.rows.transpose() * &multipliers;
         let size = free.len() + met.len();
         if free.is_empty() {
@@ -117,20 +115,20 @@ impl Subproblem {
 fn solve_box(problem: &Subproblem) -> Option<Step> {
     let n = problem.gradient.len();
     let index = |i: usize| match problem.gradient[i] {
-        g if problem.lower[i] >= 0.0 && g >= 0.0 => Place::Lower,
-        g if problem.upper[i] <= 0.0 && g <= 0.0 => Place::Upper,
-        _ => Place::Free,
+        g if problem.lower[i] >= 0.0 && g >= 0.0 => BoundState::Lower,
+        g if problem.upper[i] <= 0.0 && g <= 0.0 => BoundState::Upper,
+        _ => BoundState::Free,
     };
-    let mut places: Vec<Place> = (0..n).map(index).collect();
+    let mut places: Vec<BoundState> = (0..n).map(index).collect();
     let mut d: DVector<f64> = DVector::zeros(n);
     for _ in 0..10 * n + 10 {
         let (target, _) = problem.equality_step(&places, &[])?;
         let (mut fraction, mut blocking) = (1.0, None);
-        for i in (0..n).filter(|&i| places[i] == Place::Free) {
+        for i in (0..n).filter(|&i| places[i] == BoundState::Free) {
             let (bound, side) = if target[i] > problem.upper[i] {
-                (problem.upper[i], Place::Upper)
+                (problem.upper[i], BoundState::Upper)
             } else if target[i] < problem.lower[i] {
-                (problem.lower[i], Place::Lower)
+                (problem.lower[i], BoundState::Lower)
             } else {
                 continue;
             };
@@ -142,20 +140,20 @@ fn solve_box(problem: &Subproblem) -> Option<Step> {
         d += (target - &d) * fraction;
         if let Some((i, side)) = blocking {
             places[i] = side;
-            d[i] = if side == Place::Upper { problem.upper[i] } else { problem.lower[i] };
+            d[i] = if side == BoundState::Upper { problem.upper[i] } else { problem.lower[i] };
             continue;
         }
         let gradient = problem.gradient_at(&d);
         let pull = |i: usize| match places[i] {
-            Place::Lower => -gradient[i],
-            Place::Upper => gradient[i],
+            BoundState::Lower => -gradient[i],
+            BoundState::Upper => gradient[i],
             _ => 0.0,
         };
         let worst = (0..n).max_by(|&i, &j| pull(i).total_cmp(&pull(j)))?;
         if pull(worst) <= 1e-14 * problem.gradient.amax() {
             return Some(Step { d, places, multipliers: DVector::zeros(0), rows: Vec::new() });
         }
-        places[worst] = Place::Free;
+        places[worst] = BoundState::Free;
     }
     None
 }
@@ -164,7 +162,7 @@ fn solve_box(problem: &Subproblem) -> Option<Step> {
 fn solve_rows(problem: &Subproblem) -> Option<Step> {
     let (n, m) = (problem.gradient.len(), problem.rows.nrows());
     let (d, duals, slacks, bounds) = interior_points(problem)?;
-    let mut places = vec![Place::Free; n];
+    let mut places = vec![BoundState::Free; n];
     for (k, &(i, side)) in bounds.iter().enumerate() {
         if duals[k] > slacks[k] {
             places[i] = side;
@@ -172,11 +170,11 @@ fn solve_rows(problem: &Subproblem) -> Option<Step> {
     }
     let first = bounds.len();
     let holds = |k: usize| duals[k] > slacks[k];
-    let rows: Vec<Place> = (0..m)
+    let rows: Vec<BoundState> = (0..m)
         .map(|r| match (holds(first + r), holds(first + m + r)) {
-            (false, _) => Place::Free,
-            (true, true) => Place::Lower,
-            (true, false) => Place::Violated,
+            (false, _) => BoundState::Free,
+            (true, true) => BoundState::Lower,
+            (true, false) => BoundState::Violated,
         })
         .collect();
     if let Some((exact, multipliers)) = problem.equality_step(&places, &rows) {
@@ -188,15 +186,15 @@ fn solve_rows(problem: &Subproblem) -> Option<Step> {
         }
     }
     let d = DVector::from_fn(n, |i, _| match places[i] {
-        Place::Lower => problem.lower[i],
-        Place::Upper => problem.upper[i],
+        BoundState::Lower => problem.lower[i],
+        BoundState::Upper => problem.upper[i],
         _ => d[i].clamp(problem.lower[i], problem.upper[i]),
     });
     let multipliers = DVector::from_fn(m, |r, _| duals[first + r]);
     Some(Step { d, places, multipliers, rows })
 }
 
-type Interior = (DVector<f64>, Vec<f64>, Vec<f64>, Vec<(usize, Place)>);
+type Interior = (DVector<f64>, Vec<f64>, Vec<f64>, Vec<(usize, BoundState)>);
 
 /// The subproblem with a slack variable for each row, by clarabel: step, duals, slacks, and whose bounds the first
 /// inequalities are. Then come the rows, then the slack variables.
@@ -213,19 +211,19 @@ fn interior_points(problem: &Subproblem) -> Option<Interior> {
     let mut bounds = Vec::new();
     for i in 0..n {
         if problem.lower[i].is_finite() {
-            bounds.push((i, Place::Lower));
+            bounds.push((i, BoundState::Lower));
         }
         if problem.upper[i].is_finite() {
-            bounds.push((i, Place::Upper));
+            bounds.push((i, BoundState::Upper));
         }
     }
     let first = bounds.len();
     let mut A = DMatrix::zeros(first + 2 * m, n + m);
     let mut b = vec![0.0; first + 2 * m];
     for (k, &(i, side)) in bounds.iter().enumerate() {
-        let sign = if side == Place::Upper { 1.0 } else { -1.0 };
+        let sign = if side == BoundState::Upper { 1.0 } else { -1.0 };
         A[(k, i)] = sign;
-        b[k] = sign * if side == Place::Upper { problem.upper[i] } else { problem.lower[i] };
+        b[k] = sign * if side == BoundState::Upper { problem.upper[i] } else { problem.lower[i] };
     }
     for r in 0..m {
         for i in 0..n {

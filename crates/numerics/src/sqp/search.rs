@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::convergence::Status;
-use crate::sqp::qp::{self, Place, Step, Subproblem};
+use crate::sqp::qp::{self, BoundState, Step, Subproblem};
 use crate::sqp::secant::Secant;
 use crate::sqp::{Minimum, Model, Objective};
 
@@ -82,13 +82,13 @@ impl<'a> Minimisation<'a> {
             price: self.price,
         };
         let mut step = qp::solve(&subproblem)?;
-        while step.rows.contains(&Place::Violated)
+        while step.rows.contains(&BoundState::Violated)
             && subproblem.price < MOST_PRICE * point.model.scale
         {
             subproblem.price = 10.0 * subproblem.price.max(point.model.scale);
             step = qp::solve(&subproblem)?;
         }
-        if !step.rows.contains(&Place::Violated) {
+        if !step.rows.contains(&BoundState::Violated) {
             self.price = subproblem.price;
         }
         Some(step)
@@ -125,8 +125,8 @@ impl<'a> Minimisation<'a> {
     /// The point after a step, on the bounds to the last bit.
     pub fn moved(&self, point: &Point, step: &Step) -> DVector<f64> {
         DVector::from_fn(point.x.len(), |i, _| match step.places[i] {
-            Place::Lower => self.lower[i],
-            Place::Upper => self.upper[i],
+            BoundState::Lower => self.lower[i],
+            BoundState::Upper => self.upper[i],
             _ => (point.x[i] + step.d[i] / point.width[i]).clamp(self.lower[i], self.upper[i]),
         })
     }

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use crate::convergence::Status;
 use crate::variational::LogDensity;
 use crate::variational::gaussian::Gaussian;
-use crate::variational::newton::{Fitted, Limits};
+use crate::variational::newton::{GaussianFit, Limits};
 
 /// Of the moving means of gradient and squared gradient.
 const MEMORY: [f64; 2] = [0.9, 0.999];
@@ -29,21 +29,21 @@ pub struct Schedule {
 }
 
 /// A logarithm of a density and its gradient at a point, that may be noisy.
-pub type Noisy<'a> = dyn Fn(&DVector<f64>, &mut Pcg64) -> (f64, DVector<f64>) + 'a;
+pub type StochasticGradient<'a> = dyn Fn(&DVector<f64>, &mut Pcg64) -> (f64, DVector<f64>) + 'a;
 
 /// Takes all steps, and then says by the density itself how far from the optimum they led. The trace is of means over the
 /// draws of many steps each.
 pub fn climb(
     schedule: &Schedule,
-    estimate: &Noisy,
+    estimate: &StochasticGradient,
     start: Gaussian,
     (density, points, limits): (&impl LogDensity, &DMatrix<f64>, Limits),
     seed: u64,
-) -> Fitted {
+) -> GaussianFit {
     let dimension = start.mean.len();
     let mut random = Pcg64::seed_from_u64(seed);
     let mut gaussian = start;
-    let mut walk = Walk::new(dimension * (dimension + 3) / 2);
+    let mut walk = GradientMoments::new(dimension * (dimension + 3) / 2);
     let (mut trace, mut sum) = (Vec::new(), 0.0);
     let reported = schedule.steps.div_ceil(REPORTED).max(1);
     let (mut mean, half) = (gaussian.clone(), schedule.steps / 2);
@@ -78,7 +78,7 @@ pub fn climb(
     let gaussian = if schedule.average { mean } else { gaussian };
     let gradient_norm = gaussian.compare(density, points).gradient_norm();
     let converged = gradient_norm <= limits.tolerance;
-    Fitted {
+    GaussianFit {
         gaussian,
         status: if converged { Status::Converged } else { Status::IterationLimit },
         gradient_norm,
@@ -93,12 +93,12 @@ fn triangle(dimension: usize) -> impl Iterator<Item = (usize, usize)> {
 }
 
 /// Moving means of gradient and squared gradient.
-struct Walk {
+struct GradientMoments {
     means: [Vec<f64>; 2],
     forgotten: [f64; 2],
 }
 
-impl Walk {
+impl GradientMoments {
     fn new(count: usize) -> Self {
         Self { means: [vec![0.0; count], vec![0.0; count]], forgotten: [1.0; 2] }
     }

@@ -26,7 +26,7 @@ pub struct Limits {
 
 /// A distribution that was fitted.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct GaussianFit {
     /// The distribution.
     pub gaussian: Gaussian,
     /// How it ended.
@@ -48,7 +48,7 @@ pub fn maximise(
     start: Gaussian,
     points: &DMatrix<f64>,
     limits: Limits,
-) -> Fitted {
+) -> GaussianFit {
     let mut gaussian = start;
     let mut here = gaussian.compare(density, points);
     let mut comparisons = 1;
@@ -84,7 +84,7 @@ pub fn maximise(
         trace.push(here.elbo);
         share = f64::min(2.0 * share, 1.0);
     };
-    Fitted {
+    GaussianFit {
         gradient_norm: here.gradient_norm(),
         status,
         steps: trace.len() - 1,
@@ -136,7 +136,7 @@ mod tests {
         }
     }
 
-    fn fit(bend: f64, count: usize) -> Fitted {
+    fn fit(bend: f64, count: usize) -> GaussianFit {
         let density = Parabola { precision: dmatrix![4.0, 1.5; 1.5, 1.0], bend };
         let start = Gaussian { mean: DVector::zeros(2), factor: DMatrix::identity(2, 2) };
         maximise(&density, start, &normal_points(2, count, 0), LIMITS)

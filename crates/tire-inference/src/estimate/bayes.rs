@@ -3,12 +3,12 @@
 use numerics::convergence::{Convergence, Status};
 use preparation::samples::Samples;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::estimate::point::Agreement;
-use crate::estimate::{Estimate, by_name};
+use crate::estimate::{Estimate, per_quantity};
 use crate::fit::Solution;
 use crate::posterior::report::{PosteriorReport, UncertaintySource};
-use crate::quantity::ByName;
+use crate::quantity::PerQuantity;
 use crate::settings::Settings;
 use crate::variational::report::{Summary, Suspicion};
 use crate::variational::{self, Start, Variational};
@@ -20,11 +20,11 @@ const COMPETITIVE: f64 = 10.0;
 const SHARE: f64 = 0.01;
 
 /// What was found of one curve so far.
-pub struct Bayes<'a> {
+pub struct BayesianFit<'a> {
     /// The samples that the posterior is of.
     pub samples: &'a Samples,
     /// The same.
-    pub data: &'a Compressed,
+    pub data: &'a CompressedSamples,
     pub settings: &'a Settings,
     /// The best fit with everything free.
     pub best: &'a Solution,
@@ -38,7 +38,7 @@ pub struct Bayes<'a> {
     pub agreement: Agreement<'a>,
 }
 
-impl Bayes<'_> {
+impl BayesianFit<'_> {
     /// The posterior's own numbers.
     pub fn reference(&self) -> Estimate {
         let PosteriorReport { levels, cells, .. } = *self.report;
@@ -62,12 +62,14 @@ impl Bayes<'_> {
     }
 
     /// The means, if they make a tire that agrees with all of the posterior; else the draw nearest to them.
-    fn means(&self) -> ByName {
+    fn means(&self) -> PerQuantity {
         let agreement = &self.agreement;
         let rejected = !agreement.holds(&agreement.mean());
         match agreement.nearest().filter(|_| rejected) {
-            Some(theta) => by_name(self.judgements, |judgement| judgement.quantity.value(&theta)),
-            None => by_name(self.judgements, |judgement| judgement.mean),
+            Some(theta) => {
+                per_quantity(self.judgements, |judgement| judgement.quantity.value(&theta))
+            }
+            None => per_quantity(self.judgements, |judgement| judgement.mean),
         }
     }
 

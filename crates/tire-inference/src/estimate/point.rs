@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::parameters::Parameter;
     use crate::quantity::Quantity;
-    use crate::verdict::Known;
+    use crate::verdict::QuantityStatistics;
 
     /// Tires about one, apart in D and C.
     fn draws() -> PosteriorSamples {
@@ -122,7 +122,7 @@ mod tests {
             let (mean, std) = (mean(&values), std(&values));
             let (width_ratio, interval) = (0.1, interval(values));
             let (profile, rival, prior_shift, noisier) = (None, None, None, None);
-            let known = Known {
+            let known = QuantityStatistics {
                 quantity,
                 mean,
                 std,

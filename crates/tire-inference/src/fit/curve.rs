@@ -10,7 +10,7 @@ use numerics::sqp::{Inequality, Model, Objective};
 use preparation::samples::Samples;
 
 use crate::bounds::Bounds;
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::fit::{Constraints, Problem};
 use crate::kernel::{self, Pass};
 use crate::parameters::{COUNT, Parameter, Theta};
@@ -138,7 +138,7 @@ enum Data<'a> {
     /// All samples, or some, each for as many as it stands for.
     Samples(Cow<'a, Samples>),
     /// For squares alone.
-    Compressed(Box<Compressed>),
+    CompressedSamples(Box<CompressedSamples>),
 }
 
 /// Samples at even steps in the order of the slip, of the weight of all.
@@ -172,7 +172,7 @@ impl<'a> CurveCost<'a> {
         let samples = problem.samples;
         let data = match problem.loss {
             Loss::Square if samples.len() * starts >= MANY => {
-                Data::Compressed(Box::new(Compressed::new(samples)))
+                Data::CompressedSamples(Box::new(CompressedSamples::new(samples)))
             }
             Loss::Huber { .. } | Loss::StudentT { .. } if samples.len() >= 4 * SOME => {
                 Data::Samples(Cow::Owned(some(samples)))
@@ -210,7 +210,7 @@ impl<'a> CurveCost<'a> {
     pub fn cost(&self, theta: &Theta) -> f64 {
         let own = match &self.data {
             Data::Samples(samples) => kernel::cost(samples, theta, self.loss),
-            Data::Compressed(data) => 0.5 * data.squares(theta),
+            Data::CompressedSamples(data) => 0.5 * data.squares(theta),
         };
         own + self.regularisation.iter().map(|expected| expected.at(theta).0).sum::<f64>()
     }
@@ -218,7 +218,7 @@ impl<'a> CurveCost<'a> {
     fn pass(&self, theta: &Theta) -> Pass {
         match &self.data {
             Data::Samples(samples) => kernel::pass(samples, theta, &self.free, self.loss),
-            Data::Compressed(data) => {
+            Data::CompressedSamples(data) => {
                 let near = data.quadratic(theta);
                 Pass {
                     cost: 0.5 * near.squares,

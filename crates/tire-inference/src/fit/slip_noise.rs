@@ -16,7 +16,7 @@ use crate::fit::curve::{Unknowns, regularise};
 use crate::fit::deconvolution::{Moments, moments};
 use crate::fit::solution::{Part, ResidualNoise};
 use crate::fit::{FitError, FitOptions, Problem, Solution, least_squares, multistart};
-use crate::kernel::{Local, local};
+use crate::kernel::{LocalCurve, local};
 use crate::parameters::{COUNT, Theta};
 
 /// ResidualNoise in the slip, and which of its consequences are taken into account. Leaving one out is for studies: without `calibrate`
@@ -126,7 +126,7 @@ impl<'a> Likelihood<'a> {
         if samples.weight[i] == 0.0 {
             return;
         }
-        let Local { value, slope, curvature } = local(curve, Dual::from(self.truth[i].mean));
+        let LocalCurve { value, slope, curvature } = local(curve, Dual::from(self.truth[i].mean));
         let mean = if self.noise.curvature {
             value + curvature * (0.5 * self.truth[i].variance)
         } else {

@@ -1,14 +1,14 @@
 //! Describes the Magic Formula around one slip: value, slope and curvature.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use numerics::scalar::{Function, Graded};
+use numerics::scalar::{Function, Graded, Scalar};
 use vehicle::MagicFormula;
 
-use super::terms::{Real, Terms};
+use super::terms::Terms;
 
 /// A curve around one slip.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Local<T = f64> {
+pub struct LocalCurve<T = f64> {
     /// Friction coefficient [-].
     pub value: T,
     /// Its first derivative with respect to slip.
@@ -18,11 +18,11 @@ pub struct Local<T = f64> {
 }
 
 /// Value, slope and curvature at a slip.
-pub fn local<T: Real>(curve: &MagicFormula<T>, slip: T) -> Local<T> {
+pub fn local<T: Scalar>(curve: &MagicFormula<T>, slip: T) -> LocalCurve<T> {
     let MagicFormula { B, C, D, E, S_h, S_v } = *curve;
     let terms = Terms::new([B, C, D, E], slip + S_h);
     let [.., slope] = terms.gradient();
-    Local { value: terms.value() + S_v, slope, curvature: B * B * terms.second_by_u() }
+    LocalCurve { value: terms.value() + S_v, slope, curvature: B * B * terms.second_by_u() }
 }
 
 /// Friction coefficient and its slope over a slip without shifts, as functions of the slip, B, C, D and E.

@@ -4,60 +4,7 @@
 //! With u = Bx, a = atan u, v = u − E(u − a), w = atan v, φ = Cw and S = DC cos φ / (1 + v²), the derivatives of y = D sin φ are
 //! y_D = sin φ, y_C = D w cos φ, y_E = −S(u − a), y_x = S B p and y_B = S x p with p = 1 − E + E/(1 + u²).
 
-use std::ops::{Add, Mul, Neg, Sub};
-
-use num_dual::{DualNum, DualSVec64};
-
-/// A number that the curve is computed with.
-pub trait Real:
-    Copy
-    + Neg<Output = Self>
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Add<f64, Output = Self>
-    + Mul<f64, Output = Self>
-{
-    /// 1 / x.
-    fn recip(self) -> Self;
-
-    /// Arc tangent.
-    fn atan(self) -> Self;
-
-    /// Sine and cosine.
-    fn sin_cos(self) -> (Self, Self);
-}
-
-impl Real for f64 {
-    #[inline(always)]
-    fn recip(self) -> Self {
-        1.0 / self
-    }
-
-    #[inline(always)]
-    fn atan(self) -> Self {
-        elementary::atan(self)
-    }
-
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        elementary::sin_cos(self)
-    }
-}
-
-impl<const N: usize> Real for DualSVec64<N> {
-    fn recip(self) -> Self {
-        DualNum::recip(&self)
-    }
-
-    fn atan(self) -> Self {
-        DualNum::atan(&self)
-    }
-
-    fn sin_cos(self) -> (Self, Self) {
-        DualNum::sin_cos(&self)
-    }
-}
+use numerics::scalar::Scalar;
 
 /// What value and derivatives are made of, without shifts. What is not used costs nothing: everything is inlined.
 pub struct Terms<T> {
@@ -87,7 +34,7 @@ pub struct Terms<T> {
     pub E: T,
 }
 
-impl<T: Real> Terms<T> {
+impl<T: Scalar> Terms<T> {
     /// Of a slip.
     #[inline(always)]
     pub fn new([B, C, D, E]: [T; 4], x: T) -> Self {

@@ -5,13 +5,14 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use nalgebra::{SMatrix, SVector, Vector4};
+use numerics::levenberg_marquardt::{SquaredCost, minimise};
 use preparation::Series;
 use preparation::samples::Samples;
 
 use super::EFFECTS;
 use crate::dependence::correlation_time;
 use crate::kernel::value;
-use crate::local::{LEAST_ROWS, Usual, even_out, slope, theta};
+use crate::local::{LEAST_C, LEAST_ROWS, MOST_C, MOST_E, StretchPrior, even_out, slope, theta};
 
 /// ln K, C, ln D, E at rest and in free rolling; the effects k, d, 1 / μ_x²; curvatures k₂, d₂.
 const COUNT: usize = 9;
@@ -101,6 +102,18 @@ impl Rows {
         (ellipse * coefficient, slopes)
     }
 
+    /// JᵀWJ and −JᵀWr of the residuals, without a prior.
+    fn normal_equations(&self, at: &Vector) -> (Matrix, Vector) {
+        let (mut hessian, mut descent) = (Matrix::zeros(), Vector::zeros());
+        let Samples { slip, force, weight } = &self.samples;
+        for row in 0..slip.len() {
+            let (value, by) = self.model(at, row, slip[row]);
+            hessian += weight[row] * by * by.transpose();
+            descent += weight[row] * (force[row] - value) * by;
+        }
+        (hessian, descent)
+    }
+
     fn residuals(&self, at: &Vector) -> Vec<f64> {
         let Samples { slip, force, weight } = &self.samples;
         let residual = |row: usize| {
@@ -138,53 +151,28 @@ struct Search<'a> {
     at: Vector,
 }
 
-impl Search<'_> {
+impl SquaredCost<COUNT> for Search<'_> {
     fn cost(&self, at: &Vector) -> f64 {
         let square: f64 = self.rows.residuals(at).iter().map(|it| it * it).sum();
         square + self.variance * (at - self.mean).component_div(&self.std).norm_squared()
     }
 
-    /// Half of the Hessian of the squares without the prior, and half of their descent.
-    fn normal_equations(&self) -> (Matrix, Vector) {
-        let (mut hessian, mut descent) = (Matrix::zeros(), Vector::zeros());
-        let Samples { slip, force, weight } = &self.rows.samples;
-        for row in 0..slip.len() {
-            let (value, by) = self.rows.model(&self.at, row, slip[row]);
-            hessian += weight[row] * by * by.transpose();
-            descent += weight[row] * (force[row] - value) * by;
-        }
+    fn normal_equations(&self, at: &Vector) -> (Matrix, Vector) {
+        let weights = self.std.map(|std| self.variance / (std * std));
+        let (mut hessian, mut descent) = self.rows.normal_equations(at);
+        hessian += Matrix::from_diagonal(&weights);
+        descent += weights.component_mul(&(self.mean - at));
         (hessian, descent)
     }
 
-    fn minimise(&mut self) {
-        let weights = self.std.map(|std| self.variance / (std * std));
-        let (mut damping, mut cost) = (1e-3, self.cost(&self.at));
-        for _ in 0..ITERATIONS {
-            let (mut hessian, mut descent) = self.normal_equations();
-            hessian += Matrix::from_diagonal(&weights);
-            descent += weights.component_mul(&(self.mean - self.at));
-            let better = (0..8).find_map(|_| {
-                let damped = hessian + Matrix::from_diagonal(&(hessian.diagonal() * damping));
-                let mut next = self.at + damped.try_inverse()? * descent;
-                next[1] = next[1].clamp(0.5, 2.5);
-                next[3] = next[3].min(0.99);
-                let new = self.cost(&next);
-                if new < cost {
-                    return Some((next, new));
-                }
-                damping *= 4.0;
-                None
-            });
-            let Some((next, new)) = better else { return };
-            let gain = (cost - new) / cost;
-            (self.at, cost) = (next, new);
-            damping *= 0.3;
-            if gain < 1e-7 {
-                return;
-            }
-        }
+    fn project(&self, mut at: Vector) -> Vector {
+        at[1] = at[1].clamp(LEAST_C, MOST_C);
+        at[3] = at[3].min(MOST_E);
+        at
     }
+}
 
+impl Search<'_> {
     /// Of independent residuals: of those that hang together, one in their correlation time is.
     fn residual_variance(&self) -> f64 {
         let residuals = self.rows.residuals(&self.at);
@@ -192,8 +180,8 @@ impl Search<'_> {
         (square / residuals.len() as f64).max(1e-8) * correlation_time(&residuals)
     }
 
-    fn fit(self, usual: &Usual) -> Fit {
-        let (information, _) = self.normal_equations();
+    fn fit(self, usual: &StretchPrior) -> Fit {
+        let (information, _) = self.rows.normal_equations(&self.at);
         let Samples { slip, force, weight } = &self.rows.samples;
         let time = &self.rows.time;
         let (first, last) = (time[0], time[time.len() - 1]);
@@ -219,7 +207,12 @@ impl Search<'_> {
 
 impl Fit {
     /// Fits points at the load at rest [N], from another fit of the same tire where there is one.
-    pub fn of(series: &Series, nominal: f64, usual: &Usual, start: Option<&Self>) -> Option<Self> {
+    pub fn of(
+        series: &Series,
+        nominal: f64,
+        usual: &StretchPrior,
+        start: Option<&Self>,
+    ) -> Option<Self> {
         let rows = Rows::of(series, nominal)?;
         let (mut mean, mut std) = (Vector::zeros(), Vector::repeat(CURVATURE_STD));
         mean.fixed_rows_mut::<4>(0).copy_from(&usual.mean);
@@ -234,7 +227,7 @@ impl Fit {
         let (at, variance, fits) = start.map_or((mean, 0.01, 3), |it| (it.at, it.variance, 2));
         let mut search = Search { rows: &rows, mean, std, variance, at };
         for _ in 0..fits {
-            search.minimise();
+            search.at = minimise(&search, search.at, ITERATIONS);
             search.variance = search.residual_variance();
         }
         Some(search.fit(usual))

@@ -68,7 +68,7 @@ impl Axle {
     }
 
     fn told(&self, seed: u64) -> LoadEffects {
-        let usual = Usual::default();
+        let usual = StretchPrior::default();
         super::Axle::fit(&self.drive(seed), NOMINAL, &usual).expect("a curve").judge(&[])
     }
 }
@@ -172,7 +172,8 @@ fn halves_that_differ_lower_the_verdict() {
     let other = Axle { truth: [0.5, 0.5, 0.8], ..USUAL }.drive(3);
     let middle = first.time.len() / 2;
     first.samples.force[middle..].copy_from_slice(&other.samples.force[middle..]);
-    let told = super::Axle::fit(&first, NOMINAL, &Usual::default()).expect("a curve").judge(&[]);
+    let told =
+        super::Axle::fit(&first, NOMINAL, &StretchPrior::default()).expect("a curve").judge(&[]);
     for effect in [&told.K, &told.D] {
         assert_ne!(effect.verdict, Verdict::Identified, "{effect:?}");
         assert_eq!(effect.obstacle, Some(Obstacle::HalvesDiffer), "{effect:?}");
@@ -181,7 +182,8 @@ fn halves_that_differ_lower_the_verdict() {
 
 #[test]
 fn what_is_not_known_of_the_car_counts() {
-    let axle = super::Axle::fit(&USUAL.drive(2), NOMINAL, &Usual::default()).expect("a curve");
+    let axle =
+        super::Axle::fit(&USUAL.drive(2), NOMINAL, &StretchPrior::default()).expect("a curve");
     let [k, d, s] = axle.all.effects();
     let told = axle.judge(&[("h", [[k, d - 0.1, s], [k, d + 0.1, s]])]);
     assert_eq!(told.D.obstacle, Some(Obstacle::Car("h")), "{:?}", told.D);
@@ -193,7 +195,7 @@ fn what_is_not_known_of_the_car_counts() {
 
 #[test]
 fn rows_that_are_no_drive_are_no_axle() {
-    let usual = Usual::default();
+    let usual = StretchPrior::default();
     let mut still = USUAL.drive(1);
     still.samples.slip.fill(0.01);
     let mut wild = USUAL.drive(1);

@@ -15,13 +15,13 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::parameters::{COUNT, Parameter, Theta};
 use crate::posterior::report::{Mode, PosteriorReport, SamplingMethod, SamplingStatus};
-use crate::posterior::{Found, PosteriorSamples, SamplingOptions};
+use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions};
 use crate::prior::Prior;
 use linear::Linear;
-use plane::{Cell, Place, Plane, is_hopeless};
+use plane::{Cell, CellIndex, Plane, is_hopeless};
 
 const S_H: usize = Parameter::S_h as usize;
 
@@ -43,11 +43,11 @@ const TOLD: f64 = 1e-3;
 /// Draws of equal weight. `optima` are points that the grid must not miss, such as the minima of least squares; `None` where
 /// the method does not apply, see [`SamplingStatus::NotApplicable`].
 pub fn draw(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     optima: &[Theta],
     options: &SamplingOptions,
-) -> Option<Found> {
+) -> Option<SampledPosterior> {
     if data.count() < SAMPLES || prior.free == [false; COUNT] || options.draws == 0 {
         return None;
     }
@@ -60,15 +60,15 @@ pub fn draw(
         return None;
     }
     let mut plane = Plane::new(&linear, prior, optima, noise);
-    let mut weighted = Weighted::new(&plane, &linear, prior, options);
+    let mut weighted = WeightedDraws::new(&plane, &linear, prior, options);
     for _ in 0..FINER {
         // In smaller cells there is less that a centre does not say.
         if weighted.is_even() || !plane.resolved || !plane.finer() {
             break;
         }
-        weighted = Weighted::new(&plane, &linear, prior, options);
+        weighted = WeightedDraws::new(&plane, &linear, prior, options);
     }
-    let Weighted { drawn, weights, effective_share, largest_weight } = &weighted;
+    let WeightedDraws { drawn, weights, effective_share, largest_weight } = &weighted;
     let report = PosteriorReport {
         method: SamplingMethod::Grid,
         status: match (plane.resolved, weighted.is_even()) {
@@ -85,24 +85,24 @@ pub fn draw(
     };
     let chosen = systematic(weights, options.draws, options.seed);
     let draws = chosen.into_iter().map(|index| drawn[index].theta).collect();
-    Some(Found { posterior: PosteriorSamples { samples: draws }, report })
+    Some(SampledPosterior { posterior: PosteriorSamples { samples: draws }, report })
 }
 
 struct Draw {
     theta: Theta,
     log_weight: f64,
-    place: Place,
+    place: CellIndex,
 }
 
 /// Draws with weights of sum 1.
-struct Weighted {
+struct WeightedDraws {
     drawn: Vec<Draw>,
     weights: Vec<f64>,
     effective_share: f64,
     largest_weight: f64,
 }
 
-impl Weighted {
+impl WeightedDraws {
     fn new(plane: &Plane, linear: &Linear, prior: &Prior, options: &SamplingOptions) -> Self {
         let drawn = drawn(plane, linear, prior, options);
         let best = drawn.iter().map(|draw| draw.log_weight).fold(f64::NEG_INFINITY, f64::max);
@@ -126,7 +126,7 @@ impl Weighted {
 
 /// Draws from the cells in proportion to their masses, with the weights that make them draws from the posterior.
 fn drawn(plane: &Plane, linear: &Linear, prior: &Prior, options: &SamplingOptions) -> Vec<Draw> {
-    let cells: Vec<(&Place, &Cell)> = plane.cells.iter().collect();
+    let cells: Vec<(&CellIndex, &Cell)> = plane.cells.iter().collect();
     let best = cells.iter().map(|(_, cell)| cell.log).fold(f64::NEG_INFINITY, f64::max);
     let masses: Vec<f64> = cells.iter().map(|(_, cell)| (cell.log - best).exp()).collect();
     let whole: f64 = masses.iter().sum();

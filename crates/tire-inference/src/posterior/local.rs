@@ -6,11 +6,11 @@ use numerics::importance;
 use numerics::resampling::systematic;
 use numerics::variational::LogDensity;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::density::TireDensity;
 use crate::parameters::Theta;
 use crate::posterior::report::{PosteriorReport, SamplingMethod, SamplingStatus};
-use crate::posterior::{Found, PosteriorSamples, SamplingOptions};
+use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions};
 use crate::prior::Prior;
 
 /// Effective draws for each one that is wanted.
@@ -18,11 +18,11 @@ const SHARE: f64 = 0.5;
 
 /// Draws of equal weight; `None` where they do not come close to the posterior. A mode that no optimum is near is missed.
 pub fn draw(
-    data: &Compressed,
+    data: &CompressedSamples,
     prior: &Prior,
     optima: &[Theta],
     options: &SamplingOptions,
-) -> Option<Found> {
+) -> Option<SampledPosterior> {
     let density = TireDensity::new(data, prior);
     let freedom = data.count().checked_sub(density.dimension()).filter(|freedom| *freedom > 0)?;
     let start = |theta: &Theta| {
@@ -46,5 +46,7 @@ pub fn draw(
         levels: sampled.rounds,
         ..PosteriorReport::default()
     };
-    sampled.is_exact().then_some(Found { posterior: PosteriorSamples { samples: draws }, report })
+    sampled
+        .is_exact()
+        .then_some(SampledPosterior { posterior: PosteriorSamples { samples: draws }, report })
 }

@@ -70,7 +70,8 @@ pub fn predictive(
     samples: &Samples,
     loss: Loss,
     posterior: &PosteriorSamples,
-    (dependence, seed): (Dependence, u64),
+    dependence: Dependence,
+    seed: u64,
 ) -> Option<Predictive> {
     let all: Vec<usize> = (0..samples.len()).filter(|&i| samples.weight[i] > 0.0).collect();
     let used: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(MOST).max(1)).collect();
@@ -127,7 +128,7 @@ pub fn predictive(
         p_value: larger / draws,
         gross,
         lopsided: lopsided.abs(),
-        growth: growth(samples, &used, &first, (&posterior.samples[0], time)),
+        growth: growth(samples, &used, &first, &posterior.samples[0], time),
         autocorrelation: autocorrelation(&first),
         independent: dependence.share() * all.len() as f64,
         fits: true,
@@ -191,12 +192,7 @@ impl Predictive {
 
 /// Mean size of residuals where the force of a tire is above half of its largest one, over that where it is below: what it is at
 /// least, by three standard errors of samples of which one in `time` is independent.
-fn growth(
-    samples: &Samples,
-    used: &[usize],
-    residuals: &[f64],
-    (theta, time): (&Theta, f64),
-) -> f64 {
+fn growth(samples: &Samples, used: &[usize], residuals: &[f64], theta: &Theta, time: f64) -> f64 {
     let heights: Vec<f64> = used.iter().map(|&i| value(theta, samples.slip[i]).abs()).collect();
     let half = 0.5 * heights.iter().copied().fold(0.0, f64::max);
     let (mut sizes, mut counts) = ([0.0; 2], [0.0; 2]);
@@ -283,7 +279,7 @@ impl Predictive {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compressed::Compressed;
+    use crate::compressed::CompressedSamples;
     use crate::posterior::{SamplingOptions, draw};
     use crate::prior::Prior;
     use crate::synthetic::{Excitation, samples};
@@ -292,11 +288,11 @@ mod tests {
         let excitation = Excitation { samples: 600, slip_std: 0.0, seed, ..Excitation::default() };
         let mut samples = samples(&excitation, 0.3);
         samples.force.iter_mut().enumerate().for_each(|(i, force)| spoil(i, force));
-        let data = Compressed::new(&samples);
+        let data = CompressedSamples::new(&samples);
         let options = SamplingOptions { draws: 512, seed: 0 };
         let posterior = draw(&data, &Prior::longitudinal(), &[], &options).posterior;
         let dependence = Dependence::of(&samples, &excitation.truth);
-        predictive(&samples, Loss::Square, &posterior, (dependence, 0)).expect("enough samples")
+        predictive(&samples, Loss::Square, &posterior, dependence, 0).expect("enough samples")
     }
 
     #[test]

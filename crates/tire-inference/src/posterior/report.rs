@@ -7,7 +7,7 @@ use crate::kernel::value;
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::posterior::predictive::Predictive;
-use crate::quantity::ByName;
+use crate::quantity::PerQuantity;
 
 /// How draws were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -118,7 +118,7 @@ pub struct PosteriorReport {
     /// What the noise was taken to be.
     pub noise: Loss,
     /// Means of the draws, all parameters free. With the covariance beside it that is what a later run can start from.
-    pub mean: ByName,
+    pub mean: PerQuantity,
     /// The curves; absent where nobody asked for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub band: Option<Band>,

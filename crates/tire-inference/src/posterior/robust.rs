@@ -11,12 +11,12 @@ use numerics::resampling::systematic;
 use preparation::samples::Samples;
 use rayon::prelude::*;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::kernel::{self, value};
 use crate::parameters::{Normal, Theta};
 use crate::posterior::grid::{EFFECTIVE, LARGEST};
 use crate::posterior::report::{PosteriorReport, SamplingStatus};
-use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
+use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions, draw};
 use crate::prior::Prior;
 
 /// Draws of the normal problem for each one that is wanted.
@@ -28,7 +28,7 @@ const WIDEST: f64 = 5.0;
 
 /// A likelihood of samples that is not normal.
 #[derive(Clone, Copy, Debug)]
-pub struct Robust<'a> {
+pub struct RobustLikelihood<'a> {
     samples: &'a Samples,
     loss: Loss,
     /// What the cost is divided by in −ln(likelihood).
@@ -38,27 +38,27 @@ pub struct Robust<'a> {
 }
 
 /// The normal problem near a curve.
-pub struct Near {
+pub struct GaussianApproximation {
     /// What proposes the draws.
-    pub proposal: Compressed,
+    pub proposal: CompressedSamples,
     /// The sum of squares with a weight for each sample, of all samples.
-    squares: Compressed,
+    squares: CompressedSamples,
     /// Some samples as they are.
     some: Samples,
     /// The same with these weights.
-    some_squares: Compressed,
+    some_squares: CompressedSamples,
     /// How many samples one of them stands for.
     each: f64,
 }
 
-impl<'a> Robust<'a> {
+impl<'a> RobustLikelihood<'a> {
     /// `share` of the samples would tell as much if they were independent.
     pub fn new(samples: &'a Samples, loss: Loss, noise_std: f64, share: f64) -> Self {
         Self { samples, loss, variance: loss.variance(noise_std), share }
     }
 
     /// The normal problem near a curve, with what was known from elsewhere.
-    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> Near {
+    pub fn near(&self, theta: &Theta, known: Option<Normal>) -> GaussianApproximation {
         let mut weighted = self.samples.clone();
         let (mut weights, mut curvatures) = (0.0, 0.0);
         let points = self.samples.slip.iter().zip(&self.samples.force);
@@ -70,31 +70,31 @@ impl<'a> Robust<'a> {
         }
         let wider = if curvatures * WIDEST > weights { weights / curvatures } else { WIDEST };
         let variance = wider.max(1.0) * self.variance;
-        let squares = Compressed::new(&weighted);
+        let squares = CompressedSamples::new(&weighted);
         let proposal = squares.clone().of_variance(variance, theta).telling(self.share);
         let (some, some_squares, each) = self.some(&weighted);
         let proposal = proposal.with(known, variance / self.share);
-        Near { proposal, squares, some, some_squares, each }
+        GaussianApproximation { proposal, squares, some, some_squares, each }
     }
 
     /// Samples at even steps in the order of the slip.
-    fn some(&self, weighted: &Samples) -> (Samples, Compressed, f64) {
+    fn some(&self, weighted: &Samples) -> (Samples, CompressedSamples, f64) {
         let rows = self.samples.rows_by_slip(COMPARED);
         let each = self.samples.len() as f64 / rows.len().max(1) as f64;
-        (self.samples.pick(&rows), Compressed::new(&weighted.pick(&rows)), each)
+        (self.samples.pick(&rows), CompressedSamples::new(&weighted.pick(&rows)), each)
     }
 
     /// Draws from the posterior; `near` is that of [`Self::near`].
     pub fn draw(
         &self,
-        near: &Near,
+        near: &GaussianApproximation,
         prior: &Prior,
         optima: &[Theta],
         options: &SamplingOptions,
-    ) -> Found {
+    ) -> SampledPosterior {
         let more = SamplingOptions { draws: SPARE * options.draws, ..*options };
-        let Near { proposal, squares, some, some_squares, each } = near;
-        let Found { posterior, report } = draw(proposal, prior, optima, &more);
+        let GaussianApproximation { proposal, squares, some, some_squares, each } = near;
+        let SampledPosterior { posterior, report } = draw(proposal, prior, optima, &more);
         let half = 0.5 * (proposal.count() as f64 - 1.0);
         let log_weight = |theta: &Theta| {
             let known = proposal.prior().map_or(0.0, |(normal, _)| normal.distance(theta).0);
@@ -118,6 +118,6 @@ impl<'a> Robust<'a> {
         let chosen = systematic(&weights, options.draws, options.seed);
         let draws = chosen.into_iter().map(|index| posterior.samples[index]).collect();
         let report = PosteriorReport { effective_share, largest_weight, status, ..report };
-        Found { posterior: PosteriorSamples { samples: draws }, report }
+        SampledPosterior { posterior: PosteriorSamples { samples: draws }, report }
     }
 }

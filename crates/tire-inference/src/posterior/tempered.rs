@@ -9,7 +9,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::parameters::Theta;
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
@@ -34,7 +34,11 @@ impl Default for TemperingOptions {
 }
 
 /// Four times as many draws as members.
-pub fn draw(data: &Compressed, prior: &Prior, options: &TemperingOptions) -> PosteriorSamples {
+pub fn draw(
+    data: &CompressedSamples,
+    prior: &Prior,
+    options: &TemperingOptions,
+) -> PosteriorSamples {
     let mut walk = Walk::new(data, prior, options);
     let mut beta = 0.0;
     while beta < 1.0 {
@@ -63,7 +67,7 @@ struct Member {
 }
 
 struct Walk<'a> {
-    data: &'a Compressed,
+    data: &'a CompressedSamples,
     prior: &'a Prior,
     free: Vec<usize>,
     members: Vec<Member>,
@@ -71,7 +75,7 @@ struct Walk<'a> {
 }
 
 impl<'a> Walk<'a> {
-    fn new(data: &'a Compressed, prior: &'a Prior, options: &TemperingOptions) -> Self {
+    fn new(data: &'a CompressedSamples, prior: &'a Prior, options: &TemperingOptions) -> Self {
         let random = Pcg64::seed_from_u64(options.seed);
         let free = prior.free().map(|parameter| parameter as usize).collect();
         let mut this = Self { data, prior, free, members: Vec::new(), random };
@@ -200,7 +204,7 @@ mod tests {
     use crate::synthetic::{Excitation, samples};
 
     /// Means and standard deviations of B, C, D, E on a grid in the whole box, by brute force.
-    fn brute_force(data: &Compressed, prior: &Prior) -> [[f64; 2]; 4] {
+    fn brute_force(data: &CompressedSamples, prior: &Prior) -> [[f64; 2]; 4] {
         let nodes = [200, 32, 300, 32];
         let Bounds { lower, upper } = prior.bounds;
         let at = |axis: usize, k: usize| {
@@ -245,7 +249,7 @@ mod tests {
         let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
         for level in [0.03, 0.08] {
             let excitation = Excitation { samples: 300, slip_std: 0.0, ..Excitation::default() };
-            let data = Compressed::new(&samples(&excitation, level));
+            let data = CompressedSamples::new(&samples(&excitation, level));
             let posterior = draw(&data, &prior, &TemperingOptions::default());
             for (parameter, [expected, spread]) in prior.free().zip(brute_force(&data, &prior)) {
                 let values = posterior.values(Quantity::Parameter(parameter));
@@ -264,8 +268,10 @@ mod tests {
 
     #[test]
     fn a_seed_gives_the_same_draws() {
-        let data =
-            Compressed::new(&samples(&Excitation { samples: 200, ..Excitation::default() }, 0.2));
+        let data = CompressedSamples::new(&samples(
+            &Excitation { samples: 200, ..Excitation::default() },
+            0.2,
+        ));
         let options = TemperingOptions { members: 64, ..TemperingOptions::default() };
         let first = draw(&data, &Prior::lateral(), &options);
         assert_eq!(first.samples.len(), 256);

@@ -1,4 +1,4 @@
-//! Says how Adam goes for a tire.
+//! Configures the optimiser Adam for the variational fit of a tire: step length, number of steps, batches of samples.
 
 use numerics::variational::adam::Schedule;
 use schemars::JsonSchema;

@@ -4,13 +4,13 @@ use numerics::convergence::Status;
 use numerics::psis::{Diagnosis, HIGHEST_K_HAT};
 use numerics::statistics::{interval, mean, std};
 use numerics::text::significant;
-use numerics::variational::judged::Judged;
+use numerics::variational::assessment::GaussianAssessment;
 use serde::Serialize;
 
 use crate::parameters::Parameter;
 use crate::posterior::PosteriorSamples;
 use crate::prior::Prior;
-use crate::quantity::{ByName, Quantity};
+use crate::quantity::{PerQuantity, Quantity};
 
 /// What the normal distribution itself said, and how well it matches the posterior.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -21,13 +21,13 @@ pub struct VariationalReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warning: Option<String>,
     /// Means under it.
-    pub mean: ByName,
+    pub mean: PerQuantity,
     /// Standard deviations under it.
-    pub std: ByName,
+    pub std: PerQuantity,
     /// Middle 95 % under it.
-    pub interval: ByName<[f64; 2]>,
+    pub interval: PerQuantity<[f64; 2]>,
     /// Rows and columns of `covariance`.
-    pub parameters: Vec<String>,
+    pub parameters: Vec<Parameter>,
     /// Covariance of the parameters under it.
     pub covariance: Vec<Vec<f64>>,
     /// Mean of the standard deviation of the noise of the friction coefficient [-].
@@ -58,13 +58,13 @@ pub struct VariationalReport {
 impl VariationalReport {
     /// Of a fit and the draws from it: of one tire, with weights of draws that start from it.
     pub fn new(
-        judged: &Judged,
+        judged: &GaussianAssessment,
         correction: Diagnosis,
         gaussian: &PosteriorSamples,
         prior: &Prior,
         noise_std: f64,
     ) -> Self {
-        let Judged { fitted, points, draws, seconds } = judged;
+        let GaussianAssessment { fitted, points, draws, seconds } = judged;
         let Summary { mean, std, interval } = Summary::of(gaussian, prior);
         let free: Vec<_> = prior.free().collect();
         Self {
@@ -73,8 +73,8 @@ impl VariationalReport {
             mean,
             std,
             interval,
-            parameters: free.iter().map(|parameter| parameter.name().to_owned()).collect(),
             covariance: gaussian.covariance(&free),
+            parameters: free,
             noise_std,
             status: fitted.status,
             gradient_norm: fitted.gradient_norm,
@@ -92,7 +92,7 @@ impl VariationalReport {
     /// Takes into account what the fit itself cannot see.
     pub fn suspect(&mut self, suspicion: &Suspicion) {
         let weights = [&self.diagnosis, &self.correction];
-        self.warning = warning((self.status, self.gradient_norm), weights, suspicion);
+        self.warning = warning(self.status, self.gradient_norm, weights, suspicion);
         self.trusted = self.warning.is_none();
     }
 }
@@ -100,23 +100,27 @@ impl VariationalReport {
 /// Numbers of a distribution.
 pub struct Summary {
     /// Means.
-    pub mean: ByName,
+    pub mean: PerQuantity,
     /// Standard deviations.
-    pub std: ByName,
+    pub std: PerQuantity,
     /// Middle 95 %.
-    pub interval: ByName<[f64; 2]>,
+    pub interval: PerQuantity<[f64; 2]>,
 }
 
 impl Summary {
     /// Of draws, for all parameters that are free and what follows from them.
     pub fn of(posterior: &PosteriorSamples, prior: &Prior) -> Self {
         let quantities = prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED);
-        let mut summary = Self { mean: ByName::new(), std: ByName::new(), interval: ByName::new() };
+        let mut summary = Self {
+            mean: PerQuantity::new(),
+            std: PerQuantity::new(),
+            interval: PerQuantity::new(),
+        };
         for quantity in quantities {
-            let (name, values) = (quantity.name(), posterior.values(quantity));
-            summary.mean.insert(name.to_owned(), mean(&values));
-            summary.std.insert(name.to_owned(), std(&values));
-            summary.interval.insert(name.to_owned(), interval(values));
+            let values = posterior.values(quantity);
+            summary.mean.insert(quantity, mean(&values));
+            summary.std.insert(quantity, std(&values));
+            summary.interval.insert(quantity, interval(values));
         }
         summary
     }
@@ -135,7 +139,8 @@ pub struct Suspicion {
 
 /// Why a normal distribution is not to be trusted; `None` if it is.
 fn warning(
-    (status, gradient_norm): (Status, f64),
+    status: Status,
+    gradient_norm: f64,
     weights: [&Diagnosis; 2],
     suspicion: &Suspicion,
 ) -> Option<String> {

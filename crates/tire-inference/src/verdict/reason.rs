@@ -1,14 +1,20 @@
 //! Puts a verdict into words, with the figures that it rests on.
 
+use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED};
 use numerics::text::{significant, with_std};
 
 use crate::prior::Prior;
 use crate::profile::{Profile, RULED_OUT, Side};
 use crate::quantity::Quantity;
-use crate::verdict::{Evidence, Known, NARROWED, UNMOVED, Verdict};
+use crate::verdict::{Evidence, QuantityStatistics, Verdict};
 
 /// Why a quantity has its verdict, and for one that is not identified what to drive.
-pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> String {
+pub fn explain(
+    known: &QuantityStatistics,
+    verdict: Verdict,
+    prior: &Prior,
+    advice: &str,
+) -> String {
     let name = known.quantity.name();
     let value = with_std(known.mean, known.std);
     let share = if known.width_ratio < 1.0 {
@@ -16,7 +22,7 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
     } else {
         "all".into()
     };
-    let does = if known.width_ratio < NARROWED { "narrow it to" } else { "leave" };
+    let does = if known.width_ratio < MAX_WIDTH_IDENTIFIED { "narrow it to" } else { "leave" };
     let width = format!(
         "The data {does} {share} of the width that bounds and literature allow ({name} = {value})"
     );
@@ -35,7 +41,7 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
     parts.extend(known.profile.as_ref().and_then(|profile| open(known, profile, prior)));
     let rival = |value| format!("a tire with {name} = {} fits as well", significant(value, 3));
     parts.extend(known.rival.map(rival));
-    let moves = |shift: &f64| shift.is_nan() || *shift >= UNMOVED;
+    let moves = |shift: &f64| shift.is_nan() || *shift >= MAX_PRIOR_SHIFT;
     if let Some(shift) = known.prior_shift.filter(moves) {
         let shift = significant(shift, 2);
         parts.push(format!("another prior would move it by {shift} standard deviations"));
@@ -48,7 +54,7 @@ pub fn explain(known: &Known, verdict: Verdict, prior: &Prior, advice: &str) -> 
 }
 
 /// The sides on which the data rule nothing out.
-fn open(known: &Known, profile: &Profile, prior: &Prior) -> Option<String> {
+fn open(known: &QuantityStatistics, profile: &Profile, prior: &Prior) -> Option<String> {
     let name = known.quantity.name();
     let [low, high] = known.quantity.range(prior).map(|end| significant(end, 3));
     let rise = |side: &Side| significant(side.rise, 2);

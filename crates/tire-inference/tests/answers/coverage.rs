@@ -34,7 +34,7 @@ fn intervals_hold_the_truth_and_the_published_point() {
                 let within = |value: f64| (it.interval[0]..=it.interval[1]).contains(&value);
                 held[k] += u32::from(within(it.quantity.value(tire)));
                 names[k] = it.quantity.name();
-                let published = answer.estimates[0].1.mean[names[k]];
+                let published = answer.estimates[0].1.mean[&it.quantity];
                 assert!(
                     within(published),
                     "{}: {published} outside of {:?}",

@@ -1,7 +1,7 @@
 //! Parameters that are held, and a vertical shift.
 
 use numerics::statistics::{mean, std};
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::prior::Prior;
 
 use super::support::{data, draw};
@@ -9,7 +9,11 @@ use super::support::{data, draw};
 const TRUTH: [f64; 6] = [15.0, 2.0, 1.5, 0.8, 0.0, 0.02];
 
 /// Mean and standard deviation of two parameters under the likelihood, by a fine grid in both, the others being `rest`.
-fn on_a_grid(data: &Compressed, rest: [f64; 6], axes: [(usize, [f64; 2]); 2]) -> [[f64; 2]; 2] {
+fn on_a_grid(
+    data: &CompressedSamples,
+    rest: [f64; 6],
+    axes: [(usize, [f64; 2]); 2],
+) -> [[f64; 2]; 2] {
     let n = 400;
     let at = |axis: usize, k: usize| {
         let [low, high] = axes[axis].1;

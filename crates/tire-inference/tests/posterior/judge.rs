@@ -3,7 +3,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use rayon::prelude::*;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::parameters::Theta;
 use tire_inference::prior::Prior;
 
@@ -24,7 +24,7 @@ pub fn quantities([B, C, D, E, ..]: &Theta) -> [f64; COUNT] {
 }
 
 /// B, C, D and E free, no shifts. `nodes` per side of the plane, in the whole box and then again where anything is.
-pub fn judge(data: &Compressed, prior: &Prior, nodes: usize, above: f64) -> Moments {
+pub fn judge(data: &CompressedSamples, prior: &Prior, nodes: usize, above: f64) -> Moments {
     let mut rectangle = [[prior.bounds.lower[1], prior.bounds.upper[1]], [0.0, 1.0]];
     let mut sums = Vec::new();
     for pass in 0..3 {
@@ -63,7 +63,13 @@ pub struct Sum {
 }
 
 /// The line of all B through C and s. Where only the highest point is wanted, `log` is that.
-pub fn line(data: &Compressed, prior: &Prior, [C, s]: [f64; 2], above: f64, rough: bool) -> Sum {
+pub fn line(
+    data: &CompressedSamples,
+    prior: &Prior,
+    [C, s]: [f64; 2],
+    above: f64,
+    rough: bool,
+) -> Sum {
     let [lowest, highest_E] = [prior.bounds.lower[3], prior.bounds.upper[3]];
     // Most of a wide box is far from the upper bound, near which E has to be resolved.
     let root = if highest_E - lowest > 2.0 { 4.0 } else { 2.0 };

@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::prior::Prior;
 
 use super::judge::{Moments, Sum, line, moments};
@@ -14,7 +14,7 @@ use super::judge::{Moments, Sum, line, moments};
 type Cell = (i64, i64);
 
 /// B, C, D and E free, no shifts. Takes half a minute of processor time.
-pub fn judge(data: &Compressed, prior: &Prior, above: f64) -> Moments {
+pub fn judge(data: &CompressedSamples, prior: &Prior, above: f64) -> Moments {
     /// Cells across at first, and cells from which on no more are split.
     const ACROSS: i64 = 48;
     const MOST: usize = 20_000;

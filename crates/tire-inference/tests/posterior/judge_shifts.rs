@@ -3,7 +3,7 @@
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use rayon::prelude::*;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::kernel::shapes;
 use tire_inference::prior::Prior;
 
@@ -23,7 +23,12 @@ const DEPTH: f64 = 18.0;
 
 /// Mean and standard deviation of each with all six parameters free, or all but S_h. `nodes` per side of the plane, `inner`
 /// per side of what is at its points.
-pub fn judge(data: &Compressed, prior: &Prior, nodes: usize, inner: usize) -> [[f64; 2]; COUNT] {
+pub fn judge(
+    data: &CompressedSamples,
+    prior: &Prior,
+    nodes: usize,
+    inner: usize,
+) -> [[f64; 2]; COUNT] {
     let judge = Judge { data, prior };
     let (lower, upper) = (prior.bounds.lower, prior.bounds.upper);
     let shift = if prior.free[4] { [lower[4], upper[4]] } else { [prior.centre[4]; 2] };
@@ -81,7 +86,7 @@ impl Sum {
 }
 
 struct Judge<'a> {
-    data: &'a Compressed,
+    data: &'a CompressedSamples,
     prior: &'a Prior,
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::SMatrix;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
 use tire_inference::posterior;
@@ -42,7 +42,7 @@ fn a_needle_is_drawn_from_about_the_optimum() {
     )
     .expect("a fit");
     let optima: Vec<Theta> = fit.optima.iter().map(|(theta, _)| *theta).collect();
-    let data = Compressed::new(&samples);
+    let data = CompressedSamples::new(&samples);
     let found = posterior::draw(&data, &prior, &optima, &posterior::SamplingOptions::default());
     assert_eq!(
         (found.report.method, found.report.status),

@@ -9,7 +9,7 @@ use tire_inference::estimate::{Answer, identify};
 use tire_inference::kernel;
 use tire_inference::noise::NoiseModel;
 use tire_inference::posterior::SamplingOptions;
-use tire_inference::posterior::robust::Robust;
+use tire_inference::posterior::robust::RobustLikelihood;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
 use tire_inference::settings::{Method, Settings};
@@ -31,7 +31,7 @@ fn the_draws_have_the_moments_of_the_likelihood_on_a_grid() {
     for loss in [Loss::StudentT { freedom: 3.0, scale: 0.04 }, Loss::Huber { threshold: 0.05 }] {
         let mut prior = Prior { centre: TRUTH, ..Prior::longitudinal() };
         prior.free = [true, false, true, false, false, false];
-        let robust = Robust::new(&samples, loss, 0.05, 1.0);
+        let robust = RobustLikelihood::new(&samples, loss, 0.05, 1.0);
         let near = robust.near(&TRUTH, None);
         let found = robust.draw(&near, &prior, &[TRUTH], &SamplingOptions::default());
         assert!(found.report.is_exact(), "{:?}", found.report);

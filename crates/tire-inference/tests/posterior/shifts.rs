@@ -4,7 +4,7 @@
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::linearised_slip_noise::with_slip_noise;
 use tire_inference::parameters::{COUNT, Theta};
@@ -34,7 +34,7 @@ fn compare(samples: &Samples, prior: &Prior, nodes: [usize; 2]) {
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
     let fit = least_squares(&problem, &FitOptions::default()).expect("fits");
     let optima: Vec<Theta> = fit.optima.into_iter().map(|(theta, _)| theta).collect();
-    let data = Compressed::new(samples);
+    let data = CompressedSamples::new(samples);
     let found = draw(&data, prior, &optima);
     let expected = judge(&data, prior, nodes[0], nodes[1]);
     let free = |i: usize| i < 5 || prior.free[i - 1];

@@ -1,23 +1,23 @@
 //! Data, and draws from their posterior.
 
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
 use tire_inference::parameters::Theta;
-use tire_inference::posterior::{self, Found, grid};
+use tire_inference::posterior::{self, SampledPosterior, grid};
 use tire_inference::prior::Prior;
 use tire_inference::synthetic::{Excitation, samples};
 
 /// Slips without noise, forces with a standard deviation of 0.05.
-pub fn data(truth: Theta, count: usize, level: f64, seed: u64) -> (Compressed, Vec<Theta>) {
+pub fn data(truth: Theta, count: usize, level: f64, seed: u64) -> (CompressedSamples, Vec<Theta>) {
     let excitation =
         Excitation { truth, samples: count, slip_std: 0.0, seed, ..Excitation::default() };
     let samples = samples(&excitation, level);
     let fit = least_squares(&Problem::new(&samples), &FitOptions::default()).expect("fits");
-    (Compressed::new(&samples), fit.optima.into_iter().map(|(theta, _)| theta).collect())
+    (CompressedSamples::new(&samples), fit.optima.into_iter().map(|(theta, _)| theta).collect())
 }
 
 /// The grid's draws, that must be there.
-pub fn draw(data: &Compressed, prior: &Prior, optima: &[Theta]) -> Found {
+pub fn draw(data: &CompressedSamples, prior: &Prior, optima: &[Theta]) -> SampledPosterior {
     let found = grid::draw(data, prior, optima, &posterior::SamplingOptions::default());
     let found = found.expect("the method applies");
     assert!(found.report.is_exact(), "{:?}", found.report);

@@ -4,8 +4,9 @@ use numerics::convergence::Status;
 use numerics::statistics::{mean, std};
 use preparation::samples::Samples;
 use tire_inference::bounds::Bounds;
-use tire_inference::compressed::Compressed;
+use tire_inference::compressed::CompressedSamples;
 use tire_inference::fit::{FitOptions, Problem, least_squares};
+use tire_inference::parameters::Parameter;
 use tire_inference::posterior;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
@@ -20,7 +21,7 @@ fn measured(count: usize, level: f64) -> Samples {
 }
 
 fn variational(samples: &Samples, prior: &Prior, optimiser: Optimiser) -> Variational {
-    let data = Compressed::new(samples);
+    let data = CompressedSamples::new(samples);
     let problem = Problem { free: prior.free, held: prior.centre, ..Problem::new(samples) };
     let best = least_squares(&problem, &FitOptions::default()).expect("fits");
     let best = (&best.theta, best.noise_std);
@@ -34,11 +35,11 @@ fn of_much_data_past_the_peak_mean_and_width_are_those_of_the_exact_posterior() 
     let report = &found.report;
     assert_eq!(report.status, Status::Converged);
     assert!(report.trusted && report.gradient_norm < 0.01, "{report:?}");
-    let exact = draw(&Compressed::new(&samples), &prior, &[]).posterior;
+    let exact = draw(&CompressedSamples::new(&samples), &prior, &[]).posterior;
     for quantity in prior.free().map(Quantity::Parameter).chain(Quantity::DERIVED) {
-        let (name, values) = (quantity.name(), exact.values(quantity));
-        let error = (report.mean[name] - mean(&values)) / std(&values);
-        let ratio = report.std[name] / std(&values);
+        let (name, values) = (quantity, exact.values(quantity));
+        let error = (report.mean[&name] - mean(&values)) / std(&values);
+        let ratio = report.std[&name] / std(&values);
         assert!(error.abs() < 0.1, "{name}: off by {error} standard deviations");
         assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
     }
@@ -67,7 +68,7 @@ fn the_bound_is_no_better_than_over_fresh_draws_and_never_falls() {
     assert!(report.elbo_trace.is_sorted());
     let last = report.elbo_trace[report.steps];
     assert!(last - report.elbo < 0.1, "{last} over its own points, {} over others", report.elbo);
-    assert_eq!(report.parameters, ["B", "C", "D", "E", "S_h", "S_v"]);
+    assert_eq!(report.parameters, Parameter::ALL);
 }
 
 #[test]
@@ -83,10 +84,10 @@ fn adam_and_newton_agree_where_both_converge() {
         let adam = Adam { step: 5e-3, steps: 30_000, average: true, batch, start: None };
         let adam = variational(&samples, &prior, Optimiser::Adam(adam)).report;
         assert!(adam.gradient_norm < 0.15, "{batch:?}: {}", adam.gradient_norm);
-        for name in ["B", "D", "K"] {
-            let error = (adam.mean[name] - newton.mean[name]) / newton.std[name];
+        for name in [Quantity::B, Quantity::D, Quantity::K] {
+            let error = (adam.mean[&name] - newton.mean[&name]) / newton.std[&name];
             assert!(error.abs() < 0.1, "{name}: {error} standard deviations");
-            let ratio = adam.std[name] / newton.std[name];
+            let ratio = adam.std[&name] / newton.std[&name];
             assert!((ratio - 1.0).abs() < 0.1, "{name}: {ratio} times the width");
         }
     }
@@ -108,7 +109,7 @@ fn a_seed_gives_the_same_numbers_with_any_number_of_threads() {
         assert_eq!(first.corrected, second.corrected);
         assert_eq!(first.report.elbo_trace, second.report.elbo_trace);
     }
-    let data = Compressed::new(&samples);
+    let data = CompressedSamples::new(&samples);
     let best = (&[15.0, 2.0, 1.5, 0.8, 0.0, 0.0], 0.05);
     let start = Start { samples: &samples, data: &data, prior: &prior, best };
     let of = |seed| fit(start, Optimiser::Newton, seed).corrected;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::coefficients::{Coefficients, KEYS};
-use crate::number::Number;
+use elementary::Number;
 
 /// A coefficient that no tire can have.
 #[derive(Clone, Debug, PartialEq)]

@@ -30,8 +30,8 @@ pub(super) struct Aligning<T> {
 fn equivalent<T: Real>(alpha: T, x: T) -> (T, T) {
     let tan = alpha.tan();
     // The root has no derivative at 0.
-    let length = T::pick(x.equals(0.0), tan * sign(tan), (tan * tan + x * x).sqrt());
-    (length, T::pick(x.equals(0.0), sign(alpha), signum(alpha)))
+    let length = T::select(x.equals(0.0), tan * sign(tan), (tan * tan + x * x).sqrt());
+    (length, T::select(x.equals(0.0), sign(alpha), signum(alpha)))
 }
 
 impl<T: Real> MfTire<T> {
@@ -49,7 +49,7 @@ impl<T: Real> MfTire<T> {
         let gamma = p.gamma_star;
         let scale = c.LMUY * p.mu;
         // Without friction there is no force at the trail, however steep its curve.
-        let softened = T::pick(scale.equals(0.0), scale, c.LKY / scale);
+        let softened = T::select(scale.equals(0.0), scale, c.LKY / scale);
         let S_Ht = c.QHZ1 + c.QHZ2 * dfz + (c.QHZ3 + c.QHZ4 * dfz) * gamma;
         let S_Hf = lateral.S_H + lateral.S_V * lateral.per_K;
         let x = longitudinal.K * lateral.per_K * p.kappa;
@@ -95,7 +95,7 @@ impl<T: Real> MfTire<T> {
         let gamma = p.gamma;
         // Below the valid range it fades with the square of the load.
         let faded = p.F_z * (p.F_z * per.FZMIN).powi(2);
-        let F_z = T::pick(p.F_z.below(c.FZMIN), faded, p.F_z);
+        let F_z = T::select(p.F_z.below(c.FZMIN), faded, p.F_z);
         let (F_y1, F_z1) = (F_y * per.FNOMIN, F_z * per.FNOMIN);
         let simple = c.QSX1 * c.LVMX + c.QSX3 * F_y1;
         if c.version == Version::Mf52 {
@@ -118,8 +118,8 @@ impl<T: Real> MfTire<T> {
     pub(super) fn rolling(&self, p: &Point<T>, slip: &Slip<T>, F_x: T) -> T {
         let (c, per) = (&self.coefficients, &self.reciprocals);
         let zero = F_x.constant(0.0);
-        let given = T::pick(zero.below(slip.F_z), slip.F_z, zero);
-        let F_z = T::pick(given.below(c.FZMIN), given * (given * per.FZMIN), given);
+        let given = T::select(zero.below(slip.F_z), slip.F_z, zero);
+        let F_z = T::select(given.below(c.FZMIN), given * (given * per.FZMIN), given);
         let v = (p.v_x * per.LONGVL).abs();
         let sum = c.QSY1 + c.QSY2 * (F_x * per.FNOMIN) + c.QSY3 * v + c.QSY4 * v.powi(4);
         let moment = if c.version == Version::Mf52 {
@@ -134,7 +134,7 @@ impl<T: Real> MfTire<T> {
                 (F_z1.ln() * c.QSY7 + (p.dpi + 1.0).ln() * c.QSY8).exp()
             };
             let moment = -c.UNLOADED_RADIUS * c.FNOMIN * c.LMY * (sum + camber) * by_load;
-            T::pick(F_z1.equals(0.0), zero, moment)
+            T::select(F_z1.equals(0.0), zero, moment)
         };
         moment * self.rolling_share(p, slip) * p.direction
     }
@@ -148,8 +148,8 @@ impl<T: Real> MfTire<T> {
         let mut share = sign(turn);
         let crawls = (p.v_x * turn).abs().below(low);
         if turn.any(crawls) {
-            share = T::pick(crawls, (turn / (low / p.v_x.abs()) * FRAC_PI_2).sin(), share);
+            share = T::select(crawls, (turn / (low / p.v_x.abs()) * FRAC_PI_2).sin(), share);
         }
-        T::pick(p.v_x.equals(0.0), turn.constant(0.0), share)
+        T::select(p.v_x.equals(0.0), turn.constant(0.0), share)
     }
 }

@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use super::{MfTire, Reading};
+use super::{FormulaConvention, MfTire};
 use crate::coefficients::Version;
 use crate::real::Real;
 use crate::slip::Slip;
@@ -47,19 +47,19 @@ pub(super) struct Point<T> {
 /// 1 for what is not negative, −1 otherwise.
 #[inline(always)]
 pub(super) fn sign<T: Real>(x: T) -> T {
-    T::pick(x.below(x.constant(0.0)), x.constant(-1.0), x.constant(1.0))
+    T::select(x.below(x.constant(0.0)), x.constant(-1.0), x.constant(1.0))
 }
 
 /// −1, 0 or 1.
 #[inline(always)]
 pub(super) fn signum<T: Real>(x: T) -> T {
-    T::pick(x.equals(0.0), x.constant(0.0), sign(x))
+    T::select(x.equals(0.0), x.constant(0.0), sign(x))
 }
 
 /// The nearest value from `low` to `high`; NaN stays.
 #[inline(always)]
 pub(super) fn clamp<T: Real>(x: T, low: T, high: T) -> T {
-    T::pick(x.below(low), low, T::pick(high.below(x), high, x))
+    T::select(x.below(low), low, T::select(high.below(x), high, x))
 }
 
 impl<T: Real> MfTire<T> {
@@ -67,30 +67,30 @@ impl<T: Real> MfTire<T> {
     pub(super) fn point(&self, slip: &Slip<T>) -> Point<T> {
         let (c, per) = (&self.coefficients, &self.reciprocals);
         let (zero, one) = (slip.F_z.constant(0.0), slip.F_z.constant(1.0));
-        let Reading { limits, trigonometric } = self.reading;
+        let FormulaConvention { limits, trigonometric } = self.reading;
         let v_x = slip.v_x;
         let pressure = slip.pressure.unwrap_or(c.INFLPRES);
-        let mut F_z = T::pick(slip.F_z.is_not_a_number(), slip.F_z, zero);
-        F_z = T::pick(zero.below(slip.F_z), slip.F_z, F_z);
+        let mut F_z = T::select(slip.F_z.is_not_a_number(), slip.F_z, zero);
+        F_z = T::select(zero.below(slip.F_z), slip.F_z, F_z);
         let (mut kappa, mut alpha, mut gamma) = (slip.kappa, slip.alpha, slip.gamma);
         let (mut inside, mut shifts) = (pressure, one);
         if limits {
             let slow = v_x.abs() * per.VXLOW;
             let fades = slow.below(one);
             if slow.any(fades) {
-                kappa = T::pick(fades, kappa * slow, kappa);
-                shifts = T::pick(fades, (one - (slow * PI).cos()) * 0.5, one);
+                kappa = T::select(fades, kappa * slow, kappa);
+                shifts = T::select(fades, (one - (slow * PI).cos()) * 0.5, one);
                 let speed = (v_x.abs() + (v_x * alpha.tan()).abs()) * per.VXLOW;
-                alpha = T::pick(speed.below(one), alpha * speed, alpha);
+                alpha = T::select(speed.below(one), alpha * speed, alpha);
             }
-            F_z = T::pick(c.FZMAX.below(F_z), c.FZMAX, F_z);
+            F_z = T::select(c.FZMAX.below(F_z), c.FZMAX, F_z);
             kappa = clamp(kappa, c.KPUMIN, c.KPUMAX);
             alpha = clamp(alpha, c.ALPMIN, c.ALPMAX);
             gamma = clamp(gamma, c.CAMMIN, c.CAMMAX);
             inside = clamp(pressure, c.PRESMIN, c.PRESMAX);
         }
         let F_z_trail = match limits {
-            true => T::pick(zero.below(F_z), T::pick(F_z.below(c.FZMIN), c.FZMIN, F_z), F_z),
+            true => T::select(zero.below(F_z), T::select(F_z.below(c.FZMIN), c.FZMIN, F_z), F_z),
             false => F_z,
         };
         let (sin, cos) = alpha.sin_cos();

@@ -57,7 +57,7 @@ impl<T: Real> MfTire<T> {
     #[inline(always)]
     pub(super) fn at_most_1(&self, E: T) -> T {
         let one = E.constant(1.0);
-        if self.reading.limits { T::pick(one.below(E), one, E) } else { E }
+        if self.reading.limits { T::select(one.below(E), one, E) } else { E }
     }
 
     /// Pure longitudinal slip (4.E9 to 4.E18), but for the direction of travel.
@@ -68,7 +68,7 @@ impl<T: Real> MfTire<T> {
         let C = c.PCX1 * c.LCX;
         let friction = (c.PDX1 + c.PDX2 * dfz) * (-(c.PDX3 * gamma * gamma) + 1.0);
         let pressed = friction * (dpi * (c.PPX3 + c.PPX4 * dpi) + 1.0);
-        let mu = T::pick(F_z.equals(0.0), F_z.constant(0.0), pressed * c.LMUX * p.mu);
+        let mu = T::select(F_z.equals(0.0), F_z.constant(0.0), pressed * c.LMUX * p.mu);
         let D = mu * F_z;
         let K = F_z
             * (c.PKX1 + c.PKX2 * dfz)
@@ -134,7 +134,7 @@ impl<T: Real> MfTire<T> {
         let friction = (c.PDY1 + c.PDY2 * dfz) * (-(c.PDY3 * square) + 1.0);
         let scale = c.LMUY * p.mu;
         let pressed = friction * (dpi * (c.PPY3 + c.PPY4 * dpi) + 1.0);
-        let mu = T::pick(F_z.equals(0.0), F_z.constant(0.0), pressed * scale);
+        let mu = T::select(F_z.equals(0.0), F_z.constant(0.0), pressed * scale);
         let D = mu * F_z;
         let S_Vg = F_z * (c.PVY3 + c.PVY4 * dfz) * gamma * c.LKYC * scale;
         let offset = (c.PHY1 + c.PHY2 * dfz) * c.LHY;

@@ -4,8 +4,8 @@
 use super::MfTire;
 use super::point::Point;
 use crate::coefficients::Version;
-use crate::number::Number;
 use crate::slip::{Forces, Relaxation, Slip};
+use elementary::Number;
 
 impl<T: Number> MfTire<T> {
     pub(super) fn relaxation_lengths(&self, p: &Point<T>) -> Relaxation<T> {

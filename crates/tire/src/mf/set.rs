@@ -60,11 +60,11 @@ impl Vectors {
     fn forces(&self, slips: &[Slip; 4]) -> [Forces; 4] {
         match self {
             #[cfg(target_arch = "x86_64")]
-            Self::Four(simd, tire) => simd.vectorize(Question { simd: *simd, tire, slips }),
+            Self::Four(simd, tire) => simd.vectorize(VectorForces { simd: *simd, tire, slips }),
             Self::One(simd, axles) => {
                 let [front, rear] = &**axles;
                 let [fl, fr, rl, rr] = slips.each_ref().map(std::array::from_ref);
-                let ask = |tire, slips| Question { simd: *simd, tire, slips }.call();
+                let ask = |tire, slips| VectorForces { simd: *simd, tire, slips }.call();
                 let all = [ask(front, fl), ask(front, fr), ask(rear, rl), ask(rear, rr)];
                 all.map(|[forces]: [Forces; 1]| forces)
             }
@@ -83,13 +83,13 @@ fn joined<S: Simd, const N: usize>(simd: S, tires: [&MfTire; N]) -> MfTire<Lanes
 }
 
 /// A question to as many tires as the vectors of `S` have places.
-struct Question<'a, S: Simd, const N: usize> {
+struct VectorForces<'a, S: Simd, const N: usize> {
     simd: S,
     tire: &'a MfTire<Lanes<S>>,
     slips: &'a [Slip; N],
 }
 
-impl<S: Simd, const N: usize> Question<'_, S, N> {
+impl<S: Simd, const N: usize> VectorForces<'_, S, N> {
     #[inline(always)]
     fn slip(&self) -> Slip<Lanes<S>> {
         let slips = self.slips;
@@ -108,7 +108,7 @@ impl<S: Simd, const N: usize> Question<'_, S, N> {
     }
 }
 
-impl<S: Simd, const N: usize> NullaryFnOnce for Question<'_, S, N> {
+impl<S: Simd, const N: usize> NullaryFnOnce for VectorForces<'_, S, N> {
     type Output = [Forces; N];
 
     #[inline(always)]

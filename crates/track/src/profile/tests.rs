@@ -3,9 +3,10 @@
 use std::f64::consts::TAU;
 
 use approx::assert_relative_eq;
+use vehicle::G;
 
 use super::*;
-use crate::{G, Limits, Survey};
+use crate::{Limits, Survey};
 
 fn straight(length: f64) -> Line {
     let points = (0..=10).map(|i| [0.1 * length * f64::from(i), 0.0]).collect();

@@ -263,7 +263,7 @@ proptest! {
         let car = mf_tires(with(Options { spin, combined: spin, relaxation }));
         let p = car.parameters().clone();
         let load = 0.25 * p.body.m * G;
-        let [.., sigma] = car.fitted[0].over_load.at(load, 0.0);
+        let [.., sigma] = car.fitted[0].load_dependence.at(load, 0.0);
         // A tire that builds up slip is a spring: bent by its relaxation length, it can hold and return this. The trail has a
         // moment that turns the car, if only by little.
         let held = if spin || relaxation { 1.3 * p.body.m * G * sigma } else { 5.0 };

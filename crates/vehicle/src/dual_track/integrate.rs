@@ -5,9 +5,9 @@ use nalgebra::SVector;
 use tire::{Number, TireSet};
 
 use super::brakes::REVERSAL;
-use super::wheels::{BUILD_UP, Fitted};
+use super::wheels::{BUILD_UP, TireDynamics};
 use super::{DualTrack, Input, Parameters, PerAxle, STATES, State};
-use crate::integrate::{rk4, substeps};
+use crate::integrate::{rk4_steps, substeps};
 
 /// How far the method goes on the negative real axis with some distance to its limit, 2.78.
 const REACH: f64 = 2.5;
@@ -16,7 +16,7 @@ const REACH: f64 = 2.5;
 ///
 /// Spin and slip are fastest either at speed, where slip builds up in no less than [`BUILD_UP`], or at rest, where the
 /// wheel swings on its tire and its brake.
-pub(super) fn fastest_pole(p: &Parameters, tires: &PerAxle<Fitted>) -> f64 {
+pub(super) fn fastest_pole(p: &Parameters, tires: &PerAxle<TireDynamics>) -> f64 {
     let spin = tires.iter().map(|tire| tire.fastest_pole).fold(0.0, f64::max);
     let locks = p.drive.locks.iter().map(|lock| {
         let most = (lock.drive.max(lock.coast) * p.drive.torque_max).max(lock.preload);
@@ -52,10 +52,6 @@ impl<S> DualTrack<S> {
         let (n, h) = substeps(step, max_substep.min(self.longest_substep()));
         let rates =
             |x: &SVector<T, STATES>| self.evaluate(&State::from(*x), input).derivative.into();
-        let mut x = SVector::from(*state);
-        for _ in 0..n {
-            x = rk4(&x, h, rates);
-        }
-        x.into()
+        rk4_steps((*state).into(), n, h, rates).into()
     }
 }

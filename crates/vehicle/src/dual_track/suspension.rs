@@ -60,7 +60,7 @@ impl Default for Suspension {
 }
 
 /// What moves the body on its springs.
-pub(crate) struct Pushes<T> {
+pub(crate) struct SprungMassForces<T> {
     /// Sum of longitudinal tire forces and drag [N], along the body's x axis.
     pub F_x: T,
     /// Sum of lateral tire forces [N], along the body's y axis.
@@ -139,7 +139,7 @@ impl Suspension {
         &self,
         body: &Body,
         state: &State<T>,
-        on: &Pushes<T>,
+        on: &SprungMassForces<T>,
     ) -> (Attitude<T>, Attitude<T>) {
         let Body { m, l_f, l_r, h, .. } = *body;
         let q = &state.attitude;

@@ -21,7 +21,7 @@ const POLE_MAX: f64 = 2e4;
 
 /// A quantity that is outside of a table, which is held at its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Excess {
+pub struct TableExcess {
     /// Name of the table, as in the FMU.
     pub table: &'static str,
     /// What the table is over, for a message.
@@ -102,18 +102,18 @@ impl<S> DualTrack<S> {
     }
 
     /// The tables that are left, each quantity at its own place.
-    pub fn excesses(&self, state: &State, input: &Input) -> [Option<Excess>; QUANTITIES] {
+    pub fn excesses(&self, state: &State, input: &Input) -> [Option<TableExcess>; QUANTITIES] {
         let p = &self.parameters;
         let travel = self.travel(state);
         let [front, rear] = [FRONT, REAR].map(|axle| self.travel_beyond(&travel, axle));
         let heights = self.ride_heights(state);
         let aero = p.aero.map.as_ref().map_or([None; 2], |map| map.ends());
         let height = |axle: usize| {
-            let excess = Excess { table: "aero.map", quantity: HEIGHT[axle], ..LENGTH };
+            let excess = TableExcess { table: "aero.map", quantity: HEIGHT[axle], ..LENGTH };
             beyond(heights[axle], aero[axle], excess)
         };
         let brakes = p.brakes.map.as_ref().and_then(|map| map[FRONT].ends());
-        let brake = Excess { table: "brake.map", quantity: "brake pedal", ..SHARE };
+        let brake = TableExcess { table: "brake.map", quantity: "brake pedal", ..SHARE };
         let (revs, pedal) = match &p.drive.engine {
             None => (None, None),
             Some(Engine::FullLoad(curve)) => (curve.ends(), None),
@@ -121,8 +121,8 @@ impl<S> DualTrack<S> {
         };
         let omega = state.wheels.map(|wheel| wheel.omega);
         let speed = p.drive.speed(omega).abs() * p.drive.ratio;
-        let engine = Excess { table: "drive.map", quantity: "engine speed", ..SPEED };
-        let drive = Excess { table: "drive.map", quantity: "drive pedal", ..SHARE };
+        let engine = TableExcess { table: "drive.map", quantity: "engine speed", ..SPEED };
+        let drive = TableExcess { table: "drive.map", quantity: "drive pedal", ..SHARE };
         [
             front,
             rear,
@@ -134,9 +134,9 @@ impl<S> DualTrack<S> {
         ]
     }
 
-    fn travel_beyond(&self, travel: &PerWheel<f64>, axle: usize) -> Option<Excess> {
+    fn travel_beyond(&self, travel: &PerWheel<f64>, axle: usize) -> Option<TableExcess> {
         let steer = &self.parameters.steering;
-        let excess = Excess { table: KINEMATICS[axle], quantity: TRAVEL[axle], ..LENGTH };
+        let excess = TableExcess { table: KINEMATICS[axle], quantity: TRAVEL[axle], ..LENGTH };
         let wheels = (0..4).filter(|wheel| axle_of(*wheel) == axle).map(|wheel| travel[wheel]);
         let curves = || [&steer.toe[axle], &steer.camber[axle]];
         let mut all =
@@ -145,12 +145,13 @@ impl<S> DualTrack<S> {
     }
 }
 
-const LENGTH: Excess = Excess { table: "", quantity: "", unit: "m", value: 0.0, ends: [0.0; 2] };
-const SHARE: Excess = Excess { unit: "1", ..LENGTH };
-const SPEED: Excess = Excess { unit: "rad/s", ..LENGTH };
+const LENGTH: TableExcess =
+    TableExcess { table: "", quantity: "", unit: "m", value: 0.0, ends: [0.0; 2] };
+const SHARE: TableExcess = TableExcess { unit: "1", ..LENGTH };
+const SPEED: TableExcess = TableExcess { unit: "rad/s", ..LENGTH };
 
 /// A value that is beyond the ends of a table.
-fn beyond(value: f64, ends: Option<[f64; 2]>, excess: Excess) -> Option<Excess> {
+fn beyond(value: f64, ends: Option<[f64; 2]>, excess: TableExcess) -> Option<TableExcess> {
     let ends = ends?;
-    (value < ends[0] || value > ends[1]).then_some(Excess { value, ends, ..excess })
+    (value < ends[0] || value > ends[1]).then_some(TableExcess { value, ends, ..excess })
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use tire::{Forces, MagicFormula, MfTire, Number, Relaxation, Slip, Tire};
 
-use super::over_load::OverLoad;
+use super::load_dependence::LoadDependence;
 use super::state::Wheel;
 use super::steering::Turn;
 
@@ -76,7 +76,7 @@ where
 }
 
 /// Where a wheel is and what acts on it.
-pub(crate) struct Place<T> {
+pub(crate) struct ContactPoint<T> {
     /// Velocity of the contact point along the body's axes [m/s].
     pub v: [T; 2],
     /// Angle to the body.
@@ -118,8 +118,8 @@ pub struct WheelMotion<T = f64> {
 
 /// What a tire does on its rim but for its forces, with what depends on the load alone worked out.
 #[derive(Clone, Debug)]
-pub(crate) struct Fitted {
-    pub over_load: OverLoad,
+pub(crate) struct TireDynamics {
+    pub load_dependence: LoadDependence,
     /// Slip [-] and tangent of the slip angle [-] at which the tire would reach its peak if it stayed linear.
     pub linear: PerDirection,
     /// Time by which the rate of slip damps the tire at rest [s].
@@ -132,7 +132,7 @@ pub(crate) struct Fitted {
 
 /// A wheel before its tire has answered: the question, and what the answer is turned into motion by.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Question<T> {
+pub(crate) struct TireQuery<T> {
     /// Operating point of the tire, mirrored on the right side, but for the slip angle.
     slip: Slip<T>,
     /// Tangent of the slip angle [-], not mirrored.
@@ -148,10 +148,10 @@ pub(crate) struct Question<T> {
     alpha_rate: T,
 }
 
-impl Fitted {
+impl TireDynamics {
     /// Fits a tire for loads around that of the car at rest [N].
     pub fn new<W: CarTire<f64>>(tire: &W, rims: &Rims, load: f64) -> Self {
-        let over_load = OverLoad::new(tire, rims, load);
+        let load_dependence = LoadDependence::new(tire, rims, load);
         let slowest = 1.001 * tire.fading_speed();
         // The wheel swings on the tire's longitudinal spring, K / σ.
         let frequency = |load: f64| {
@@ -160,7 +160,7 @@ impl Fitted {
                 tire.F_xy(&slip)[0]
             };
             let stiffness = ((at(1e-4) - at(-1e-4)) / 2e-4).max(0.0);
-            let [radius, _, sigma, _] = over_load.at(load, 0.0);
+            let [radius, _, sigma, _] = load_dependence.at(load, 0.0);
             (stiffness * radius * radius / (sigma * rims.I_yy)).sqrt()
         };
         let highest = [0.5, 1.0, 2.0, 3.0]
@@ -174,16 +174,16 @@ impl Fitted {
                 -tire.F_xy(&Slip { alpha: tan.atan(), ..at_rest(load, slowest) })[1]
             }),
         };
-        Self { over_load, linear, damping, slowest, fastest_pole: 2.0 * highest }
+        Self { load_dependence, linear, damping, slowest, fastest_pole: 2.0 * highest }
     }
 
     /// Asks for the forces of the tire: σ κ' = V_sx − |V_x| κ, σ (tan α)' = V_sy − |V_x| tan α.
     #[inline]
-    pub fn ask<T: Number>(&self, state: &Wheel<T>, place: &Place<T>) -> Question<T> {
+    pub fn ask<T: Number>(&self, state: &Wheel<T>, place: &ContactPoint<T>) -> TireQuery<T> {
         let (sin, cos) = place.turn;
         let [v_x, v_y] = place.v;
         let (v_x, v_y) = (v_x * cos + v_y * sin, v_y * cos - v_x * sin);
-        let [R_e, R_l, sigma_x, sigma_y] = self.over_load.at(place.F_z, state.omega);
+        let [R_e, R_l, sigma_x, sigma_y] = self.load_dependence.at(place.F_z, state.omega);
         let rim = state.omega * R_e;
         let speed = v_x.abs();
         let bent = |sigma: T, slip: T, linear: f64| shortened(sigma, slip, place.mu * linear);
@@ -207,11 +207,11 @@ impl Fitted {
             pressure: None,
             mu: place.mu,
         };
-        Question { slip, tan_alpha, v_x, rim, R_l, kappa_rate, alpha_rate }
+        TireQuery { slip, tan_alpha, v_x, rim, R_l, kappa_rate, alpha_rate }
     }
 }
 
-impl<T: Number> Question<T> {
+impl<T: Number> TireQuery<T> {
     /// Operating point of the tire with the slip angle [rad] of a wheel on a side, 1 or −1.
     #[inline]
     pub fn at(&self, alpha: T, side: f64) -> Slip<T> {

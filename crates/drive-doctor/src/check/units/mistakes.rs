@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use numerics::text::significant;
+use units::STANDARD_GRAVITY;
 
-use crate::case::G;
 use crate::correction::{Correction, Key};
 
 /// What a mistake is about.
@@ -170,7 +170,7 @@ const fn mph(channel: &'static str) -> Mistake {
 }
 
 const fn gravities(channel: &'static str) -> Mistake {
-    unit(channel, "in g, not m/s2", "g0", 1.0 / G, COMMON)
+    unit(channel, "in g, not m/s2", "g0", 1.0 / STANDARD_GRAVITY, COMMON)
 }
 
 const fn rpm(channel: &'static str) -> Mistake {

@@ -9,7 +9,7 @@
 use numerics::student::Student;
 use rand::Rng;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::kernel::{shapes, shapes_and_slopes};
 use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
@@ -26,7 +26,7 @@ const COLLINEAR: f64 = 1e-9;
 
 /// The data, as weights of h, the curve for D = 1 and without shifts, and of its slope.
 pub struct Linear<'a> {
-    data: &'a Compressed,
+    data: &'a CompressedSamples,
     prior: &'a Prior,
     /// Slip plus `shift`. Around it the curve is odd, and both sides are one.
     slips: Vec<f64>,
@@ -70,7 +70,7 @@ pub struct Integral {
 
 impl<'a> Linear<'a> {
     /// `shift` is a value of S_h near those that count; where S_h is held, what it is held at.
-    pub fn new(data: &'a Compressed, prior: &'a Prior, shift: f64) -> Self {
+    pub fn new(data: &'a CompressedSamples, prior: &'a Prior, shift: f64) -> Self {
         let mut nodes: Vec<[f64; 5]> = data
             .moved(shift)
             .nodes()

@@ -2,19 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use crate::posterior::grid::plane::{Place, Plane};
+use crate::posterior::grid::plane::{CellIndex, Plane};
 
 /// How far below a summit the way to a higher one must lead, in nats, for the two to be apart.
 const VALLEY: f64 = 2.0;
 
 /// A number of its mode for each cell.
-pub fn modes(plane: &Plane) -> BTreeMap<Place, usize> {
-    let mut order: Vec<(Place, f64)> =
+pub fn modes(plane: &Plane) -> BTreeMap<CellIndex, usize> {
+    let mut order: Vec<(CellIndex, f64)> =
         plane.cells.iter().map(|(&index, cell)| (index, cell.log)).collect();
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     // The water level falls; islands that meet before they have risen far enough are one.
     let mut islands: Vec<Island> = Vec::new();
-    let mut owner: BTreeMap<Place, usize> = BTreeMap::new();
+    let mut owner: BTreeMap<CellIndex, usize> = BTreeMap::new();
     for (index, log) in order {
         let mut near: Vec<usize> = plane
             .neighbours(index)

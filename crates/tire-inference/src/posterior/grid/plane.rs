@@ -31,7 +31,7 @@ const STEEP: f64 = 2.0;
 const STEEP_MASS: f64 = 0.1;
 
 /// Column and row.
-pub type Place = (i32, i32);
+pub type CellIndex = (i32, i32);
 
 /// A cell: its density is that at its centre, or at an optimum in it, if higher.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ pub struct Plane<'a> {
     /// Columns and rows of the whole box.
     size: [i32; 2],
     /// The cells, those that hold next to nothing left out.
-    pub cells: BTreeMap<Place, Cell>,
+    pub cells: BTreeMap<CellIndex, Cell>,
     /// How often cells were split.
     pub level: usize,
     /// Cells of all levels.
@@ -136,7 +136,7 @@ impl<'a> Plane<'a> {
     }
 
     /// Looks at cells, each with what is known of the line of a neighbour.
-    fn visit(&mut self, wanted: BTreeMap<Place, Option<Shape>>) {
+    fn visit(&mut self, wanted: BTreeMap<CellIndex, Option<Shape>>) {
         self.visited += wanted.len();
         let list: Vec<_> = wanted.into_iter().collect();
         let found: Vec<Cell> =
@@ -144,7 +144,7 @@ impl<'a> Plane<'a> {
         self.cells.extend(list.into_iter().map(|(place, _)| place).zip(found));
     }
 
-    fn look(&self, place: Place, near: Option<&Shape>) -> Cell {
+    fn look(&self, place: CellIndex, near: Option<&Shape>) -> Cell {
         let [[C, width], [s, height]] = self.centre(place);
         let mut line = self.line(C, s, near);
         for &[seed_C, seed_s] in &self.seeds {
@@ -191,7 +191,7 @@ impl<'a> Plane<'a> {
     }
 
     /// C and s of a cell's centre, with its width and its height.
-    pub fn centre(&self, place: Place) -> [[f64; 2]; 2] {
+    pub fn centre(&self, place: CellIndex) -> [[f64; 2]; 2] {
         let axis = |low: f64, high: f64, index: i32, count: i32| {
             let step = (high - low) / f64::from(count);
             [low + (f64::from(index) + 0.5) * step, step]
@@ -204,7 +204,7 @@ impl<'a> Plane<'a> {
     }
 
     /// The cells about one that are in the box.
-    fn around(&self, (i, k): Place) -> impl Iterator<Item = Place> + use<> {
+    fn around(&self, (i, k): CellIndex) -> impl Iterator<Item = CellIndex> + use<> {
         let size = self.size;
         (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (i + a, k + b))).filter(move |&(a, b)| {
             (a, b) != (i, k) && a >= 0 && b >= 0 && a < size[0] && b < size[1]
@@ -212,7 +212,7 @@ impl<'a> Plane<'a> {
     }
 
     /// Neighbours that were looked at.
-    pub fn neighbours(&self, place: Place) -> impl Iterator<Item = (Place, &Cell)> {
+    pub fn neighbours(&self, place: CellIndex) -> impl Iterator<Item = (CellIndex, &Cell)> {
         self.around(place).filter_map(|place| Some((place, self.cells.get(&place)?)))
     }
 
@@ -221,7 +221,7 @@ impl<'a> Plane<'a> {
     }
 
     /// Largest difference to a neighbour.
-    fn step(&self, place: Place, cell: &Cell) -> f64 {
+    fn step(&self, place: CellIndex, cell: &Cell) -> f64 {
         self.neighbours(place).map(|(_, other)| (other.log - cell.log).abs()).fold(0.0, f64::max)
     }
 
@@ -257,7 +257,7 @@ impl<'a> Plane<'a> {
     }
 
     /// The cell that a point is in.
-    fn place(&self, [C, s]: [f64; 2]) -> Place {
+    fn place(&self, [C, s]: [f64; 2]) -> CellIndex {
         let [[low, width], [_, height]] = self.centre((0, 0));
         let index = |x: f64, count: i32| {
             if x.is_finite() { (x as i32).clamp(0, count - 1) } else { 0 }

@@ -3,19 +3,19 @@
 use numerics::text::significant;
 
 use crate::bounds::Bounds;
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::minimise::minimise;
 use crate::parameters::{Parameter, Theta};
 use crate::prior::Prior;
 use crate::profile::RULED_OUT;
 use crate::quantity::Quantity;
-use crate::verdict::{Judgement, UNMOVED, Verdict};
+use crate::verdict::{Judgement, MAX_PRIOR_SHIFT, Verdict};
 
 /// A parameter this close to a bound stands on it, as a share of the box.
 const CLOSE: f64 = 1e-4;
 
 /// The likeliest tire in the box where it stands on a bound, and the one beyond.
-pub struct Pressed {
+pub struct ActiveBounds {
     /// Bounds that it stands on.
     on: Vec<(Parameter, f64)>,
     best: Theta,
@@ -24,9 +24,9 @@ pub struct Pressed {
     gain: f64,
 }
 
-impl Pressed {
+impl ActiveBounds {
     /// `best` is the likeliest tire in the box of `prior`, given samples.
-    pub fn new(data: &Compressed, prior: &Prior, best: &Theta) -> Self {
+    pub fn new(data: &CompressedSamples, prior: &Prior, best: &Theta) -> Self {
         Self::about(prior, best, |wider| {
             let (beyond, least) = minimise(data, wider, best, None);
             (beyond, data.count() as f64 * (data.squares(best) / least).ln())
@@ -56,7 +56,7 @@ impl Pressed {
         let stands = self.on.iter().find(|(parameter, _)| quantity.parameter() == Some(*parameter));
         let moved =
             (quantity.value(&self.beyond) - quantity.value(&self.best)).abs() / judgement.std;
-        if self.on.is_empty() || (stands.is_none() && moved < UNMOVED) {
+        if self.on.is_empty() || (stands.is_none() && moved < MAX_PRIOR_SHIFT) {
             return judgement;
         }
         if judgement.verdict == Verdict::Identified {

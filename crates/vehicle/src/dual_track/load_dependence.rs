@@ -19,7 +19,7 @@ const SPEEDS: [f64; 2] = [20.0, 60.0];
 /// Effective and loaded radius and both relaxation lengths [m] over the load, between even points by cubics that join
 /// smoothly (Catmull and Rom). Camber and pressure are those of a wheel that stands upright on its own pressure.
 #[derive(Clone, Debug)]
-pub(crate) struct OverLoad {
+pub(crate) struct LoadDependence {
     per_newton: f64,
     /// R_e, R_l, σ_κ, σ_α at each point, and one point more on either side.
     points: Vec<[f64; 4]>,
@@ -27,7 +27,7 @@ pub(crate) struct OverLoad {
     growth: f64,
 }
 
-impl OverLoad {
+impl LoadDependence {
     /// The table of a tire around a load at rest [N].
     pub fn new<W: Tire<f64>>(tire: &W, rims: &Rims, load: f64) -> Self {
         let step = HIGHEST * load / INTERVALS as f64;

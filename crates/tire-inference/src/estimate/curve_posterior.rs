@@ -3,15 +3,15 @@
 use numerics::loss::Loss;
 use preparation::samples::Samples;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::dependence::Dependence;
 use crate::fit::Solution;
 use crate::linearised_slip_noise::with_slip_noise;
 use crate::parameters::Theta;
 use crate::posterior::predictive::predictive;
 use crate::posterior::report::{Band, PosteriorReport};
-use crate::posterior::robust::Robust;
-use crate::posterior::{Found, PosteriorSamples, SamplingOptions, draw};
+use crate::posterior::robust::RobustLikelihood;
+use crate::posterior::{PosteriorSamples, SampledPosterior, SamplingOptions, draw};
 use crate::settings::Settings;
 
 /// Slips at which the report has the band of the curves.
@@ -21,17 +21,17 @@ const BAND: usize = 41;
 const ENDS: f64 = 4.0;
 
 /// The posterior of a curve, and what it is of.
-pub struct Sampled {
+pub struct CurvePosterior {
     /// The samples, their slips without noise.
     pub noisy: Samples,
     /// The same.
-    pub data: Compressed,
+    pub data: CompressedSamples,
     pub optima: Vec<Theta>,
     pub posterior: PosteriorSamples,
     pub report: PosteriorReport,
 }
 
-impl Sampled {
+impl CurvePosterior {
     /// Near the best fit.
     pub fn new(
         samples: &Samples,
@@ -46,15 +46,16 @@ impl Sampled {
         let noisy = with_slip_noise(samples, &best.theta, slip_std, best.noise_std);
         let optima: Vec<Theta> = best.optima.iter().map(|(theta, _)| *theta).collect();
         let wanted = SamplingOptions { seed: options.seed, ..SamplingOptions::default() };
-        let (data, Found { posterior, report }) = match *loss {
+        let (data, SampledPosterior { posterior, report }) = match *loss {
             Loss::Square => {
                 let variance = best.noise_std.powi(2) / share;
-                let data = Compressed::new(&noisy).telling(share).with(*prior_from_file, variance);
+                let data =
+                    CompressedSamples::new(&noisy).telling(share).with(*prior_from_file, variance);
                 let found = draw(&data, prior, &optima, &wanted);
                 (data, found)
             }
             loss => {
-                let robust = Robust::new(&noisy, loss, best.noise_std, share);
+                let robust = RobustLikelihood::new(&noisy, loss, best.noise_std, share);
                 let near = robust.near(&best.theta, *prior_from_file);
                 let found = robust.draw(&near, prior, &optima, &wanted);
                 (near.proposal, found)
@@ -62,9 +63,9 @@ impl Sampled {
         };
         let inner = inner(&noisy, slip_std);
         let report = PosteriorReport {
-            mean: prior.free().map(|p| (p.name().to_owned(), posterior.mean(p))).collect(),
+            mean: prior.free().map(|p| (p.into(), posterior.mean(p))).collect(),
             band: Some(Band::new(&posterior, slip_range, BAND)),
-            predictive: predictive(&inner, *loss, &posterior, (dependence, options.seed)),
+            predictive: predictive(&inner, *loss, &posterior, dependence, options.seed),
             noise: *loss,
             ..report
         };

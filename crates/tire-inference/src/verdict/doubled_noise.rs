@@ -5,15 +5,16 @@
 
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
+use numerics::identifiability::{MAX_PRIOR_SHIFT, MAX_WIDTH_IDENTIFIED, NEGLIGIBLE_PRIOR_SHIFT};
 use serde::Serialize;
 
-use crate::compressed::Compressed;
+use crate::compressed::CompressedSamples;
 use crate::parameters::{Parameter, Theta};
 use crate::posterior::tempered::{self, TemperingOptions};
 use crate::posterior::{PosteriorSamples, SamplingOptions, draw};
 use crate::prior::Prior;
 use crate::quantity::Quantity;
-use crate::verdict::{NARROWED, NEGLIGIBLE, UNMOVED, prior_shift, width};
+use crate::verdict::{prior_shift, width};
 
 /// The weight of each sample, with twice its noise.
 const SHARE: f64 = 0.25;
@@ -24,12 +25,12 @@ const FAR: f64 = 0.1;
 
 /// Whether a quantity is so near to the limits of (c) that twice the noise may be beyond them.
 pub fn is_near(prior_shift: f64, width_ratio: f64) -> bool {
-    prior_shift >= FAR && prior_shift * width_ratio >= NEGLIGIBLE
+    prior_shift >= FAR && prior_shift * width_ratio >= NEGLIGIBLE_PRIOR_SHIFT
 }
 
 /// What data of twice the noise would leave of a quantity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Noisier {
+pub struct DoubledNoise {
     /// Criterion (a) of them.
     pub width_ratio: f64,
     /// Criterion (c) of them.
@@ -38,21 +39,22 @@ pub struct Noisier {
     pub moved: f64,
 }
 
-impl Noisier {
+impl DoubledNoise {
     /// Whether they would tell it as well as twice the noise allows: it makes an ordinary posterior twice as wide, and the prior
     /// moves it four times as far.
     pub fn tells(&self) -> bool {
-        let unmoved = self.prior_shift < UNMOVED || self.moved < 4.0 * NEGLIGIBLE;
-        self.width_ratio < 2.0 * NARROWED && unmoved
+        let unmoved =
+            self.prior_shift < MAX_PRIOR_SHIFT || self.moved < 4.0 * NEGLIGIBLE_PRIOR_SHIFT;
+        self.width_ratio < 2.0 * MAX_WIDTH_IDENTIFIED && unmoved
     }
 }
 
 /// The posterior of data of twice the noise.
-pub struct Doubled(PosteriorSamples);
+pub struct DoubledNoisePosterior(PosteriorSamples);
 
-impl Doubled {
+impl DoubledNoisePosterior {
     /// `best` is the likeliest tire.
-    pub fn new(data: &Compressed, prior: &Prior, best: &Theta) -> Self {
+    pub fn new(data: &CompressedSamples, prior: &Prior, best: &Theta) -> Self {
         let data = data.clone().telling(SHARE);
         // A grid with shifts takes seconds.
         Self(match prior.free[Parameter::S_h as usize] || prior.free[Parameter::S_v as usize] {
@@ -68,12 +70,12 @@ impl Doubled {
     }
 
     /// What it leaves of a quantity, of which `before` draws the prior.
-    pub fn of(&self, quantity: Quantity, prior: &Prior, before: &PosteriorSamples) -> Noisier {
+    pub fn of(&self, quantity: Quantity, prior: &Prior, before: &PosteriorSamples) -> DoubledNoise {
         let own = |quantity: Quantity| {
             let values = self.0.values(quantity);
             let width_ratio = width(quantity, prior, &values, before);
             let prior_shift = prior_shift(prior, &self.0, &values);
-            Noisier { width_ratio, prior_shift, moved: width_ratio * prior_shift }
+            DoubledNoise { width_ratio, prior_shift, moved: width_ratio * prior_shift }
         };
         let found = own(quantity);
         let with_C =
@@ -83,7 +85,7 @@ impl Doubled {
         }
         let C = own(Quantity::Parameter(Parameter::C));
         let prior_shift = found.prior_shift.max(C.prior_shift);
-        Noisier { moved: found.moved.max(C.moved), prior_shift, ..found }
+        DoubledNoise { moved: found.moved.max(C.moved), prior_shift, ..found }
     }
 }
 
@@ -95,11 +97,11 @@ mod tests {
     #[test]
     fn twice_the_noise_doubles_what_the_data_decide() {
         let excitation = Excitation { samples: 1500, slip_std: 0.0, ..Excitation::default() };
-        let (data, prior) = (Compressed::new(&samples(&excitation, 1.0)), Prior::lateral());
+        let (data, prior) = (CompressedSamples::new(&samples(&excitation, 1.0)), Prior::lateral());
         let few = SamplingOptions { draws: DRAWS, ..SamplingOptions::default() };
         let posterior = draw(&data, &prior, &[excitation.truth], &few).posterior;
         let before = PosteriorSamples { samples: prior.literature().fill(1024).collect() };
-        let doubled = Doubled::new(&data, &prior, &excitation.truth);
+        let doubled = DoubledNoisePosterior::new(&data, &prior, &excitation.truth);
         for quantity in [Quantity::Parameter(Parameter::D), Quantity::K, Quantity::Peak] {
             let noisier = doubled.of(quantity, &prior, &before);
             let once = width(quantity, &prior, &posterior.values(quantity), &before);
@@ -111,11 +113,11 @@ mod tests {
 
     #[test]
     fn what_the_prior_moves_is_not_told() {
-        let told = Noisier { width_ratio: 0.5, prior_shift: 0.2, moved: 0.1 };
+        let told = DoubledNoise { width_ratio: 0.5, prior_shift: 0.2, moved: 0.1 };
         assert!(told.tells());
-        assert!(!Noisier { prior_shift: 0.3, ..told }.tells());
-        assert!(Noisier { prior_shift: 0.3, moved: 0.03, ..told }.tells());
-        assert!(!Noisier { width_ratio: 0.7, ..told }.tells());
-        assert!(!Noisier { width_ratio: f64::NAN, ..told }.tells());
+        assert!(!DoubledNoise { prior_shift: 0.3, ..told }.tells());
+        assert!(DoubledNoise { prior_shift: 0.3, moved: 0.03, ..told }.tells());
+        assert!(!DoubledNoise { width_ratio: 0.7, ..told }.tells());
+        assert!(!DoubledNoise { width_ratio: f64::NAN, ..told }.tells());
     }
 }

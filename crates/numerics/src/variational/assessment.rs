@@ -11,7 +11,7 @@ use crate::low_discrepancy::log_normal;
 use crate::psis::{self, Diagnosis};
 use crate::variational::LogDensity;
 use crate::variational::gaussian::Gaussian;
-use crate::variational::newton::Fitted;
+use crate::variational::newton::GaussianFit;
 
 /// Degrees of freedom of the heavier tails, and how much wider they begin.
 const FREEDOM: usize = 5;
@@ -21,9 +21,9 @@ const OVERFIT: f64 = 0.1;
 
 /// A fitted normal distribution, and what draws from it say.
 #[derive(Clone, Debug)]
-pub struct Judged {
+pub struct GaussianAssessment {
     /// The fit.
-    pub fitted: Fitted,
+    pub fitted: GaussianFit,
     /// Points that stood for the standard normal distribution in it.
     pub points: usize,
     /// Draws from it.
@@ -36,11 +36,12 @@ pub struct Judged {
 /// or `most` is reached.
 pub fn fit(
     density: &impl LogDensity,
-    fit: impl Fn(usize) -> Fitted,
+    fit: impl Fn(usize) -> GaussianFit,
     [points, most]: [usize; 2],
-    worth_more: impl Fn(&Fitted) -> bool,
-    (draws, seed): (usize, u64),
-) -> Judged {
+    worth_more: impl Fn(&GaussianFit) -> bool,
+    draws: usize,
+    seed: u64,
+) -> GaussianAssessment {
     let begin = Instant::now();
     let mut points = points;
     loop {
@@ -48,7 +49,12 @@ pub fn fit(
         let draws = Draws::new(density, &fitted.gaussian, Tails::Normal, draws, seed);
         let overfit = fitted.trace.last().is_some_and(|own| own - draws.elbo > OVERFIT);
         if !(overfit && worth_more(&fitted)) || points >= most {
-            return Judged { fitted, points, draws, seconds: begin.elapsed().as_secs_f64() };
+            return GaussianAssessment {
+                fitted,
+                points,
+                draws,
+                seconds: begin.elapsed().as_secs_f64(),
+            };
         }
         points *= 2;
     }
