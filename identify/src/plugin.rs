@@ -73,14 +73,10 @@ impl Analysis for Identify {
                 let has = |name: &str| request.signal(name).is_some();
                 config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
                 config.drift.demand_laps(has)?;
-                let mut recording = DriveLog::default();
-                for signal in &request.signals {
-                    recording.insert(signal.name, Vec::new(), Vec::new());
-                }
-                recording.complete().map_err(|error| error.to_string().into())
+                drive_log(request).complete().map_err(|error| error.to_string().into())
             }
             Config::ClosedLoop(config) => {
-                Ok(closed_loop::recording(request, config.gap).map(drop)?)
+                Ok(closed_loop::drive(&drive_log(request), config.gap).map(drop)?)
             }
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
@@ -109,6 +105,13 @@ impl Analysis for Identify {
 }
 
 plugin::export!(Identify);
+
+/// The signals of a request.
+fn drive_log<'a>(request: &Request<'a>) -> DriveLog<'a> {
+    let mut log = DriveLog::default();
+    request.signals.iter().for_each(|it| log.insert_borrowed(it.name, it.time, it.values));
+    log
+}
 
 /// What an analysis says that the program asked to give up.
 const CANCELLED: &str = "cancelled";

@@ -109,7 +109,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("sweep", &["diagnostics", "html-page", "numerics"]),
     ("tire-inference", &["elementary", "numerics", "preparation", "vehicle"]),
     ("drive-inference", &["kalman", "numerics", "preparation", "tire-inference", "vehicle"]),
-    ("drive-prediction", &["numerics", "rating", "vehicle"]),
+    ("drive-prediction", &["numerics", "preparation", "rating", "vehicle"]),
     ("identify", &["drive-doctor", "drive-inference", "drive-prediction", "html-page", "numerics", "plugin", "preparation", "tire", "tire-bench", "tire-inference", "units", "vehicle"]),
     ("system", &["cosim", "diagnostics", "fmu-export", "fmu-import", "recording", "scenario"]),
     ("system-fmu", &["fmu-export", "system"]),

@@ -34,7 +34,7 @@ fn unwrap(course: &mut Signal) {
     let is_in_deg = course.value.iter().any(|angle| angle.abs() > 7.0 && angle.is_finite());
     let factor = if is_in_deg { PI / 180.0 } else { 1.0 };
     let mut latest = f64::NAN;
-    for angle in course.value.iter_mut().filter(|angle| angle.is_finite()) {
+    for angle in course.value.to_mut().iter_mut().filter(|angle| angle.is_finite()) {
         let turned = *angle * factor;
         *angle = match latest.is_nan() {
             true => turned,
@@ -48,7 +48,7 @@ fn unwrap(course: &mut Signal) {
 const APART: usize = 5;
 
 /// The direction of travel of a car that was at these places; left turns are positive. `None` of a car that stays.
-fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
+fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal<'static>)> {
     let rows = APART..x.time.len().checked_sub(APART).filter(|end| *end > APART)?;
     let moved = |k: usize| [x, y].map(|it| it.value[k + APART] - it.value[k - APART]);
     let stays = rows.clone().all(|k| moved(k) == [0.0; 2]);
@@ -59,8 +59,8 @@ fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
         let [along, across] = moved(k);
         across.atan2(along)
     };
-    let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect());
-    let mut course = Signal { time, value };
+    let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect::<Vec<f64>>());
+    let mut course = Signal::new(time, value);
     unwrap(&mut course);
     Some(("course", course))
 }
@@ -93,8 +93,8 @@ impl KnownCar {
 
 /// A log under examination.
 #[derive(Debug)]
-pub(crate) struct Case {
-    pub signals: BTreeMap<&'static str, Signal>,
+pub(crate) struct Case<'a> {
+    pub signals: BTreeMap<&'static str, Signal<'a>>,
     pub car: KnownCar,
     pub found: Examination,
     /// Whether the car turns to one side only, or not at all.
@@ -109,11 +109,11 @@ pub(crate) struct Case {
     pub is_ratio_rough: bool,
 }
 
-impl Case {
-    pub fn new(log: &DriveLog, car: KnownCar) -> Self {
+impl<'a> Case<'a> {
+    pub fn new(log: &'a DriveLog, car: KnownCar) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let mut signals: BTreeMap<_, _> =
-            names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
+            names.filter_map(|name| Some((name, log.get(name)?.borrowed()))).collect();
         let places = signals.remove("x").zip(signals.remove("y"));
         match signals.get_mut("course") {
             Some(course) => unwrap(course),
@@ -153,8 +153,8 @@ impl Case {
     /// Divides a channel by a factor and brings it `delay` [s] forward, for the checks that follow.
     pub fn correct(&mut self, name: &str, factor: f64, delay: f64) {
         if let Some(signal) = self.signals.get_mut(name) {
-            signal.value.iter_mut().for_each(|value| *value /= factor);
-            signal.time.iter_mut().for_each(|time| *time -= delay);
+            signal.value.to_mut().iter_mut().for_each(|value| *value /= factor);
+            signal.time.to_mut().iter_mut().for_each(|time| *time -= delay);
         }
     }
 

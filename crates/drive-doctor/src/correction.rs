@@ -1,6 +1,6 @@
 //! Holds the lines that correct a log, and says into which table of a scenario they go.
 
-use numerics::text::significant;
+use preparation::ColumnKey;
 use serde::Serialize;
 
 /// Where a line goes.
@@ -34,24 +34,24 @@ pub struct Correction {
 pub(crate) enum Key {
     Unit(&'static str),
     Mirrored,
-    Gain(f64),
-    /// In the unit of the signal.
-    Offset(f64),
-    /// [s]
-    Delay(f64),
+    /// What a systematic error asks for.
+    Error(ColumnKey),
     /// What becomes of rows without a value.
     Gaps(&'static str),
 }
 
+impl From<ColumnKey> for Key {
+    fn from(key: ColumnKey) -> Self {
+        Self::Error(key)
+    }
+}
+
 impl Key {
     fn line(self) -> String {
-        let number = |value: f64| significant(value, 4);
         match self {
             Key::Unit(unit) => format!("unit = \"{unit}\""),
             Key::Mirrored => "sign = -1".to_owned(),
-            Key::Gain(gain) => format!("gain = {}", number(gain)),
-            Key::Offset(offset) => format!("offset = {}", number(offset)),
-            Key::Delay(delay) => format!("delay = {}", number(delay)),
+            Key::Error(key) => key.to_string(),
             Key::Gaps(rule) => format!("gaps = \"{rule}\""),
         }
     }

@@ -10,11 +10,11 @@ use drive_doctor::{Examination, KnownCar, Place, Sure, examine};
 use preparation::DriveLog;
 
 /// The log with two channels in each other's column.
-fn swapped(log: &DriveLog, [a, b]: [&str; 2]) -> DriveLog {
+fn swapped(log: &DriveLog<'static>, [a, b]: [&str; 2]) -> DriveLog<'static> {
     let mut swapped = log.clone();
     for (name, other) in [(a, b), (b, a)] {
         let signal = log.get(other).expect("a channel");
-        swapped.insert(name, signal.time.clone(), signal.value.clone());
+        swapped.insert(name, signal.time.to_vec(), signal.value.to_vec());
     }
     swapped
 }
@@ -50,7 +50,7 @@ fn swapped_columns_are_named_with_those_to_write() {
 }
 
 /// The log with four wheels of a radius, on a track of 1.5 m.
-fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog {
+fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog<'static> {
     let mut log = mistake::log(recording);
     for (name, side) in
         [("omega_fl", -0.75), ("omega_fr", 0.75), ("omega_rl", -0.75), ("omega_rr", 0.75)]
@@ -78,7 +78,7 @@ fn wheels_of_the_wrong_side_and_unit_are_named() {
     assert_eq!(found.findings[0].sure, Sure::Certain);
     let mut one = right.clone();
     let wheel = right.get("omega_rl").expect("a wheel");
-    one.insert("omega_rl", wheel.time.clone(), wheel.value.iter().map(|it| -it).collect());
+    one.insert("omega_rl", wheel.time.to_vec(), wheel.value.iter().map(|it| -it).collect());
     let found = examine(&one, &known);
     assert_eq!(names(&found), ["omega_rl_sign"], "{found:#?}");
     // In km/h they read as on tires of 0.278 m, which a car may have.
@@ -103,7 +103,7 @@ fn a_bank_that_comes_again_each_lap_is_told_without_a_roll_angle() {
 }
 
 /// A linear single track at 20 m/s that is steered by a sine, at 100 Hz: v_y, r, a_x, a_y, delta.
-fn at_constant_speed() -> DriveLog {
+fn at_constant_speed() -> DriveLog<'static> {
     let (v_x, m, I_zz, l_f, l_r, C) = (20.0, 1200.0, 1800.0, 1.2, 1.4, 8e4);
     let step = 0.01;
     let (mut v_y, mut r) = (0.0, 0.0);

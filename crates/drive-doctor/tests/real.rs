@@ -196,7 +196,7 @@ fn a_channel_of_the_250_lm_that_is_moved_is_named_with_its_delay() {
         let mut moved = log.clone();
         let Some(signal) = log.get(channel) else { panic!("no {channel}") };
         let time = signal.time.iter().map(|t| t + delay).collect();
-        moved.insert(channel, time, signal.value.clone());
+        moved.insert(channel, time, signal.value.to_vec());
         let found = examine(&moved, &car);
         let name = format!("{channel}_delay");
         let told: Vec<_> = found.findings.iter().filter(|it| it.check == name).collect();

@@ -39,7 +39,7 @@ impl Row {
     }
 
     fn print(&self, found: &Calibrated) {
-        let (factor, unit) = found.cause.about().shown;
+        let (factor, unit) = found.cause.describe().display;
         let rms = factor * (self.squares / self.count as f64).sqrt();
         let percent = |part: usize| 100.0 * part as f64 / self.count as f64;
         println!(

@@ -6,8 +6,8 @@
 use tire_inference::axles::Axle;
 use tire_inference::model::{Fit, FitTest, ModelVerdict};
 
-use crate::recording::Drive;
 use crate::series::Series;
+use preparation::Drive;
 
 mod over;
 pub mod plausible;

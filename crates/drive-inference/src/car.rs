@@ -8,8 +8,8 @@ use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
 use vehicle::{Body, G, Input, SLIP_SPEED_FLOOR, Vehicle};
 
-use crate::cause::{Cause, Causes};
 use crate::tires::Tires;
+use preparation::{SystematicError, SystematicErrors};
 
 /// What the filter needs of a car.
 #[derive(Clone, Copy, Debug)]
@@ -30,17 +30,17 @@ pub struct Car<T> {
 
 impl<T: Scalar> Car<T> {
     /// The car of a configuration with the errors that it may have.
-    pub fn new(car: &Vehicle, causes: &Causes<T>) -> Self {
+    pub fn new(car: &Vehicle, causes: &SystematicErrors<T>) -> Self {
         let Body { m, I_zz, l_f, l_r, h } = car.body;
-        let ahead = causes[Cause::CentreOfGravity];
-        let mass = (causes[Cause::Mass] + 1.0) * m;
-        let inertia = (causes[Cause::Inertia] + 1.0) * I_zz;
+        let ahead = causes[SystematicError::CentreOfGravity];
+        let mass = (causes[SystematicError::Mass] + 1.0) * m;
+        let inertia = (causes[SystematicError::Inertia] + 1.0) * I_zz;
         Self {
             aero: car.aero,
             wheelbase: l_f + l_r,
             l_f: -ahead + l_f,
             l_r: ahead + l_r,
-            h: causes[Cause::Height] + h,
+            h: causes[SystematicError::Height] + h,
             weight: mass * G,
             lightness: mass.recip(),
             ease: inertia.recip(),
@@ -126,13 +126,13 @@ pub struct InputErrors<T> {
 
 impl<T: Scalar> InputErrors<T> {
     /// Those of some causes, with samples that are prepared for delays of the steering angle and the force [s].
-    pub fn new(causes: &Causes<T>, [steering, force]: [f64; 2]) -> Self {
+    pub fn new(causes: &SystematicErrors<T>, [steering, force]: [f64; 2]) -> Self {
         Self {
-            offset: causes[Cause::SteeringOffset],
-            shrink: (causes[Cause::SteeringGain] + 1.0).recip(),
-            delay: causes[Cause::SteeringDelay] + -steering,
-            force: causes[Cause::ForceGain] + 1.0,
-            force_delay: causes[Cause::ForceDelay] + -force,
+            offset: causes[SystematicError::SteeringOffset],
+            shrink: (causes[SystematicError::SteeringGain] + 1.0).recip(),
+            delay: causes[SystematicError::SteeringDelay] + -steering,
+            force: causes[SystematicError::ForceGain] + 1.0,
+            force_delay: causes[SystematicError::ForceDelay] + -force,
         }
     }
 

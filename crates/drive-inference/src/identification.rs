@@ -15,7 +15,6 @@ use tire_inference::prior::Prior;
 use tire_inference::verdict::Pressed;
 
 use crate::adequacy::{self, Blocks, Leftover};
-use crate::cause::Cause;
 use crate::error::Error;
 use crate::explored::{Explored, inverse};
 use crate::global::{COARSE, FINE};
@@ -29,14 +28,14 @@ use crate::points::{self, Point};
 use crate::posterior_samples::{self, Drawn, Request};
 use crate::problem::Problem;
 use crate::progress::{Progress, with_progress};
-use crate::recording::Drive;
 use crate::regression::Target;
 use crate::selection::Addition;
 use crate::series::Series;
 use crate::smoothing::{self, Explained};
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
 use crate::told::Estimated;
-use crate::{pem, search, series, told, verdict};
+use crate::{error, pem, search, series, told, verdict};
+use preparation::{Drive, SystematicError};
 
 /// What prediction errors start from.
 const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
@@ -53,13 +52,10 @@ pub fn identify(
     progress: &mut dyn FnMut(f64, &str) -> bool,
 ) -> Result<Identified, Error> {
     let begin = Instant::now();
-    for (i, recording) in recordings.iter().enumerate() {
-        recording.check(i)?;
-    }
-    let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
+    error::check(recordings)?;
     let noise = match options.noises {
         Noises::Known(noise) => noise,
-        Noises::Estimated => DriveNoise::of_sensors(first.rough_noise()),
+        Noises::Estimated => DriveNoise::of_sensors(recordings[0].difference_noise()),
     };
     with_progress(progress, |progress| {
         progress.report(0.0, "smoothing")?;
@@ -111,7 +107,7 @@ struct Run<'a> {
 struct Best {
     unknowns: Unknowns,
     /// Errors that are variables of the minimum, after the tires.
-    active: Vec<Cause>,
+    active: Vec<SystematicError>,
     /// Gain of what the data asked for [nat].
     gains: Vec<(Addition, f64)>,
     minimum: Minimum,
@@ -299,7 +295,7 @@ impl Run<'_> {
         blocks: Option<&Blocks>,
     ) -> (ModelVerdict, Vec<CauseEstimate>) {
         let Some(blocks) = blocks else { return told::judged(ModelVerdict::default(), causes) };
-        let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
+        let inputs = self.recordings.iter().map(|drive| at.causes.true_inputs(drive));
         let recordings = &inputs.collect::<Vec<_>>();
         let plausible = causes.iter().map(|it| it.test.clone()).collect();
         let model = adequacy::judge(&Leftover { recordings, series }, blocks, plausible);

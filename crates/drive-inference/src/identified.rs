@@ -8,12 +8,12 @@ use tire_inference::estimate::Estimate;
 use tire_inference::model::{CauseEstimate, ModelVerdict};
 use tire_inference::posterior::PosteriorSamples;
 
-use crate::cause::Causes;
 use crate::likelihood::DriveNoise;
 use crate::options::Formulation;
 use crate::series::Series;
 use crate::smoothing::Explained;
 use crate::tires::Tires;
+use preparation::SystematicErrors;
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
@@ -91,7 +91,7 @@ pub struct Identified {
     pub causes: Vec<CauseEstimate>,
     /// The errors and the car behind them.
     #[serde(skip)]
-    pub errors: Causes,
+    pub errors: SystematicErrors,
     /// Whether tires, errors and noises describe the drives.
     pub model: ModelVerdict,
     /// How well measurements were predicted by these tires.

@@ -6,13 +6,13 @@ use numerics::sqp::{Minimum, Model, Objective};
 use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 
-use crate::cause::{Cause, Causes};
 use crate::coordinates::Coordinates;
 use crate::explored::{Explored, inverse};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
 use crate::regularisation::Expected;
 use crate::tires::{SIZE, Tires, corners, from_vector, to_vector};
 use crate::unknowns::SHORTEST;
+use preparation::{SystematicError, SystematicErrors};
 
 /// Largest error that is looked for, in its usual standard deviations.
 const REACH: f64 = 30.0;
@@ -27,29 +27,29 @@ pub struct Joint<'a> {
     pub noise: DriveNoise,
     /// What is expected of the tires.
     pub expected: Expected,
-    /// Causes that are variables.
-    pub active: Vec<Cause>,
+    /// SystematicErrors that are variables.
+    pub active: Vec<SystematicError>,
     /// Where the other causes are held.
-    pub held: Causes,
+    pub held: SystematicErrors,
     /// Standard deviations of all causes before any data.
-    pub std: Causes,
+    pub std: SystematicErrors,
 }
 
 impl Joint<'_> {
     /// The point of some unknowns.
-    pub fn point(&self, tires: &Tires, causes: &Causes) -> DVector<f64> {
+    pub fn point(&self, tires: &Tires, causes: &SystematicErrors) -> DVector<f64> {
         let mut x = to_vector(tires).resize_vertically(SIZE + self.active.len(), 0.0);
         for (i, cause) in self.active.iter().enumerate() {
-            x[SIZE + i] = causes[*cause] / cause.about().std;
+            x[SIZE + i] = causes[*cause] / cause.describe().std;
         }
         x
     }
 
     /// The causes at a point.
-    pub fn causes(&self, x: &DVector<f64>) -> Causes {
+    pub fn causes(&self, x: &DVector<f64>) -> SystematicErrors {
         let mut causes = self.held;
         for (i, cause) in self.active.iter().enumerate() {
-            causes[*cause] = x[SIZE + i] * cause.about().std;
+            causes[*cause] = x[SIZE + i] * cause.describe().std;
         }
         causes
     }
@@ -61,7 +61,7 @@ impl Joint<'_> {
 
     /// The directions of the variables.
     pub fn directions(&self) -> Vec<Direction> {
-        let causes = self.active.iter().copied().map(Direction::Cause);
+        let causes = self.active.iter().copied().map(Direction::SystematicError);
         (0..SIZE).map(Direction::Tire).chain(causes).collect()
     }
 
@@ -71,20 +71,21 @@ impl Joint<'_> {
         let n = SIZE + self.active.len();
         let mut corners = [lower.resize_vertically(n, -REACH), upper.resize_vertically(n, REACH)];
         for (i, cause) in self.active.iter().enumerate() {
-            if Cause::TIRES.contains(cause) {
-                corners[0][SIZE + i] = SHORTEST / cause.about().std;
+            if SystematicError::TIRES.contains(cause) {
+                corners[0][SIZE + i] = SHORTEST / cause.describe().std;
             }
         }
         corners
     }
 
     /// Precision of a cause before any data, in its usual standard deviations.
-    pub fn precision(&self, cause: Cause) -> f64 {
-        (cause.about().std / self.std[cause]).powi(2)
+    pub fn precision(&self, cause: SystematicError) -> f64 {
+        (cause.describe().std / self.std[cause]).powi(2)
     }
 
     fn prior_cost(&self, x: &DVector<f64>) -> f64 {
-        let of_cause = |(i, cause): (usize, &Cause)| self.precision(*cause) * x[SIZE + i].powi(2);
+        let of_cause =
+            |(i, cause): (usize, &SystematicError)| self.precision(*cause) * x[SIZE + i].powi(2);
         let causes: f64 = self.active.iter().enumerate().map(of_cause).sum();
         self.expected.cost(&from_vector(x)) + 0.5 * causes
     }

@@ -10,17 +10,16 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use vehicle::Vehicle;
 
-use crate::cause::Causes;
 use crate::evaluation::{Costs, Evaluation, Sums};
 use crate::filter::{Belief, Innovation, Variances};
 use crate::passes::{Pass, Sweep};
 use crate::progress::Cancellation;
-use crate::recording::Drive;
 use crate::rows::{Group, Rows};
 use crate::samples::{Course, Delays, Prepared, prepare};
 use crate::tires::{self, SIZE, Tires};
 pub use crate::unknowns::{Direction, DriveNoise, Unknowns};
 use crate::unknowns::{Numbers, Width};
+use preparation::{Drive, SystematicErrors};
 
 /// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
 const STRETCH: usize = 200;
@@ -42,7 +41,7 @@ impl Likelihood {
     }
 
     /// The same for channels with the delays among some causes: the likelihood may be evaluated at delays near these.
-    pub fn delayed(car: &Vehicle, recordings: &[Drive], causes: &Causes) -> Self {
+    pub fn delayed(car: &Vehicle, recordings: &[Drive], causes: &SystematicErrors) -> Self {
         Self::with(car, recordings, Delays::near(causes, recordings))
     }
 
@@ -57,7 +56,7 @@ impl Likelihood {
     }
 
     /// Whether it may be evaluated at some causes of these recordings.
-    pub fn serves(&self, causes: &Causes, recordings: &[Drive]) -> bool {
+    pub fn serves(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
         self.course.delays.serve(causes, recordings)
     }
 
@@ -163,7 +162,11 @@ impl Likelihood {
     }
 
     /// The costs of several tires and causes, in hardly more time than that of one.
-    pub fn costs(&self, several: &[(Tires, Causes); WIDTH], noise: &DriveNoise) -> [f64; WIDTH] {
+    pub fn costs(
+        &self,
+        several: &[(Tires, SystematicErrors); WIDTH],
+        noise: &DriveNoise,
+    ) -> [f64; WIDTH] {
         if self.cancel.is_cancelled() {
             return [f64::INFINITY; WIDTH];
         }
@@ -174,7 +177,7 @@ impl Likelihood {
         let Variances { process, sensor } = noise.variances();
         let unknowns = Numbers {
             tires: tires::from_array(std::array::from_fn(parameter)),
-            causes: Causes(std::array::from_fn(error)),
+            causes: SystematicErrors(std::array::from_fn(error)),
             noise: Variances { process: process.map(all), sensor: sensor.map(all) },
             colours: noise.colours().map(|colour| colour.map(all)),
         };

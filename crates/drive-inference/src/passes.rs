@@ -3,13 +3,13 @@
 use numerics::scalar::Scalar;
 
 use crate::car::{Car, InputErrors};
-use crate::cause::Cause;
 use crate::evaluation::Visit;
 use crate::filter::{Belief, Filter, Variances};
 use crate::samples::{Course, Prepared};
 use crate::sensors::Sensors;
 use crate::unknowns::{Numbers, Width};
 use crate::wide::{Lagging, Motion, Stiff, WideBelief, WideFilter};
+use preparation::SystematicError;
 
 /// Standard deviation of the unknown longitudinal force before any data [N].
 const START_STD_XI: f64 = 300.0;
@@ -61,7 +61,7 @@ impl<T: Scalar, V: Visit<T>, const ERRORS: bool> pulp::WithSimd for Pass<'_, T, 
         let Course { car, delays, recordings } = self.course;
         let Numbers { tires, causes, noise, .. } = self.unknowns;
         let inputs = InputErrors::new(&causes, delays.inputs);
-        let factor = causes[Cause::ForceGain] + 1.0;
+        let factor = causes[SystematicError::ForceGain] + 1.0;
         let sensors = Sensors::new(&causes, &delays.sensors);
         let filter = Filter::<T, ERRORS> { car: Car::new(car, &causes), tires, noise, sensors };
         for (recording, Prepared { first, samples, first_row }) in recordings.iter().enumerate() {
@@ -113,7 +113,7 @@ impl<T: Scalar, V: Visit<T>, const ALL: usize> pulp::WithSimd for Relaxed<'_, T,
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> V {
         let Numbers { tires, causes, .. } = &self.unknowns;
-        let lengths = Cause::TIRES.map(|cause| causes[cause]);
+        let lengths = SystematicError::TIRES.map(|cause| causes[cause]);
         let motion = Lagging { tires: *tires, lengths, shortest: self.course.delays.shortest };
         wide::<T, V, _, 5, 6, ALL>(self.course, self.unknowns, self.visit, motion)
     }

@@ -7,8 +7,8 @@ use preparation::samples::Samples;
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, NominalCar, SLIP_SPEED_FLOOR, Vehicle};
 
-use crate::recording::Drive;
 use crate::smoothing::nominal;
+use preparation::Drive;
 
 /// What is known at one instant under one input.
 #[derive(Clone, Copy, Debug)]

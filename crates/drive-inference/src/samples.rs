@@ -4,9 +4,8 @@
 use vehicle::{Input, Vehicle};
 
 use crate::car::Recorded;
-use crate::cause::{Cause, Causes, LENGTH};
-use crate::recording::Drive;
 use crate::unknowns::SHORTEST;
+use preparation::{Drive, START_RELAXATION_LENGTH, SystematicError, SystematicErrors};
 
 /// Stiffness per load [1/rad] that no tire exceeds by much: with it, steps are short enough.
 const STIFFEST: f64 = 90.0;
@@ -43,28 +42,30 @@ impl Default for Delays {
 
 impl Delays {
     /// Those next to the delays among some causes, with steps for their relaxation lengths, or those that a fit starts from.
-    pub fn near(causes: &Causes, recordings: &[Drive]) -> Self {
+    pub fn near(causes: &SystematicErrors, recordings: &[Drive]) -> Self {
         let step = Drive::shortest_step(recordings);
-        let rows = |cause: Cause| (causes[cause] / step).round() as isize;
+        let rows = |cause: SystematicError| (causes[cause] / step).round() as isize;
         let rows = [
-            rows(Cause::SteeringDelay),
-            rows(Cause::ForceDelay),
+            rows(SystematicError::SteeringDelay),
+            rows(SystematicError::ForceDelay),
             0,
-            rows(Cause::SideslipDelay),
-            rows(Cause::YawRateDelay),
-            rows(Cause::AccelerationDelay),
+            rows(SystematicError::SideslipDelay),
+            rows(SystematicError::YawRateDelay),
+            rows(SystematicError::AccelerationDelay),
         ];
         let seconds = rows.map(|rows| if rows == 0 { 0.0 } else { rows as f64 * step });
         let [steering, force, sensors @ ..] = seconds;
-        let lengths =
-            Cause::TIRES.iter().map(|cause| causes[*cause]).filter(|length| *length > 0.0);
-        let shortest = lengths.reduce(f64::min).unwrap_or(LENGTH).max(BRIEFEST);
+        let lengths = SystematicError::TIRES
+            .iter()
+            .map(|cause| causes[*cause])
+            .filter(|length| *length > 0.0);
+        let shortest = lengths.reduce(f64::min).unwrap_or(START_RELAXATION_LENGTH).max(BRIEFEST);
         let margin = (MARGIN / step).ceil() as usize;
         Self { inputs: [steering, force], sensors, rows, margin, shortest }
     }
 
     /// Whether steps are short enough for the relaxation lengths among some causes, or nearly.
-    pub fn serve(&self, causes: &Causes, recordings: &[Drive]) -> bool {
+    pub fn serve(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
         self.shortest < 1.5 * Self::near(causes, recordings).shortest
     }
 }

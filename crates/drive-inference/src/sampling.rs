@@ -1,11 +1,8 @@
 //! Cuts a recording where its time has gaps: nothing is integrated over them.
 
 use numerics::statistics::quantile;
-use preparation::longest_step;
+use preparation::{Drive, DriveError, SHORTEST, longest_step};
 use serde::Serialize;
-
-use crate::error::Error;
-use crate::recording::{Drive, SHORTEST};
 
 /// How a recording was sampled, and what was made of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -37,14 +34,14 @@ impl Sampled {
     ///
     /// # Errors
     ///
-    /// [`Error::Length`], [`Error::NotFinite`] and [`Error::TooShort`] as [`Drive::check`]; [`Error::Time`] where time runs back.
-    pub fn new(drive: &Drive, gap: Option<f64>) -> Result<Self, Error> {
-        drive.check_numbers(0)?;
+    /// As [`Drive::check`], but for repeated times.
+    pub fn new(drive: &Drive, gap: Option<f64>) -> Result<Self, DriveError> {
+        drive.check_numbers()?;
         let rows: Vec<usize> =
             (0..drive.len()).filter(|&k| k == 0 || drive.t[k] != drive.t[k - 1]).collect();
         let repeated = drive.len() - rows.len();
         let drive = if repeated > 0 { drive.rows(&rows) } else { drive.clone() };
-        drive.check(0)?;
+        drive.check()?;
         let mut steps: Vec<f64> = drive.t.windows(2).map(|pair| pair[1] - pair[0]).collect();
         steps.sort_by(f64::total_cmp);
         let gap = gap.unwrap_or_else(|| longest_step(&drive.t));
@@ -140,6 +137,6 @@ mod tests {
         let (found, sampling) = stretches(&drive(times), None);
         assert_eq!((found.len(), sampling.repeated), (1, 200));
         let back = (0..100).chain(0..100).map(|k| 0.01 * f64::from(k));
-        assert!(matches!(Sampled::new(&drive(back), None), Err(Error::Time { row: 100, .. })));
+        assert!(matches!(Sampled::new(&drive(back), None), Err(DriveError::Time { row: 100, .. })));
     }
 }

@@ -8,7 +8,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::adequacy::COLOURED;
-use crate::cause::Cause;
 use crate::explored::inverse;
 use crate::joint::Joint;
 use crate::likelihood::Direction;
@@ -16,6 +15,7 @@ use crate::problem::{Fit, Problem};
 use crate::rows::Rows;
 use crate::tires::SIZE;
 pub use crate::wanted::{Addition, Mode, Wanted};
+use preparation::SystematicError;
 
 /// Gain from which on an error is taken for real [nat]: by chance one of fourteen errors gains more in one of fifty drives.
 const ENOUGH: f64 = 5.0;
@@ -63,12 +63,13 @@ fn other_clock(
     gains: &[(Addition, f64)],
 ) -> Option<(Fit, Vec<(Addition, f64)>)> {
     let mut start = problem.unknowns(fit);
-    let is_delay = |cause: &Cause| Cause::DELAYS.contains(cause);
+    let is_delay = |cause: &SystematicError| SystematicError::DELAYS.contains(cause);
     let mut late: Vec<f64> =
         fit.active.iter().copied().filter(is_delay).map(|cause| start.causes[cause]).collect();
-    let sought =
-        Cause::DELAYS.into_iter().filter(|cause| problem.search.of(*cause) == Mode::Evidence);
-    let rest: Vec<Cause> = sought.filter(|cause| !fit.active.contains(cause)).collect();
+    let sought = SystematicError::DELAYS
+        .into_iter()
+        .filter(|cause| problem.search.of(*cause) == Mode::Evidence);
+    let rest: Vec<SystematicError> = sought.filter(|cause| !fit.active.contains(cause)).collect();
     if rest.is_empty() || late.len() <= rest.len() {
         return None;
     }
@@ -99,8 +100,8 @@ fn trial(problem: &Problem, fit: &Fit, addition: Addition, lasting: &[f64; 4]) -
     match addition {
         Addition::Error(cause) => active.push(cause),
         Addition::Relaxation => {
-            active.extend(Cause::TIRES);
-            start.causes.relax();
+            active.extend(SystematicError::TIRES);
+            start.causes.start_relaxation();
         }
         Addition::Colour => {
             for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
@@ -145,17 +146,17 @@ struct Outlook {
 
 impl Outlook {
     fn new(problem: &Problem, fit: &Fit) -> Self {
-        let sought = |cause: &Cause| problem.search.of(*cause) == Mode::Evidence;
-        let candidates: Vec<Cause> = Cause::ALL
+        let sought = |cause: &SystematicError| problem.search.of(*cause) == Mode::Evidence;
+        let candidates: Vec<SystematicError> = SystematicError::ALL
             .into_iter()
             .filter(|cause| sought(cause) && problem.std[*cause] > 0.0)
             // At no length the slip has no state to take a derivative by.
-            .filter(|cause| !fit.active.contains(cause) && !Cause::TIRES.contains(cause))
+            .filter(|cause| !fit.active.contains(cause) && !SystematicError::TIRES.contains(cause))
             .collect();
         let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
         let mut directions = joint.directions();
         let known = directions.len();
-        directions.extend(candidates.iter().copied().map(Direction::Cause));
+        directions.extend(candidates.iter().copied().map(Direction::SystematicError));
         let at = joint.unknowns(&fit.minimum.x);
         let mut rows = fit.likelihood.rows(&at, &directions);
         let lasting = std::array::from_fn(|channel| rows.autocorrelation(channel));
@@ -163,10 +164,10 @@ impl Outlook {
             .iter()
             .map(|cause| (Addition::Error(*cause), joint.precision(*cause)))
             .collect();
-        let rigid = Cause::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
+        let rigid = SystematicError::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
         if rigid && lasts(&lasting) {
             let mut relaxed = at;
-            relaxed.causes.relax();
+            relaxed.causes.start_relaxation();
             rows.add_towards(&fit.likelihood.rows(&relaxed, &directions[..1]));
             additions.push((Addition::Relaxation, 0.0));
         }

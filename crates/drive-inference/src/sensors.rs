@@ -4,7 +4,7 @@
 use numerics::scalar::Scalar;
 
 use crate::car::Linear;
-use crate::cause::{Cause, Causes};
+use preparation::{SystematicError, SystematicErrors};
 
 /// Errors of the sensors of v_x, v_y, r and a_y: a sensor gives `(1 + gain) y(t − delay) + offset`.
 #[derive(Clone, Copy, Debug)]
@@ -24,26 +24,34 @@ pub type Measured<T, const S: usize> = (T, [T; S]);
 
 impl<T: Scalar> Sensors<T> {
     /// Those of some causes, with samples that are prepared for delays of v_x, v_y, r and a_y [s].
-    pub fn new(causes: &Causes<T>, prepared: &[f64; 4]) -> Self {
+    pub fn new(causes: &SystematicErrors<T>, prepared: &[f64; 4]) -> Self {
         let none = causes.0[0].constant(0.0);
         let gain = [
-            causes[Cause::SpeedGain],
+            causes[SystematicError::SpeedGain],
             none,
-            causes[Cause::YawRateGain],
-            causes[Cause::AccelerationGain],
+            causes[SystematicError::YawRateGain],
+            causes[SystematicError::AccelerationGain],
         ];
         let delay = [
             none,
-            causes[Cause::SideslipDelay],
-            causes[Cause::YawRateDelay],
-            causes[Cause::AccelerationDelay],
+            causes[SystematicError::SideslipDelay],
+            causes[SystematicError::YawRateDelay],
+            causes[SystematicError::AccelerationDelay],
         ];
         Self {
             scale: gain.map(|gain| gain + 1.0),
-            offset: [none, none, causes[Cause::YawRateOffset], causes[Cause::AccelerationOffset]],
+            offset: [
+                none,
+                none,
+                causes[SystematicError::YawRateOffset],
+                causes[SystematicError::AccelerationOffset],
+            ],
             delay: std::array::from_fn(|i| delay[i] + -prepared[i]),
-            angle: causes[Cause::SideslipOffset],
-            lever: [causes[Cause::SideslipLever], causes[Cause::AccelerationLever]],
+            angle: causes[SystematicError::SideslipOffset],
+            lever: [
+                causes[SystematicError::SideslipLever],
+                causes[SystematicError::AccelerationLever],
+            ],
         }
     }
 

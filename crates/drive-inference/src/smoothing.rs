@@ -9,7 +9,7 @@ use serde::Serialize;
 use vehicle::{NominalCar, Vehicle};
 
 use crate::likelihood::DriveNoise;
-use crate::recording::Drive;
+use preparation::Drive;
 
 /// Stiffness per load of the nominal car [1/rad]: a guess, which only decides what ξ has to make up for.
 const NOMINAL_STIFFNESS: f64 = 50.0;

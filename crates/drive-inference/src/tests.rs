@@ -9,12 +9,12 @@ use vehicle::{Aero, Body, Input, State, Vehicle};
 
 use super::*;
 use crate::car::{Car, Held, Recorded, linearise};
-use crate::cause::{COUNT, Cause, Causes};
 use crate::filter::{Belief, Filter};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
 use crate::rows::Rows;
 use crate::sensors::Sensors;
 use crate::tires::from_array;
+use preparation::{ESTIMATED, SystematicError, SystematicErrors};
 
 const TIRES: Tires = Tires {
     front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
@@ -31,11 +31,11 @@ fn held(car: &Vehicle, F_x: f64, delta: f64) -> Held<f64> {
 }
 
 fn exact(car: &Vehicle) -> Car<f64> {
-    Car::new(car, &Causes::default())
+    Car::new(car, &SystematicErrors::default())
 }
 
 fn filter(car: &Vehicle, noise: &DriveNoise) -> Filter<f64, false> {
-    let sensors = Sensors::new(&Causes::default(), &[0.0; 4]);
+    let sensors = Sensors::new(&SystematicErrors::default(), &[0.0; 4]);
     Filter { car: exact(car), tires: TIRES, noise: noise.variances(), sensors }
 }
 
@@ -159,10 +159,10 @@ fn gradients_are_those_of_central_differences() {
 }
 
 /// Errors that a careful engineer would not make, all at once.
-fn errors() -> Causes {
-    let mut causes = Causes::default();
-    for cause in Cause::ALL {
-        causes[cause] = 0.3 * cause.about().std;
+fn errors() -> SystematicErrors {
+    let mut causes = SystematicErrors::default();
+    for cause in SystematicError::ALL {
+        causes[cause] = 0.3 * cause.describe().std;
     }
     causes
 }
@@ -171,16 +171,16 @@ fn errors() -> Causes {
 #[test]
 fn derivatives_by_errors_and_colours_are_those_of_differences() {
     let (car, mut rigid) = (winged(), errors());
-    Cause::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
+    SystematicError::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
     let coloured = DriveNoise { colour: [[0.0; 2], [0.6, 0.3], [0.9, 0.5], [0.8, 0.7]], ..NOISE };
     let recordings = [recording(&car, 3.0)];
     for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
         let at = Unknowns { causes, noise, ..Unknowns::new(&TIRES, &NOISE) };
         let likelihood = Likelihood::delayed(&car, &recordings, &causes);
-        let errors = Cause::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
+        let errors = SystematicError::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
         let colours = (0..4).filter(|i| noise.colour[*i][1] > 0.0);
         let directions: Vec<Direction> = errors
-            .map(Direction::Cause)
+            .map(Direction::SystematicError)
             .chain(colours.flat_map(|i| [0, 1].map(|j| Direction::Colour(i, j))))
             .collect();
         let found = likelihood.rows(&at, &directions).whole();
@@ -188,7 +188,9 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
             let moved = |share: f64| {
                 let mut at = at;
                 match *direction {
-                    Direction::Cause(cause) => at.causes[cause] += share * cause.about().std,
+                    Direction::SystematicError(cause) => {
+                        at.causes[cause] += share * cause.describe().std
+                    }
                     Direction::Colour(i, j) => at.noise.colour[i][j] += share,
                     Direction::Tire(_) | Direction::Noise(_) => {}
                 }
@@ -218,9 +220,9 @@ fn wide_filters_end_in_the_narrow_one() {
     white.noise.colour = [[0.5, 1e-12]; 4];
     assert!((likelihood.cost(&white) - narrow).abs() < 1e-6 * narrow.abs());
     let mut short = at;
-    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);
+    SystematicError::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);
     let shorter = likelihood.cost(&short);
-    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.06);
+    SystematicError::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.06);
     let longer = likelihood.cost(&short);
     assert!(
         (shorter - narrow).abs() < 0.7 * (longer - narrow).abs(),
@@ -232,14 +234,14 @@ fn wide_filters_end_in_the_narrow_one() {
 fn every_error_has_its_own_effect() {
     let car = winged();
     let recordings = [recording(&car, 4.0)];
-    let likelihood = Likelihood::delayed(&car, &recordings, &Causes::default());
+    let likelihood = Likelihood::delayed(&car, &recordings, &SystematicErrors::default());
     let at = Unknowns::new(&TIRES, &NOISE);
-    let rigid: Vec<_> = Cause::ALL
+    let rigid: Vec<_> = SystematicError::ALL
         .into_iter()
-        .filter(|cause| !Cause::TIRES.contains(cause))
-        .map(Direction::Cause)
+        .filter(|cause| !SystematicError::TIRES.contains(cause))
+        .map(Direction::SystematicError)
         .collect();
-    assert_eq!(rigid.len(), COUNT - 2);
+    assert_eq!(rigid.len(), ESTIMATED - 2);
     let information = likelihood.rows(&at, &rigid).whole().information;
     for i in 0..rigid.len() {
         assert!(information[(i, i)] > 0.0, "{:?}", rigid[i]);

@@ -7,13 +7,13 @@ use tire_inference::verdict::{NARROWED, Verdict};
 use vehicle::Vehicle;
 
 use crate::adequacy::{CHANNELS, plausible};
-use crate::cause::Cause;
 use crate::correction;
 use crate::explored::inverse;
 use crate::joint::{Joint, OfNoise};
 use crate::likelihood::Unknowns;
 use crate::selection::Addition;
 use crate::tires::SIZE;
+use preparation::SystematicError;
 
 /// Something that was estimated beside the tires, with the test whether it can be that.
 pub struct Estimated {
@@ -35,10 +35,12 @@ pub fn causes(
     let covariance = inverse(&minimum.model.hessian);
     let gain =
         |addition: Addition| gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain);
-    let estimate = |(index, cause): (usize, &Cause)| {
-        let std = cause.about().std * covariance[(SIZE + index, SIZE + index)].max(0.0).sqrt();
+    let estimate = |(index, cause): (usize, &SystematicError)| {
+        let std = cause.describe().std * covariance[(SIZE + index, SIZE + index)].max(0.0).sqrt();
         let addition = match cause {
-            Cause::RelaxationFront | Cause::RelaxationRear => Addition::Relaxation,
+            SystematicError::RelaxationFront | SystematicError::RelaxationRear => {
+                Addition::Relaxation
+            }
             error => Addition::Error(*error),
         };
         let (it, figure) = told(*cause, at.causes[*cause], std, gain(addition));
@@ -128,15 +130,20 @@ fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>, step: f64) -> Vec<Es
 }
 
 /// The estimate, and its figure for people.
-fn told(cause: Cause, value: f64, std: f64, gain: Option<f64>) -> (CauseEstimate, String) {
-    let about = cause.about();
-    let (factor, unit) = about.shown;
+fn told(
+    cause: SystematicError,
+    value: f64,
+    std: f64,
+    gain: Option<f64>,
+) -> (CauseEstimate, String) {
+    let about = cause.describe();
+    let (factor, unit) = about.display;
     let [shown, spread] = [value, std].map(|x| factor * x);
     // Two digits of the standard deviation.
     let digits = (1.0 - spread.abs().log10().floor()).clamp(0.0, 6.0) as usize;
     let figure = format!("{shown:+.digits$} ± {spread:.digits$} {unit}");
     let sentence = match gain {
-        Some(_) if Cause::TIRES.contains(&cause) => {
+        Some(_) if SystematicError::TIRES.contains(&cause) => {
             format!("The {} is {figure}; the fit has it.", about.title)
         }
         Some(_) => format!("The {} is {figure}; the fit corrects it.", about.title),

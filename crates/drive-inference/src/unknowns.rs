@@ -2,10 +2,10 @@
 
 use numerics::tangent::Tangent;
 
-use crate::cause::{Cause, Causes};
 use crate::filter::Variances;
 use crate::tires::{self, Tires};
 use crate::wide::Colour;
+use preparation::{SystematicError, SystematicErrors};
 
 /// Shortest relaxation length that is looked at [m].
 pub const SHORTEST: f64 = 0.03;
@@ -51,7 +51,7 @@ pub struct Unknowns {
     /// The tires.
     pub tires: Tires,
     /// Errors of sensors and car.
-    pub causes: Causes,
+    pub causes: SystematicErrors,
     /// The noises.
     pub noise: DriveNoise,
 }
@@ -59,7 +59,7 @@ pub struct Unknowns {
 impl Unknowns {
     /// Tires and noises, where nothing else is wrong.
     pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
-        Self { tires: *tires, causes: Causes::default(), noise: *noise }
+        Self { tires: *tires, causes: SystematicErrors::default(), noise: *noise }
     }
 
     /// Whether sensors are right and their noises white.
@@ -92,7 +92,9 @@ impl Unknowns {
             seed(variance, Direction::Noise(i), 2.0 * variance)
         };
         let process = |i: usize| seed(noise.process[i].powi(2), Direction::Noise(4 + i), 1.0);
-        let error = |cause: Cause| seed(causes[cause], Direction::Cause(cause), cause.about().std);
+        let error = |cause: SystematicError| {
+            seed(causes[cause], Direction::SystematicError(cause), cause.describe().std)
+        };
         let colour = |i: usize| {
             let [correlation, share] =
                 std::array::from_fn(|j| seed(noise.colour[i][j], Direction::Colour(i, j), 1.0));
@@ -102,7 +104,7 @@ impl Unknowns {
             tires: tires::from_array(std::array::from_fn(|i| {
                 seed(theta[i], Direction::Tire(i), 1.0)
             })),
-            causes: Causes(Cause::ALL.map(error)),
+            causes: SystematicErrors(SystematicError::ALL.map(error)),
             noise: Variances {
                 sensor: std::array::from_fn(sensor),
                 process: std::array::from_fn(process),
@@ -119,7 +121,7 @@ pub enum Direction {
     /// A parameter of the tires, by its number in [`crate::tires`].
     Tire(usize),
     /// An error, in its standard deviations before any data.
-    Cause(Cause),
+    SystematicError(SystematicError),
     /// A noise: those of sensors before those of the process.
     Noise(usize),
     /// Correlation or share of the lasting noise of a sensor.
@@ -131,7 +133,7 @@ pub struct Numbers<T> {
     /// The tires.
     pub tires: Tires<T>,
     /// Errors of sensors and car.
-    pub causes: Causes<T>,
+    pub causes: SystematicErrors<T>,
     /// The noises.
     pub noise: Variances<T>,
     /// How much of them lasts.
@@ -155,13 +157,13 @@ pub enum Width {
 
 impl Width {
     /// For some unknowns, and derivatives along these directions.
-    pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
+    pub fn of(causes: &SystematicErrors, noise: &DriveNoise, directions: &[Direction]) -> Self {
         let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
         let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
-        let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
-        let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
-        let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
-        if Cause::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
+        let of_sensor = |cause: &SystematicError| !SystematicError::CAR.contains(cause);
+        let errs = SystematicError::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
+        let sought = |direction: &Direction| matches!(direction, Direction::SystematicError(cause) if of_sensor(cause));
+        if SystematicError::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
             if along || lasts { Self::Full } else { Self::Relaxed }
         } else if along || lasts {
             Self::Coloured

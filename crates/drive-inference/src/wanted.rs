@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::cause::{COUNT, Cause};
+use preparation::{ESTIMATED, SystematicError};
 
 /// Whether an error is estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -18,30 +18,28 @@ pub enum Mode {
     Evidence,
 }
 
-/// Whether each error is estimated, in the order of [`Cause`].
+/// Whether each error is estimated, in the order of [`SystematicError`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted(pub [Mode; COUNT]);
+pub struct Wanted(pub [Mode; ESTIMATED]);
 
 impl Default for Wanted {
     /// Those of the car in any case, those of sensors where the data ask for them.
     fn default() -> Self {
-        Self(Cause::ALL.map(
-            |cause| {
-                if Cause::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
-            },
-        ))
+        Self(SystematicError::ALL.map(|cause| {
+            if SystematicError::CAR.contains(&cause) { Mode::On } else { Mode::Evidence }
+        }))
     }
 }
 
 impl Wanted {
     /// The mode of an error.
-    pub fn of(&self, cause: Cause) -> Mode {
+    pub fn of(&self, cause: SystematicError) -> Mode {
         self.0[cause as usize]
     }
 
     /// No error at all.
     pub fn none() -> Self {
-        Self([Mode::Off; COUNT])
+        Self([Mode::Off; ESTIMATED])
     }
 }
 
@@ -49,7 +47,7 @@ impl Wanted {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Addition {
     /// An error of a sensor.
-    Error(Cause),
+    Error(SystematicError),
     /// Relaxation lengths of both axles.
     Relaxation,
     /// Noises that last, of the sensors whose innovations do.

@@ -12,7 +12,7 @@ use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
 use drive_inference::{
-    CarUncertainty, CauseOptions, Drive, DriveNoise, DriveOptions, Formulation, Identified, Noises,
+    CarUncertainty, Drive, DriveNoise, DriveOptions, ErrorOptions, Formulation, Identified, Noises,
     Tires, identify,
 };
 use numerics::convergence::Status;
@@ -61,7 +61,7 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
 fn prediction_errors_recover_unequal_tires() {
     // In a wider box the rear axle's E of 0.9 is so close to its bound that no normal distribution of its logit fits.
     let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
-    let causes = CauseOptions { wanted: Wanted::none(), ..CauseOptions::default() };
+    let causes = ErrorOptions { wanted: Wanted::none(), ..ErrorOptions::default() };
     let uncertainty = CarUncertainty::NONE;
     let options = DriveOptions { svi: true, prior, causes, uncertainty, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);

@@ -102,7 +102,7 @@ fn calibration(html: &mut String, judged: &[Judged]) {
          <tr><th>Error</th><th>Value</th><th>95 %</th><th>Halves of the drive</th><th>Verdict</th><th>Why</th></tr>\n",
     );
     for it in judged {
-        let (factor, unit) = it.error.cause.about().shown;
+        let (factor, unit) = it.error.cause.describe().display;
         let show = |value: f64| significant(factor * value, 3);
         let [low, high] = it.error.interval;
         let halves = it.halves.map_or_else(
@@ -113,7 +113,7 @@ fn calibration(html: &mut String, judged: &[Judged]) {
             html,
             "<tr><td>{}</td><td class=\"number\">{} {unit}</td><td class=\"number\">{} … {}</td>\
              <td class=\"number\">{halves}</td><td>{}</td><td>{}</td></tr>",
-            it.error.cause.about().title,
+            it.error.cause.describe().title,
             show(it.error.value),
             show(low),
             show(high),

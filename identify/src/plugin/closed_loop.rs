@@ -5,11 +5,11 @@ mod calibration;
 mod columns;
 mod facts;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use drive_doctor::Examination;
 use drive_inference::calibration::Judged;
-use drive_inference::cause::Cause;
 use drive_inference::replay::{Replay, replay};
 use drive_inference::selection::Mode;
 use drive_inference::{
@@ -17,9 +17,9 @@ use drive_inference::{
     identify, smoothing,
 };
 use numerics::text::significant;
-use plugin::{Host, Request, Signal};
+use plugin::{Host, Request};
 use preparation::direction::Direction;
-use preparation::longest_step;
+use preparation::{DriveLog, Interpolation, Resampler, Signal, SystematicError, longest_step};
 use serde_json::{Map, Value, json};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
@@ -33,61 +33,58 @@ use crate::config::{ClosedLoop, HoldOut};
 use crate::draws::{self, Draws};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
-use crate::plugin::{doctor, go_on, leave_start_values};
+use crate::plugin::{doctor, drive_log, go_on, leave_start_values};
 use crate::told::{Overall, Told, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 
-/// The recording that the signals make, at the times of `v_x` at which all others have values: a signal with a delay of its own is
-/// interpolated.
+/// The drive that the signals of a log make, at the times of `v_x` at which all others have values: signals with time stamps of their own
+/// are interpolated, but not over gaps of more than `gap` [s].
 ///
 /// # Errors
 /// When one is missing, or they share no time.
-pub(super) fn recording(request: &Request, gap: Option<f64>) -> Result<Drive, String> {
+pub(super) fn drive(log: &DriveLog, gap: Option<f64>) -> Result<Drive, String> {
     let mut signals = Vec::new();
     for name in SIGNALS {
         let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
-        signals.push(request.signal(name).ok_or_else(missing)?);
+        signals.push((name, log.get(name).ok_or_else(missing)?));
     }
-    let time = signals[0].time;
-    let columns: Vec<Vec<Option<f64>>> =
-        signals.iter().map(|signal| at(signal, time, gap)).collect();
-    let shared = |&row: &usize| columns.iter().all(|column| column[row].is_some());
+    let (_, Signal { time, .. }) = signals[0];
+    let columns = signals.iter().map(|(_, signal)| at(signal, time, gap));
+    let columns: Vec<Cow<[f64]>> = columns.collect();
+    // A value that is no number stays where it is recorded, to be told with its row.
+    let shared = |&row: &usize| {
+        columns
+            .iter()
+            .zip(&signals)
+            .all(|(column, (_, signal))| signal.time == *time || column[row].is_finite())
+    };
     let rows: Vec<usize> = (0..time.len()).filter(shared).collect();
     if rows.is_empty() && !time.is_empty() {
-        let apart =
-            signals.iter().filter(|signal| at(signal, time, gap).iter().all(Option::is_none));
-        let names: Vec<_> = apart.map(|signal| format!("`{}`", signal.name)).collect();
+        let apart = signals.iter().zip(&columns).filter(|((_, signal), column)| {
+            signal.time != *time && column.iter().all(|value| value.is_nan())
+        });
+        let names: Vec<_> = apart.map(|((name, _), _)| format!("`{name}`")).collect();
         let names = names.join(", ");
         return Err(format!("expected signals at the times of `v_x`, found others in {names}"));
     }
-    let mut columns =
-        columns.iter().map(|column| rows.iter().filter_map(|&row| column[row]).collect());
-    let mut next = || columns.next().unwrap_or_default();
-    let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|_| next());
-    Ok(Drive { t: rows.iter().map(|&row| time[row]).collect(), v_x, v_y, r, a_y, F_x, delta })
+    let pick = |column: &[f64]| rows.iter().map(|&row| column[row]).collect::<Vec<f64>>();
+    let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|i| pick(&columns[i]));
+    Ok(Drive { t: pick(time), v_x, v_y, r, a_y, F_x, delta })
 }
 
-/// Values of a signal at other times: on the line between neighbours, none outside of them or within a gap.
-fn at(signal: &Signal, time: &[f64], gap: Option<f64>) -> Vec<Option<f64>> {
-    if signal.time == time {
-        return signal.values.iter().copied().map(Some).collect();
+/// Values of a signal at other times: on the line between neighbours, NaN outside of them or within a gap.
+fn at<'a>(signal: &'a Signal, time: &[f64], gap: Option<f64>) -> Cow<'a, [f64]> {
+    if *signal.time == *time {
+        return Cow::Borrowed(&signal.value);
     }
-    let longest = gap.unwrap_or_else(|| longest_step(signal.time));
-    let value = |t: &f64| {
-        let after = signal.time.partition_point(|stamp| stamp <= t);
-        let before = after.checked_sub(1)?;
-        let (from, left) = (signal.time[before], signal.values[before]);
-        match (signal.time.get(after), signal.values.get(after)) {
-            _ if from == *t => Some(left),
-            (Some(until), Some(right)) if until - from <= longest => {
-                Some(left + (right - left) * (t - from) / (until - from))
-            }
-            _ => None,
-        }
+    let resampler = Resampler {
+        interpolation: Interpolation::Linear,
+        longest_step: gap.unwrap_or_else(|| longest_step(&signal.time)),
+        tolerance: 0.0,
     };
-    time.iter().map(value).collect()
+    resampler.resample(&signal.time, &signal.value, time.iter().copied()).into()
 }
 
 /// A drive that was not used, and how the identified car went along it.
@@ -106,14 +103,15 @@ pub(super) fn closed_loop(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let mut recording = Sampled::new(&recording(request, config.gap)?, config.gap)
-        .map_err(|error| error.to_string())?;
+    let raw = drive_log(request);
+    let mut recording =
+        Sampled::new(&drive(&raw, config.gap)?, config.gap).map_err(|error| error.to_string())?;
     let used = used(config, &mut recording)?;
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.options().map_err(|error| error.to_string())?;
-    let log = doctor::of_drives(&used, request, &options.car.body);
+    let log = doctor::of_drives(&used, &raw, &options.car.body);
     let options = if log.refusal().is_some() { refused(options) } else { options };
     let mut progress = |share, what: &str| host.progress(share, what);
     let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
@@ -147,7 +145,9 @@ struct Found<'a> {
 /// The options for a log that nothing may be identified from: no search for causes that a fit cannot make up for, and no
 /// posterior of numbers that are wrong.
 fn refused(mut options: DriveOptions) -> DriveOptions {
-    for cause in Cause::ALL.into_iter().filter(|cause| !Cause::CAR.contains(cause)) {
+    for cause in
+        SystematicError::ALL.into_iter().filter(|cause| !SystematicError::CAR.contains(cause))
+    {
         options.causes.wanted.0[cause as usize] = Mode::Off;
     }
     DriveOptions { posterior: false, svi: false, profile: false, ..options }
@@ -213,12 +213,12 @@ fn validation(
     found: &Identified,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
-    let car = found.errors.car(&options.car);
+    let car = found.errors.true_car(&options.car);
     let mut recording = Drive::default();
     let mut starts = Vec::new();
     for stretch in stretches {
         // The car and its inputs as they were found to be.
-        let stretch = &found.errors.inputs(stretch);
+        let stretch = &found.errors.true_inputs(stretch);
         let explained =
             smoothing::explain(&car, stretch, &found.noise, &options.smoothing, || true)
                 .map_err(|error| failed(error.to_string()))?;

@@ -4,10 +4,9 @@ use drive_doctor::{
     CHANNELS, Examination, Finding, KnownCar, Place, SteeringMap, SteeringPoint, examine,
     steering_map,
 };
-use drive_inference::Drive;
 use numerics::text::significant;
 use plugin::{Host, Request, Table, Words};
-use preparation::{DriveLog, Interpolation};
+use preparation::{Drive, DriveLog, Interpolation, Span};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
@@ -17,11 +16,12 @@ use vehicle::Body;
 use crate::config::Doctor;
 use crate::loads::Loaded;
 use crate::page::doctor;
+use crate::plugin::drive_log;
 use crate::told::Overall;
 
 /// Does `task = "doctor"`.
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
-    let mut seen = log(request);
+    let mut seen = drive_log(request);
     if config.staircase {
         // A command is no angle: no relation of the motion holds for it.
         seen.remove("delta");
@@ -62,15 +62,6 @@ pub(super) fn check(request: &Request) -> Result<(), String> {
     }
 }
 
-/// The signals as they are.
-pub(super) fn log(request: &Request) -> DriveLog {
-    let mut log = DriveLog::default();
-    for signal in &request.signals {
-        log.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
-    }
-    log
-}
-
 /// What is wrong with the log of a car.
 pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
     let car = KnownCar { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
@@ -80,25 +71,12 @@ pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
     found
 }
 
-/// What is wrong with the stretches that are used. Signals that only the doctor knows what to do with, such as the speeds of
-/// wheels, count too.
-pub(super) fn of_drives(drives: &[Drive], request: &Request, body: &Body) -> Examination {
-    let mut log = DriveLog::default();
-    let ends = |drive: &Drive| Some([*drive.t.first()?, *drive.t.last()?]);
-    let stretches: Vec<[f64; 2]> = drives.iter().filter_map(ends).collect();
-    let is_used = |t: f64| stretches.iter().any(|[from, until]| (*from..=*until).contains(&t));
-    for signal in &request.signals {
-        let rows = signal.time.iter().zip(signal.values).filter(|(t, _)| is_used(**t));
-        let (time, values) = rows.unzip();
-        log.insert(signal.name, time, values);
-    }
-    let time: Vec<f64> = drives.iter().flat_map(|drive| drive.t.iter().copied()).collect();
-    let names = Drive::default().columns().map(|(name, _)| name);
-    for (place, name) in names.into_iter().enumerate().skip(1) {
-        let values = drives.iter().flat_map(|drive| drive.columns()[place].1.iter().copied());
-        log.insert(name, time.clone(), values.collect());
-    }
-    of_car(&log, body)
+/// What is wrong with the stretches of a log that are used. All its signals count, those too that only the doctor knows what to do
+/// with, such as the speeds of wheels.
+pub(super) fn of_drives(drives: &[Drive], log: &DriveLog, body: &Body) -> Examination {
+    let ends = |drive: &Drive| Some(Span { start: *drive.t.first()?, end: *drive.t.last()? });
+    let stretches: Vec<Span> = drives.iter().filter_map(ends).collect();
+    of_car(&log.within(&stretches), body)
 }
 
 /// The verdict on a model whose log has an error that no fit makes up for; `model` otherwise.

@@ -6,19 +6,19 @@ use drive_prediction::car::fit::Fitted;
 use drive_prediction::car::parameters::{COUNT, LAG, Prior};
 use drive_prediction::car::{Predicting, Steering};
 use drive_prediction::predictor::State;
-use drive_prediction::recorded::{Channel, Recorded, drives};
+use drive_prediction::resampling::drives;
 use drive_prediction::rollout::rollouts;
 use drive_prediction::score::{BAND, RolloutScore, lateral, open_loop};
 use drive_prediction::steering_map;
-use drive_prediction::{Drive, Predictor};
+use drive_prediction::{EvenDrive, Predictor};
 use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
-use preparation::DriveLog;
+use preparation::{DriveLog, Signal};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
-use super::{doctor, go_on, sideslip};
+use super::{doctor, drive_log, go_on, sideslip};
 use crate::config::Prediction;
 use crate::judged::{Found, Judged, Trace};
 use crate::names::words;
@@ -37,11 +37,8 @@ pub(super) fn prediction(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "reading the drives")?;
-    let recorded = recorded(request);
-    let angles = wheels(config, recorded.delta.value);
-    let delta = Channel { value: &angles, ..recorded.delta };
-    let all = drives(&Recorded { delta, ..recorded }, &config.sampling())
-        .map_err(|error| error.to_string())?;
+    let raw = with_wheel_angles(config, drive_log(request));
+    let all = drives(&raw, &config.sampling()).map_err(|error| error.to_string())?;
     let [fitted, held] = config.split(&all);
     if fitted.is_empty() {
         return Err("expected rows to fit, found none: `hold_out` has all of them".to_owned());
@@ -52,7 +49,7 @@ pub(super) fn prediction(
         );
     }
     let car = config.car().map_err(|error| error.to_string())?;
-    let log = doctor::of_car(&angles_in_place(request, &angles), &car.body);
+    let log = doctor::of_car(&raw, &car.body);
     if config.hide_v_y || request.signal("v_y").is_none() {
         return sideslip::sideslip((&car, &log), config, [&fitted, &held], host);
     }
@@ -187,36 +184,18 @@ pub(super) fn check(config: &Prediction, request: &Request) -> Result<(), String
     }
 }
 
-/// The angles of the wheels [rad], but for a lag and an offset, from the signal `delta`.
-fn wheels(config: &Prediction, delta: &[f64]) -> Vec<f64> {
-    let angles: Vec<f64> =
-        delta.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
-    steering_map::with_play(&angles, config.steering_play)
-}
-
-/// The log with the angles of the wheels as `delta`.
-fn angles_in_place(request: &Request, angles: &[f64]) -> DriveLog {
-    let mut log = doctor::log(request);
-    if let Some(delta) = request.signal("delta") {
-        log.insert("delta", delta.time.to_vec(), angles.to_vec());
+/// The log with the angles of the wheels [rad], but for a lag and an offset, in place of the signal `delta`.
+fn with_wheel_angles<'a>(config: &Prediction, mut log: DriveLog<'a>) -> DriveLog<'a> {
+    if let Some(Signal { time, value }) = log.get("delta") {
+        let angles: Vec<f64> =
+            value.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
+        let angles = steering_map::with_play(&angles, config.steering_play);
+        log.insert("delta", time.to_vec(), angles);
     }
     log
 }
 
-/// The channels of the request.
-fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
-    let channel = |name: &str| {
-        let signal = request.signal(name)?;
-        Some(Channel { time: signal.time, value: signal.values })
-    };
-    let needed = |name: &str| channel(name).unwrap_or_default();
-    let [v_x, r, delta] = NEEDED.map(needed);
-    let [v_y, a_y, a_x, lap, log] = ["v_y", "a_y", "a_x", "lap", "log"].map(channel);
-    let [course, ground_speed] = ["course", "ground_speed"].map(channel);
-    Recorded { v_x, v_y, r, a_y, a_x, delta, course, ground_speed, lap, log }
-}
-
-fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
+fn judge(model: &dyn Predictor, drives: &[EvenDrive], horizons: &[f64]) -> Judged {
     let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
     let open_loop: Vec<RolloutScore> = ahead.collect();
     let longest = open_loop.iter().map(|it| it.horizon).fold(0.0, f64::max);
@@ -230,26 +209,26 @@ const DRAWN: f64 = 60.0;
 const DRAWN_DRIVES: usize = 3;
 
 /// Predictions one after the other over `horizon` [s], of the first rows of each drive that count.
-fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
+fn trace(model: &dyn Predictor, drive: &EvenDrive, horizon: f64) -> Option<Trace> {
     let first = drive.counts.iter().position(|counts| *counts)?;
-    let until = drive.time[first] + DRAWN;
+    let until = drive.motion.t[first] + DRAWN;
     let rows: Vec<usize> =
-        (first..drive.rows()).take_while(|row| drive.time[*row] <= until).collect();
+        (first..drive.rows()).take_while(|row| drive.motion.t[*row] <= until).collect();
     let shown = |row: usize| {
-        let state = [drive.v_y[row], drive.r[row]];
-        (drive.time[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
+        let state = [drive.motion.v_y[row], drive.motion.r[row]];
+        (drive.motion.t[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
     };
     let mut free = first;
     let mut predicted = Vec::new();
     for rollout in rollouts(model, drive, horizon) {
         let end = rollout.start + rollout.predicted.len() - 1;
-        if rollout.start < free || drive.time[end] > until {
+        if rollout.start < free || drive.motion.t[end] > until {
             continue;
         }
         free = end;
         let spread = |k: usize| rollout.spread.as_ref().map(|it| it[k]);
         let moment =
-            |(k, state): (usize, &State)| (drive.time[rollout.start + k], *state, spread(k));
+            |(k, state): (usize, &State)| (drive.motion.t[rollout.start + k], *state, spread(k));
         predicted.push(rollout.predicted.iter().enumerate().map(moment).collect());
     }
     let measured = rows.into_iter().map(shown).collect();
@@ -257,15 +236,15 @@ fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
 }
 
 /// What was fitted, and what the scores are of.
-fn parts(fitted: &[Drive], held: &[Drive]) -> String {
-    let part = |drive: &Drive| {
-        let times = || drive.counted(&drive.time);
+fn parts(fitted: &[EvenDrive], held: &[EvenDrive]) -> String {
+    let part = |drive: &EvenDrive| {
+        let times = || drive.counted(&drive.motion.t);
         let rows = times().count();
         let ends =
             [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)];
         format!("{}, {:.1} to {:.1} s, {rows} rows", drive.name, ends[0], ends[1])
     };
-    let list = |drives: &[Drive]| drives.iter().map(part).collect::<Vec<_>>().join("; ");
+    let list = |drives: &[EvenDrive]| drives.iter().map(part).collect::<Vec<_>>().join("; ");
     let judged = match held.is_empty() {
         true => "Errors are of the same parts.".to_owned(),
         false => format!("Errors are of parts that were not fitted: {}.", list(held)),

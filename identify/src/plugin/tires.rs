@@ -25,7 +25,7 @@ use crate::draws::{self, DrawnTire, Draws};
 use crate::loads::{self, Loaded, Loads};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
-use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
+use crate::plugin::{doctor, drive_log, go_on, leave_start_values, methods, overall, posterior};
 use crate::start_values::Tire;
 use crate::stretches;
 use crate::told::{Overall, Told, forget_absent_peak};
@@ -73,7 +73,7 @@ pub(super) fn tires(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "preparing the points")?;
-    let recording = doctor::log(request);
+    let recording = drive_log(request);
     let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
     let log = doctor::of_car(&recording, &car.body);
     let pipeline = Pipeline { car, ..config.prepare.clone() };

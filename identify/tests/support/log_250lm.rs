@@ -50,7 +50,7 @@ impl Log {
     }
 
     /// What `task = "tires"` needs.
-    pub fn signals(&self, window: [f64; 2]) -> DriveLog {
+    pub fn signals(&self, window: [f64; 2]) -> DriveLog<'static> {
         let mut log = DriveLog::default();
         for (name, title) in [
             ("v_x", "vx_mps"),

@@ -2,10 +2,11 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
-use crate::correction::{Correction, Key};
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::{Motion, moves};
 use crate::statistics::{jackknife, quantile};
@@ -134,7 +135,7 @@ fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
         sentence: format!("`a_y` is {shown} s [{least}, {most}] behind the yaw rate."),
         consequence: "Forces are those of other moments than slips: every curve is wrong."
             .to_owned(),
-        correction: Correction::column(&[Key::Delay(value)]),
+        correction: Correction::column(&[ColumnKey::Delay(value).into()]),
         refuses: true,
     });
     if sure.is_serious() {
@@ -383,7 +384,7 @@ fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
         sentence,
         consequence: "Slips and forces are those of different moments: stiffness can come out many times too large, or negative.".to_owned(),
         correction: match constant {
-            true => Correction::column(&[Key::Delay(delay.value)]),
+            true => Correction::column(&[ColumnKey::Delay(delay.value).into()]),
             false => Correction::advice(
                 "No constant corrects it: record the yaw rate with its own clock.",
             ),

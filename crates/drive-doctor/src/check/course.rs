@@ -1,10 +1,11 @@
 //! Looks for a course over ground that is behind the motion, as a receiver of GNSS that filters it makes it.
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use super::clocks::late_course;
 use crate::case::Case;
-use crate::correction::{Correction, Key};
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
 
@@ -50,7 +51,7 @@ pub(crate) fn check(case: &mut Case) {
         sentence,
         consequence: "It would tell a sideslip that is not there at the ends of turns.".to_owned(),
         correction: match is_constant {
-            true => Correction::column(&[Key::Delay(late)]),
+            true => Correction::column(&[ColumnKey::Delay(late).into()]),
             false => Correction::advice("Leave the column out."),
         },
         refuses: false,

@@ -2,14 +2,15 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
+use preparation::{ColumnKey, difference_noise};
 
 use crate::blocks::{Blocks, Fit, T_95, split, trim};
 use crate::case::Case;
-use crate::correction::{Correction, Key};
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::{Motion, moves};
 use crate::rolling::Rolling;
-use crate::statistics::{quantile, rough_noise};
+use crate::statistics::quantile;
 
 /// Time over which turning is added up [s]: noise and delays are small against the angles.
 const TURN: f64 = 2.0;
@@ -94,7 +95,7 @@ fn scale(case: &Case, motion: &Motion) -> Option<(Fit, f64)> {
     let blocks = trim(&[&turned, &one], &added, &blocks);
     let fit = Blocks::of(&[&turned, &one], &added, |k| blocks[k]).fit(&[0, 1])?;
     // Noise of the course is in the column, which makes the coefficient smaller by its share.
-    let noise = rough_noise(&heading);
+    let noise = difference_noise(&heading);
     let kept = turned.iter().zip(&blocks).filter(|(_, block)| block.is_some());
     let turning =
         kept.clone().map(|(turned, _)| turned * turned).sum::<f64>() / kept.count() as f64;
@@ -154,7 +155,7 @@ fn yaw_rate(case: &mut Case, motion: &Motion) {
         sentence,
         consequence: "Both slips and the equilibrium of forces are wrong.".to_owned(),
         correction: match sure.is_serious() {
-            true => Correction::column(&[Key::Gain(1.0 / (1.0 + gain))]),
+            true => Correction::column(&[ColumnKey::Gain(1.0 / (1.0 + gain)).into()]),
             false => Correction::advice("None as long as it is only possible."),
         },
         refuses: false,

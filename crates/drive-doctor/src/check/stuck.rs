@@ -202,7 +202,7 @@ fn frozen(case: &mut Case, name: &'static str) {
         .map(|run| [signal.time[run.start], signal.time[run.end - 1] + step])
         .collect();
     if let Some(signal) = case.signals.get_mut(name) {
-        frozen.iter().for_each(|run| signal.value[run.clone()].fill(f64::NAN));
+        frozen.iter().for_each(|run| signal.value.to_mut()[run.clone()].fill(f64::NAN));
     }
     case.report(Finding {
         check: format!("{name}_frozen"),
@@ -290,5 +290,6 @@ fn saturated(case: &mut Case, name: &'static str) {
 
 /// Leaves values out; their rows stay, or someone would draw a line from before to after.
 fn leave_out(signal: &mut Signal, wrong: impl Fn(f64) -> bool) {
-    signal.value.iter_mut().filter(|value| wrong(**value)).for_each(|value| *value = f64::NAN);
+    let values = signal.value.to_mut().iter_mut();
+    values.filter(|value| wrong(**value)).for_each(|value| *value = f64::NAN);
 }

@@ -1,7 +1,6 @@
 //! Looks at time stamps: their unit, their order, gaps, and how evenly they follow each other.
 
 use numerics::text::significant;
-use preparation::Signal;
 
 use crate::case::Case;
 use crate::correction::{Correction, Key};
@@ -56,10 +55,10 @@ fn groups(case: &Case) -> Vec<Vec<&'static str>> {
 /// Leaves out rows without a number: what is missing shows in the time stamps of the channel.
 fn drop_rows_without_values(case: &mut Case) {
     for signal in case.signals.values_mut() {
-        let whole = |(t, x): &(&f64, &f64)| t.is_finite() && x.is_finite();
-        let kept = signal.time.iter().zip(&signal.value).filter(whole).map(|(t, x)| (*t, *x));
-        let (time, value) = kept.unzip();
-        *signal = Signal { time, value };
+        let whole = |row: &usize| signal.time[*row].is_finite() && signal.value[*row].is_finite();
+        if !(0..signal.time.len()).all(|row| whole(&row)) {
+            *signal = signal.pick((0..signal.time.len()).filter(whole));
+        }
     }
     let empty: Vec<_> =
         case.signals.iter().filter(|(_, it)| it.time.is_empty()).map(|(name, _)| *name).collect();
@@ -144,10 +143,7 @@ fn order(case: &mut Case, names: &[&'static str]) {
     let (before, found) = (time[first - 1], time[first]);
     for name in names {
         if let Some(signal) = case.signals.get_mut(name) {
-            let mut rows = rises.iter();
-            signal.time.retain(|_| *rows.next().unwrap_or(&true));
-            let mut rows = rises.iter();
-            signal.value.retain(|_| *rows.next().unwrap_or(&true));
+            *signal = signal.pick((0..rises.len()).filter(|row| rises[*row]));
         }
     }
     case.report(Finding {
@@ -179,7 +175,7 @@ fn unit(case: &mut Case, names: &[&'static str]) {
     };
     for name in names {
         if let Some(signal) = case.signals.get_mut(name) {
-            signal.time.iter_mut().for_each(|time| *time /= factor);
+            signal.time.to_mut().iter_mut().for_each(|time| *time /= factor);
         }
     }
     let step = significant(step, 4);

@@ -5,12 +5,13 @@ mod mistakes;
 mod relations;
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use mistakes::{Kind, MISTAKES, Mistake};
 use relations::Relation;
 
 use crate::case::{CHANNELS, Case};
-use crate::correction::{Correction, Key};
+use crate::correction::Correction;
 use crate::finding::{Finding, Sure};
 use crate::motion::Motion;
 
@@ -134,7 +135,7 @@ fn wheels_in_kmh(case: &mut Case, relations: &[Relation]) {
         unit: "m",
         sentence: format!("The wheels may be in km/h, not rad/s: `v_x` over each is {} m, which is 1/3.6 and would be the radius of the tires.", significant(radius, 3)),
         consequence: "The slip ratios of the wheels are wrong if the tires have another radius.".to_owned(),
-        correction: Correction::column(&[Key::Gain(1.0 / (3.6 * 0.3))])
+        correction: Correction::column(&[ColumnKey::Gain(1.0 / (3.6 * 0.3)).into()])
             .noting("for tires of 0.3 m: the gain is one over 3.6 times their radius [1/m]; nothing where it is 0.278 m"),
         refuses: false,
     });

@@ -26,7 +26,7 @@ impl Log {
     }
 
     /// The log with what is known of its car; `None` where the file is not at hand.
-    pub fn read(&self) -> Option<(DriveLog, KnownCar)> {
+    pub fn read(&self) -> Option<(DriveLog<'static>, KnownCar)> {
         let recording = RealLog::read(self.file)?;
         let mut log = DriveLog::default();
         for (name, title, factor) in self.columns {

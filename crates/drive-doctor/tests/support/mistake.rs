@@ -79,7 +79,7 @@ pub fn driven(
 }
 
 /// A drive as the doctor takes it.
-pub fn log(recording: &Drive) -> DriveLog {
+pub fn log(recording: &Drive) -> DriveLog<'static> {
     let mut log = DriveLog::default();
     for (name, column) in recording.columns().into_iter().skip(1) {
         log.insert(name, recording.t.clone(), column.to_vec());

@@ -5,9 +5,8 @@ use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
 use super::{Calibrated, Calibration, Z_95, calibrate, std};
-use crate::cause::Cause;
 use crate::error::Error;
-use crate::recording::Drive;
+use preparation::{Drive, SystematicError};
 
 /// Turning to one side begins there [m/s²], and each side has at least this share of the rows.
 const TURNS: f64 = 1.0;
@@ -39,7 +38,11 @@ pub struct Judged {
 /// # Errors
 ///
 /// [`Error`] if the recordings are unusable.
-pub fn judge(car: &Vehicle, recordings: &[Drive], wanted: &[Cause]) -> Result<Vec<Judged>, Error> {
+pub fn judge(
+    car: &Vehicle,
+    recordings: &[Drive],
+    wanted: &[SystematicError],
+) -> Result<Vec<Judged>, Error> {
     let Calibration { errors: whole, settled, .. } = calibrate(car, recordings, wanted)?;
     let halves = halves(recordings).map(|half| calibrate(car, &half, wanted).ok());
     let turned = sides(recordings);
@@ -86,7 +89,7 @@ fn verdict(
     };
     let apart = (first[0] - second[0]).abs();
     if apart > APART * first[1].hypot(second[1]) {
-        let (factor, unit) = error.cause.about().shown;
+        let (factor, unit) = error.cause.describe().display;
         let half = |[value, std]: [f64; 2]| {
             format!("{:.3} ± {:.3} {unit}", factor * value, factor * Z_95 * std)
         };
@@ -97,7 +100,11 @@ fn verdict(
         );
         return (Verdict::NotIdentifiable, reason);
     }
-    let of_v_y = [Cause::SideslipOffset, Cause::SideslipLever, Cause::SideslipDelay];
+    let of_v_y = [
+        SystematicError::SideslipOffset,
+        SystematicError::SideslipLever,
+        SystematicError::SideslipDelay,
+    ];
     match of_v_y.contains(&error.cause) {
         true => told(
             Verdict::Weak,
@@ -131,5 +138,5 @@ fn halves(recordings: &[Drive]) -> [Vec<Drive>; 2] {
         }
     }
     // What is left of a recording at the border is too short to be one.
-    halves.map(|half| half.into_iter().filter(|drive| drive.check(0).is_ok()).collect())
+    halves.map(|half| half.into_iter().filter(|drive| drive.check().is_ok()).collect())
 }

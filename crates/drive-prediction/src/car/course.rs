@@ -8,7 +8,7 @@ use crate::car::motion::{Driven, Dual, Steered};
 use crate::car::parameters::{LAG, Parameters, VARYING};
 use crate::car::past::Past;
 use crate::car::section::starts;
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::{Predictor, State};
 
 /// For people.
@@ -32,7 +32,7 @@ pub struct Course<'a> {
 impl<'a> Course<'a> {
     /// Goes along a drive that the car was not fitted to.
     #[must_use]
-    pub fn new(fitted: &'a Fitted, bands: Option<&'a Bands>, drive: &Drive) -> Self {
+    pub fn new(fitted: &'a Fitted, bands: Option<&'a Bands>, drive: &EvenDrive) -> Self {
         let driven = Driven::new(drive);
         let past = Past::new(fitted, &driven);
         let a_y = a_y(fitted, &driven, &past);
@@ -62,7 +62,7 @@ impl<'a> Course<'a> {
             let drive = &self.driven.drive;
             let reading = |k: usize| {
                 let (state, variance) = states[k];
-                let measured = [drive.v_y[start + k], drive.r[start + k]];
+                let measured = [drive.motion.v_y[start + k], drive.motion.r[start + k]];
                 let error = [state[0] - measured[0], state[1] - measured[1]];
                 Reading { time: k as f64 * drive.step, error, variance }
             };
@@ -81,7 +81,7 @@ impl<'a> Course<'a> {
     /// Predicted minus measured a_y [m/s²] in all rows.
     #[must_use]
     pub fn a_y_errors(&self) -> Vec<f64> {
-        self.a_y.iter().zip(&self.driven.drive.a_y).map(|(a, b)| a - b).collect()
+        self.a_y.iter().zip(&self.driven.drive.motion.a_y).map(|(a, b)| a - b).collect()
     }
 
     /// States, and their variances as far as they come from parameters.
@@ -123,20 +123,20 @@ impl Predictor for Course<'_> {
         NAME
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
-        drive.delta.clone()
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+        drive.motion.delta.clone()
     }
 
-    fn roll(&self, _: &Drive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn roll(&self, _: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
         let known = self.past.at(start);
         self.driven.roll::<f64>(&self.fitted.car, &known.x, start, rows)
     }
 
-    fn a_y(&self, _: &Drive, _: &[f64], row: usize) -> Option<f64> {
+    fn a_y(&self, _: &EvenDrive, _: &[f64], row: usize) -> Option<f64> {
         Some(self.a_y[row])
     }
 
-    fn spread(&self, drive: &Drive, start: usize, rows: usize) -> Option<Vec<State>> {
+    fn spread(&self, drive: &EvenDrive, start: usize, rows: usize) -> Option<Vec<State>> {
         let bands = self.bands?;
         let lately = Bands::lately(&self.surprises, start, drive.step);
         let states = self.with_variance(start, rows);
@@ -147,7 +147,7 @@ impl Predictor for Course<'_> {
         Some(states.iter().enumerate().map(one).collect())
     }
 
-    fn a_y_spread(&self, _: &Drive, row: usize) -> Option<f64> {
+    fn a_y_spread(&self, _: &EvenDrive, row: usize) -> Option<f64> {
         self.a_y_spread.as_ref().map(|it| it[row])
     }
 }

@@ -9,7 +9,7 @@ use crate::car::hierarchy::Hierarchy;
 use crate::car::information::Errors;
 use crate::car::parameters::{COUNT, Car, Prior, VARYING, Vector};
 use crate::car::section::{Section, sections};
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::State;
 
 /// The noise and the weights of sections follow from a fit, and the fit from them: this often.
@@ -71,7 +71,7 @@ impl std::error::Error for Unfit {}
 ///
 /// # Errors
 /// If no part of the drives can be predicted.
-pub fn fit(drives: &[Drive], car: &Car) -> Result<Fitted, Unfit> {
+pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<Fitted, Unfit> {
     let mut sections = sections(drives);
     fit_sections(&mut sections, car, None)
 }
@@ -142,9 +142,9 @@ fn level(sections: &[Section], car: &Car) -> State {
     for section in sections {
         let drive = &section.driven.drive;
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
-            let rolls = car.body.l_r * drive.r[row];
+            let rolls = car.body.l_r * drive.motion.r[row];
             count += 1;
-            let parts = [rolls, drive.v_y[row] - rolls, drive.r[row]];
+            let parts = [rolls, drive.motion.v_y[row] - rolls, drive.motion.r[row]];
             sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part * part);
         }
     }
@@ -161,8 +161,8 @@ fn first_noise(sections: &[Section]) -> State {
         for start in &section.starts {
             let end = start + section.ahead;
             count += 1;
-            sum[0] += (drive.v_y[end] - drive.v_y[*start]).powi(2);
-            sum[1] += (drive.r[end] - drive.r[*start]).powi(2);
+            sum[0] += (drive.motion.v_y[end] - drive.motion.v_y[*start]).powi(2);
+            sum[1] += (drive.motion.r[end] - drive.motion.r[*start]).powi(2);
         }
     }
     sum.map(|sum| FIRST_NOISE * (sum / f64::from(count.max(1))).sqrt())

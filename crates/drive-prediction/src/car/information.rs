@@ -39,7 +39,7 @@ impl Errors {
         let stride = stride(driven.drive.step);
         let mut errors = Self::default();
         for k in (stride..=rows).step_by(stride) {
-            let measured = [driven.drive.v_y[start + k], driven.drive.r[start + k]];
+            let measured = [driven.drive.motion.v_y[start + k], driven.drive.motion.r[start + k]];
             for (i, state) in states[k].iter().enumerate() {
                 errors.values.push((state.re - measured[i]) / noise[i]);
                 let slope =

@@ -7,7 +7,7 @@ use crate::car::fit::{Fitted, Unfit, fit_sections};
 use crate::car::motion::{Driven, Inputs, Steered, forces};
 use crate::car::parameters::{Car, LAG, OFFSET, Parameters};
 use crate::car::section::sections;
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::{Predictor, State};
 
 /// A car that was fitted, and how far its predictions are off.
@@ -24,7 +24,7 @@ impl Predicting {
     ///
     /// # Errors
     /// If no part of the drives can be predicted.
-    pub fn new(drives: &[Drive], car: &Car) -> Result<Self, Unfit> {
+    pub fn new(drives: &[EvenDrive], car: &Car) -> Result<Self, Unfit> {
         let mut sections = sections(drives);
         let fitted = fit_sections(&mut sections, car, None)?;
         let bands = calibrate(&fitted, &sections)?;
@@ -33,10 +33,11 @@ impl Predicting {
 }
 
 /// Rate of the forward speed in a row [m/s²].
-fn slope(drive: &Drive, row: usize) -> f64 {
+fn slope(drive: &EvenDrive, row: usize) -> f64 {
     let last = drive.rows() - 1;
     let (before, behind) = (row.saturating_sub(1), (row + 1).min(last));
-    (drive.v_x[behind] - drive.v_x[before]) / (drive.step * (behind - before).max(1) as f64)
+    (drive.motion.v_x[behind] - drive.motion.v_x[before])
+        / (drive.step * (behind - before).max(1) as f64)
 }
 
 /// Without a past: as at the first row of any log.
@@ -45,27 +46,27 @@ impl Predictor for Predicting {
         NAME
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
         let Some(last) = drive.rows().checked_sub(1) else { return Vec::new() };
         let steered = Steered::new(drive, self.fitted.common[LAG], 0, last);
         let offset = self.fitted.common[OFFSET];
         (0..=last).map(|row| steered.angle(row) + offset).collect()
     }
 
-    fn roll(&self, drive: &Drive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
         Driven::new(drive).roll::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
     }
 
-    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
+    fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         let Fitted { car, common, .. } = &self.fitted;
         let p = Parameters::new(common);
         let rate = slope(drive, row);
-        let u = Inputs { v_x: drive.v_x[row], rate, delta: steering[row] };
-        let [front, rear] = forces(car, &p, &u, [drive.v_y[row], drive.r[row]]);
+        let u = Inputs { v_x: drive.motion.v_x[row], rate, delta: steering[row] };
+        let [front, rear] = forces(car, &p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
         Some((front + rear) / car.body.m)
     }
 
-    fn along<'a>(&'a self, drive: &Drive) -> Option<Box<dyn Predictor + 'a>> {
+    fn along<'a>(&'a self, drive: &EvenDrive) -> Option<Box<dyn Predictor + 'a>> {
         Some(Box::new(Course::new(&self.fitted, self.bands.as_ref(), drive)))
     }
 }

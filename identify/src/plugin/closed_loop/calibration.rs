@@ -39,8 +39,8 @@ pub(super) fn judged(
 /// Each error with its interval and verdict in a sentence.
 pub(super) fn sentences(judged: &[Judged]) -> impl Iterator<Item = String> {
     judged.iter().map(|it| {
-        let about = it.error.cause.about();
-        let (factor, unit) = about.shown;
+        let about = it.error.cause.describe();
+        let (factor, unit) = about.display;
         let [value, low, high] = [it.error.value, it.error.interval[0], it.error.interval[1]]
             .map(|number| significant(factor * number, 3));
         let verdict = words(it.verdict);

@@ -1,8 +1,10 @@
-//! Holds the raw signals of a car, each with its own time stamps.
+//! The log of a drive as it was recorded: channels by name, each over its own time stamps, borrowed from whoever read them.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use crate::error::Error;
+use crate::span::Span;
 
 /// Names of the signals, what they are, and what to do without them. The first six are needed.
 ///
@@ -35,21 +37,37 @@ const LEAST_ROWS: usize = 5;
 
 /// Values over time. Time stamps [s] rise strictly; they need not be even.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Signal {
+pub struct Signal<'a> {
     /// Time stamps [s].
-    pub time: Vec<f64>,
+    pub time: Cow<'a, [f64]>,
     /// Values, one for each stamp.
-    pub value: Vec<f64>,
+    pub value: Cow<'a, [f64]>,
 }
 
-impl Signal {
+impl<'a> Signal<'a> {
+    /// Values at their time stamps [s].
+    pub fn new(time: impl Into<Cow<'a, [f64]>>, value: impl Into<Cow<'a, [f64]>>) -> Self {
+        Self { time: time.into(), value: value.into() }
+    }
+
+    /// The same signal without copies.
+    pub fn borrowed(&self) -> Signal<'_> {
+        Signal::new(&*self.time, &*self.value)
+    }
+
+    /// The samples of some rows, in their order.
+    pub fn pick(&self, rows: impl Iterator<Item = usize> + Clone) -> Signal<'static> {
+        let of = |column: &[f64]| rows.clone().map(|row| column[row]).collect::<Vec<f64>>();
+        Signal::new(of(&self.time), of(&self.value))
+    }
+
     fn check(&self, name: &str) -> Result<(), Error> {
         let name = name.to_string();
         let (times, values) = (self.time.len(), self.value.len());
         if times != values {
             return Err(Error::Lengths { name, times, values });
         }
-        for (row, (&time, &value)) in self.time.iter().zip(&self.value).enumerate() {
+        for (row, (&time, &value)) in self.time.iter().zip(&*self.value).enumerate() {
             if !time.is_finite() || !value.is_finite() {
                 let value = if time.is_finite() { value } else { time };
                 return Err(Error::NotFinite { name, row, time, value });
@@ -66,16 +84,36 @@ impl Signal {
     }
 }
 
-/// Signals of a drive, by name: see [`SIGNALS`]. Others are allowed and ignored.
+/// Signals of a drive, by name. [`SIGNALS`] are those of the preparation; each task takes the ones that it knows.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct DriveLog {
-    signals: BTreeMap<String, Signal>,
+pub struct DriveLog<'a> {
+    signals: BTreeMap<String, Signal<'a>>,
 }
 
-impl DriveLog {
+impl<'a> DriveLog<'a> {
     /// Adds a signal with its own time stamps [s]; one of the same name is replaced.
     pub fn insert(&mut self, name: &str, time: Vec<f64>, value: Vec<f64>) {
-        self.signals.insert(name.to_string(), Signal { time, value });
+        self.signals.insert(name.to_string(), Signal::new(time, value));
+    }
+
+    /// The same for a signal that somebody else holds.
+    pub fn insert_borrowed(&mut self, name: &str, time: &'a [f64], value: &'a [f64]) {
+        self.signals.insert(name.to_string(), Signal::new(time, value));
+    }
+
+    /// The rows within some stretches of time; of successive rows with one time stamp the first.
+    pub fn within(&self, stretches: &[Span]) -> DriveLog<'static> {
+        let cut = |signal: &Signal| {
+            let time = &signal.time;
+            let inside = |row: &usize| {
+                let is_new = *row == 0 || time[*row] != time[row - 1];
+                is_new && stretches.iter().any(|it| it.holds(time[*row]))
+            };
+            let rows: Vec<usize> = (0..time.len()).filter(inside).collect();
+            signal.pick(rows.into_iter())
+        };
+        let signals = self.signals.iter().map(|(name, signal)| (name.clone(), cut(signal)));
+        DriveLog { signals: signals.collect() }
     }
 
     /// Takes a signal away.
@@ -84,7 +122,7 @@ impl DriveLog {
     }
 
     /// The signal of this name.
-    pub fn get(&self, name: &str) -> Option<&Signal> {
+    pub fn get(&self, name: &str) -> Option<&Signal<'a>> {
         self.signals.get(name)
     }
 
@@ -92,7 +130,7 @@ impl DriveLog {
     ///
     /// # Errors
     /// If one is missing, too short, not a number somewhere, or out of order.
-    pub fn checked(&self) -> Result<Vec<(&'static str, &Signal)>, Error> {
+    pub fn checked(&self) -> Result<Vec<(&'static str, &Signal<'a>)>, Error> {
         let mut found = Vec::new();
         for (i, (name, what, advice)) in SIGNALS.into_iter().enumerate() {
             match self.get(name) {
@@ -134,7 +172,7 @@ impl DriveLog {
 mod tests {
     use super::*;
 
-    fn complete() -> DriveLog {
+    fn complete() -> DriveLog<'static> {
         let mut recording = DriveLog::default();
         for (name, ..) in &SIGNALS[..NEEDED] {
             recording.insert(name, vec![0.0, 1.0, 2.0, 3.0, 4.0], vec![1.0; 5]);

@@ -1,43 +1,30 @@
-//! Brings the channels of a log, each with its own time stamps, to the even instants of drives.
+//! Resamples the log of a drive, whose channels have time stamps of their own, at the even instants of [`EvenDrive`]s.
 
 use std::fmt;
 
-use crate::drive::{Drive, Sensors};
+use preparation::{Drive, DriveLog, Signal, mean_or_linear};
+
+use crate::drive::{EvenDrive, Sensors};
 use crate::zero_phase::{derivative, low_pass};
 
-/// Values over rising time stamps [s]; values that are no numbers are missing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Channel<'a> {
-    /// Time stamps [s].
-    pub time: &'a [f64],
-    /// Values, one for each stamp.
-    pub value: &'a [f64],
-}
-
-/// The channels of one log or of several, one after the other.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Recorded<'a> {
-    /// Forward velocity [m/s].
-    pub v_x: Channel<'a>,
-    /// Velocity to the left [m/s]; without it the drive has none.
-    pub v_y: Option<Channel<'a>>,
-    /// Yaw rate [rad/s].
-    pub r: Channel<'a>,
-    /// Lateral acceleration [m/s²]; without it that of the motion, v_y' + v_x r.
-    pub a_y: Option<Channel<'a>>,
-    /// Longitudinal acceleration [m/s²].
-    pub a_x: Option<Channel<'a>>,
-    /// Steering angle of the front wheels [rad].
-    pub delta: Channel<'a>,
-    /// Direction of travel over ground, positive to the left [rad], as of GNSS. It may leap by a turn, be slower than the others and have gaps.
-    pub course: Option<Channel<'a>>,
-    /// Speed over ground [m/s], as of GNSS, with the same freedom.
-    pub ground_speed: Option<Channel<'a>>,
-    /// Number of the lap.
-    pub lap: Option<Channel<'a>>,
-    /// Number of the log, from 1.
-    pub log: Option<Channel<'a>>,
-}
+/// Channels of a log with their units. Without `a_y` it is that of the motion, v_y' + v_x r; without `v_y` drives have none. `course` and
+/// `ground_speed`, as of GNSS, may be slower than the others and have gaps, and the course may leap by a turn. `lap` and `log` are numbers,
+/// those of logs from 1.
+pub const CHANNELS: [(&str, &str); 10] = [
+    ("v_x", "m/s"),
+    ("r", "rad/s"),
+    ("delta", "rad"),
+    ("v_y", "m/s"),
+    ("a_y", "m/s2"),
+    ("a_x", "m/s2"),
+    ("course", "rad"),
+    ("ground_speed", "m/s"),
+    ("lap", "1"),
+    ("log", "1"),
+];
+/// How many of [`CHANNELS`] are needed, and how many have a value at every instant of a drive.
+const NEEDED: usize = 3;
+const CONTINUOUS: usize = 6;
 
 /// How channels become drives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,44 +83,39 @@ impl fmt::Display for Unusable {
 
 impl std::error::Error for Unusable {}
 
-/// The drives: one for each log.
+/// The drives of a log with [`CHANNELS`]: one for each number of its channel `log`.
 ///
 /// # Errors
 /// If a channel is empty, no stretch has all of them, or no row is fast enough.
-pub fn drives(recorded: &Recorded, sampling: &Sampling) -> Result<Vec<Drive>, Unusable> {
-    let channels = [("v_x", Some(recorded.v_x)), ("r", Some(recorded.r))];
-    let others = [
-        ("delta", Some(recorded.delta)),
-        ("v_y", recorded.v_y),
-        ("a_y", recorded.a_y),
-        ("a_x", recorded.a_x),
-    ];
+pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, Unusable> {
     let mut given = Vec::new();
-    for (name, channel) in channels.into_iter().chain(others) {
-        let Some(channel) = channel else { continue };
-        let present = Present::of(channel);
-        if present.time.len() < 2 {
-            return Err(Unusable::Empty(name));
+    for (place, (name, _)) in CHANNELS.into_iter().take(CONTINUOUS).enumerate() {
+        let channel = log.get(name).map(ValidSamples::of);
+        match channel {
+            Some(channel) if channel.time.len() >= 2 => given.push((name, channel)),
+            None if place >= NEEDED => {}
+            _ => return Err(Unusable::Empty(name)),
         }
-        given.push((name, present));
     }
     let slowest = given.iter().map(|(_, it)| it.usual_step).fold(0.0, f64::max);
     let step = sampling.rate.map_or(slowest.max(1.0 / FASTEST), f64::recip);
-    let spans = spans(recorded, &given);
+    let spans = spans(log, &given);
     let mut drives = Vec::new();
     let mut longest = 0;
-    for (log, [from, to]) in spans {
+    for (number, [from, to]) in spans {
         let rows = if to > from { ((to - from) / step + 1e-6).floor() as usize + 1 } else { 0 };
         longest = longest.max(rows);
         if rows >= LEAST_ROWS {
-            drives.push(drive(recorded, &given, sampling, (log, from, step, rows)));
+            let time = (0..rows).map(|row| from + row as f64 * step).collect();
+            let drive = drive(log, &given, sampling, time, step);
+            drives.push(EvenDrive { name: format!("log {number}"), log: number, ..drive });
         }
     }
     if drives.is_empty() {
         return Err(Unusable::TooShort { rows: longest });
     }
     if drives.iter().all(|drive| !drive.counts.contains(&true)) {
-        let speeds = drives.iter().flat_map(|drive| drive.v_x.iter().copied());
+        let speeds = drives.iter().flat_map(|drive| drive.motion.v_x.iter().copied());
         let fastest = speeds.fold(f64::NEG_INFINITY, f64::max);
         if fastest <= sampling.least_speed {
             return Err(Unusable::TooSlow { fastest, least: sampling.least_speed });
@@ -143,19 +125,19 @@ pub fn drives(recorded: &Recorded, sampling: &Sampling) -> Result<Vec<Drive>, Un
     Ok(drives)
 }
 
-/// The values of a channel that are numbers.
-struct Present {
+/// The samples of a channel that are numbers, at rising time stamps.
+struct ValidSamples {
     time: Vec<f64>,
     value: Vec<f64>,
     /// The step that nine in ten do not exceed [s].
     usual_step: f64,
 }
 
-impl Present {
-    fn of(channel: Channel) -> Self {
+impl ValidSamples {
+    fn of(channel: &Signal) -> Self {
         let mut time = Vec::new();
         let mut value = Vec::new();
-        for (t, y) in channel.time.iter().zip(channel.value) {
+        for (t, y) in channel.time.iter().zip(&*channel.value) {
             // Repeated stamps say nothing new of the time.
             if t.is_finite() && y.is_finite() && time.last().is_none_or(|last| last < t) {
                 time.push(*t);
@@ -166,19 +148,6 @@ impl Present {
         steps.sort_by(f64::total_cmp);
         let usual = steps.get(steps.len() * 9 / 10).copied();
         Self { time, value, usual_step: usual.unwrap_or(0.0) }
-    }
-
-    /// The value at a time [s]: the mean of the step around it where there are several values, else on the line between its neighbours.
-    fn at(&self, t: f64, step: f64) -> f64 {
-        let from = self.time.partition_point(|it| *it < t - 0.5 * step);
-        let to = self.time.partition_point(|it| *it < t + 0.5 * step);
-        if to > from + 2 {
-            return self.value[from..to].iter().sum::<f64>() / (to - from) as f64;
-        }
-        let behind = self.time.partition_point(|it| *it <= t).clamp(1, self.time.len() - 1);
-        let [t0, t1] = [self.time[behind - 1], self.time[behind]];
-        let share = ((t - t0) / (t1 - t0)).clamp(0.0, 1.0);
-        self.value[behind - 1] * (1.0 - share) + self.value[behind] * share
     }
 
     /// Whether values are so near to a time [s] that nothing is made up.
@@ -193,10 +162,11 @@ impl Present {
 }
 
 /// The number of each log, and the times [s] from which to which all channels are there.
-fn spans(recorded: &Recorded, given: &[(&str, Present)]) -> Vec<(usize, [f64; 2])> {
+fn spans(log: &DriveLog, given: &[(&str, ValidSamples)]) -> Vec<(usize, [f64; 2])> {
     let first = given.iter().map(|(_, it)| it.time[0]).fold(f64::NEG_INFINITY, f64::max);
     let last = given.iter().map(|(_, it)| it.time[it.time.len() - 1]).fold(f64::INFINITY, f64::min);
-    let Some(log) = recorded.log.map(Present::of).filter(|log| !log.time.is_empty()) else {
+    let numbers = log.get("log").map(ValidSamples::of).filter(|log| !log.time.is_empty());
+    let Some(log) = numbers else {
         return vec![(1, [first, last])];
     };
     let rows: Vec<(f64, f64)> = log.time.iter().copied().zip(log.value.iter().copied()).collect();
@@ -207,28 +177,32 @@ fn spans(recorded: &Recorded, given: &[(&str, Present)]) -> Vec<(usize, [f64; 2]
     rows.chunk_by(|a, b| a.1 == b.1).map(of_one).collect()
 }
 
+/// One drive at these instants, `step` [s] apart.
 fn drive(
-    recorded: &Recorded,
-    given: &[(&str, Present)],
+    log: &DriveLog,
+    given: &[(&str, ValidSamples)],
     sampling: &Sampling,
-    (log, from, step, rows): (usize, f64, f64, usize),
-) -> Drive {
-    let time: Vec<f64> = (0..rows).map(|row| from + row as f64 * step).collect();
+    time: Vec<f64>,
+    step: f64,
+) -> EvenDrive {
+    let rows = time.len();
     let raw = |name: &str| {
         let (_, channel) = given.iter().find(|(it, _)| *it == name)?;
-        Some(time.iter().map(|t| channel.at(*t, step)).collect::<Vec<f64>>())
+        let at = |t: &f64| mean_or_linear(&channel.time, &channel.value, *t, step);
+        Some(time.iter().map(at).collect::<Vec<f64>>())
     };
     let smooth = |values: &[f64]| match sampling.smooth {
         Some(cut) => low_pass(values, cut, step),
         None => values.to_vec(),
     };
+    let sparse = |name: &str| log.get(name).map(|channel| at_new_values(channel, &time, step));
     let [v_x_raw, r_raw, delta] = ["v_x", "r", "delta"].map(|name| raw(name).unwrap_or_default());
     let (v_x, r) = (smooth(&v_x_raw), smooth(&r_raw));
     let v_y = raw("v_y").map(|values| smooth(&values));
     let a_y_raw = raw("a_y");
-    let a_y = match (&a_y_raw, &v_y) {
-        (Some(values), _) => smooth(values),
-        (None, v_y) => {
+    let a_y = match &a_y_raw {
+        Some(values) => smooth(values),
+        None => {
             let rate = v_y.as_ref().map(|v_y| derivative(v_y, step));
             let rate = |row: usize| rate.as_ref().map_or(0.0, |rate| rate[row]);
             (0..rows).map(|row| rate(row) + v_x[row] * r[row]).collect()
@@ -236,10 +210,7 @@ fn drive(
     };
     let wrong = near_gaps(given, &time, step);
     let counts = |row: usize| v_x[row] > sampling.least_speed && !wrong[row];
-    let lap = recorded.lap.and_then(|lap| held(lap, &time));
-    Drive {
-        name: format!("log {log}"),
-        log,
+    EvenDrive {
         step,
         counts: (0..rows).map(counts).collect(),
         sensors: Some(Sensors {
@@ -247,22 +218,26 @@ fn drive(
             r: r_raw,
             a_y: a_y_raw,
             a_x: raw("a_x"),
-            course: recorded.course.map(|it| sampled(it, &time, step)),
-            ground_speed: recorded.ground_speed.map(|it| sampled(it, &time, step)),
+            course: sparse("course"),
+            ground_speed: sparse("ground_speed"),
         }),
         r_dot: derivative(&r, step),
-        v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),
-        v_x,
-        r,
-        a_y,
-        delta,
-        lap,
-        time,
+        lap: log.get("lap").and_then(|lap| hold(lap, &time)),
+        motion: Drive {
+            v_y: v_y.unwrap_or_else(|| vec![f64::NAN; rows]),
+            v_x,
+            r,
+            a_y,
+            delta,
+            F_x: Vec::new(),
+            t: time,
+        },
+        ..EvenDrive::default()
     }
 }
 
 /// Which rows lie in a gap of a channel, or near one or an end.
-fn near_gaps(given: &[(&str, Present)], time: &[f64], step: f64) -> Vec<bool> {
+fn near_gaps(given: &[(&str, ValidSamples)], time: &[f64], step: f64) -> Vec<bool> {
     let edge = (EDGE / step).round() as usize;
     let rows = time.len();
     let inner = edge..rows.saturating_sub(edge);
@@ -275,8 +250,8 @@ fn near_gaps(given: &[(&str, Present)], time: &[f64], step: f64) -> Vec<bool> {
 }
 
 /// The values of a sensor in the rows next to its stamps, none elsewhere: a filter must not take what is held or drawn between for new.
-fn sampled(channel: Channel, time: &[f64], step: f64) -> Vec<f64> {
-    let Present { time: stamps, value, .. } = Present::of(channel);
+fn at_new_values(channel: &Signal, time: &[f64], step: f64) -> Vec<f64> {
+    let ValidSamples { time: stamps, value, .. } = ValidSamples::of(channel);
     let mut rows = vec![f64::NAN; time.len()];
     let mut before = f64::NAN;
     for (stamp, value) in stamps.into_iter().zip(value) {
@@ -291,8 +266,8 @@ fn sampled(channel: Channel, time: &[f64], step: f64) -> Vec<f64> {
 }
 
 /// The values of a channel that holds, such as the number of a lap.
-fn held(channel: Channel, time: &[f64]) -> Option<Vec<f64>> {
-    let channel = Present::of(channel);
+fn hold(channel: &Signal, time: &[f64]) -> Option<Vec<f64>> {
+    let channel = ValidSamples::of(channel);
     let last = |t: &f64| channel.time.partition_point(|it| it <= t).saturating_sub(1);
     (channel.time.len() > 1).then(|| time.iter().map(|t| channel.value[last(t)]).collect())
 }
@@ -309,39 +284,43 @@ mod tests {
 
     const PLAIN: Sampling = Sampling { rate: None, smooth: None, least_speed: 1.0 };
 
+    /// A log of channels with the same samples.
+    fn log<'a>(names: &[&str], (time, value): &'a (Vec<f64>, Vec<f64>)) -> DriveLog<'a> {
+        let mut log = DriveLog::default();
+        names.iter().for_each(|name| log.insert_borrowed(name, time, value));
+        log
+    }
+
     #[test]
     fn channels_of_different_rates_come_to_the_rows_of_the_slowest() {
-        let ((fast_t, fast), (slow_t, slow)) = (line(4000, 0.005), line(1000, 0.02));
-        let fast = Channel { time: &fast_t, value: &fast };
-        let slow = Channel { time: &slow_t, value: &slow };
-        let recorded =
-            Recorded { v_x: fast, r: slow, delta: fast, v_y: Some(fast), ..Recorded::default() };
-        let found = drives(&recorded, &PLAIN).expect("it is a drive");
+        let (fast, slow) = (line(4000, 0.005), line(1000, 0.02));
+        let mut channels = log(&["v_x", "delta", "v_y"], &fast);
+        channels.insert_borrowed("r", &slow.0, &slow.1);
+        let found = drives(&channels, &PLAIN).expect("it is a drive");
         assert_eq!(found.len(), 1);
-        let drive = &found[0];
+        let (drive, Drive { v_x, r, a_y, .. }) = (&found[0], &found[0].motion);
         assert!((drive.step - 0.02).abs() < 1e-12);
         for row in 100..900 {
-            assert!((drive.v_x[row] - drive.r[row]).abs() < 1e-3, "{row}");
+            assert!((v_x[row] - r[row]).abs() < 1e-3, "{row}");
         }
         // Without an accelerometer, v_y' + v_x r.
-        assert!((drive.a_y[500] - (0.1 + drive.v_x[500] * drive.r[500])).abs() < 1e-6);
+        assert!((a_y[500] - (0.1 + v_x[500] * r[500])).abs() < 1e-6);
     }
 
     #[test]
     fn gaps_edges_and_slow_rows_do_not_count() {
-        let (mut time, value) = line(1000, 0.01);
-        for t in &mut time[500..] {
+        let mut samples = line(1000, 0.01);
+        for t in &mut samples.0[500..] {
             *t += 3.0;
         }
-        let channel = Channel { time: &time, value: &value };
-        let recorded = Recorded { v_x: channel, r: channel, delta: channel, ..Recorded::default() };
-        let drive = &drives(&recorded, &PLAIN).expect("it is a drive")[0];
+        let channels = log(&["v_x", "r", "delta"], &samples);
+        let drive = &drives(&channels, &PLAIN).expect("it is a drive")[0];
         assert_eq!(drive.rows(), 1300);
         let counts: Vec<usize> = (0..1300).filter(|row| drive.counts[*row]).collect();
         assert_eq!((counts[0], counts[counts.len() - 1]), (50, 1249));
         assert!(counts.iter().all(|row| *row < 450 || *row > 849), "{counts:?}");
-        assert!(drive.v_y[0].is_nan());
-        let slow = drives(&recorded, &Sampling { least_speed: 20.0, ..PLAIN });
+        assert!(drive.motion.v_y[0].is_nan());
+        let slow = drives(&channels, &Sampling { least_speed: 20.0, ..PLAIN });
         let message = slow.expect_err("nothing is fast enough").to_string();
         assert_eq!(
             message,
@@ -351,13 +330,11 @@ mod tests {
 
     #[test]
     fn a_slow_sensor_that_is_held_has_a_value_where_it_had_a_new_one() {
-        let (time, value) = line(1000, 0.01);
-        let channel = Channel { time: &time, value: &value };
+        let samples = line(1000, 0.01);
         let held: Vec<f64> = (0..1000).map(|row| f64::from(row / 10 * 10) * 0.01).collect();
-        let course = Some(Channel { time: &time, value: &held });
-        let recorded =
-            Recorded { v_x: channel, r: channel, delta: channel, course, ..Recorded::default() };
-        let drive = &drives(&recorded, &PLAIN).expect("it is a drive")[0];
+        let mut channels = log(&["v_x", "r", "delta"], &samples);
+        channels.insert_borrowed("course", &samples.0, &held);
+        let drive = &drives(&channels, &PLAIN).expect("it is a drive")[0];
         let course = drive.sensors.as_ref().and_then(|it| it.course.as_ref()).expect("a course");
         let rows: Vec<usize> = (0..1000).filter(|row| course[*row].is_finite()).collect();
         assert_eq!((rows.len(), rows[1], course[rows[1]]), (100, 10, 0.1));
@@ -365,13 +342,11 @@ mod tests {
 
     #[test]
     fn each_log_is_a_drive_of_its_own() {
-        let (time, value) = line(1000, 0.01);
-        let log: Vec<f64> = (0..1000).map(|i| if i < 400 { 1.0 } else { 2.0 }).collect();
-        let channel = Channel { time: &time, value: &value };
-        let log = Some(Channel { time: &time, value: &log });
-        let recorded =
-            Recorded { v_x: channel, r: channel, delta: channel, log, ..Recorded::default() };
-        let found = drives(&recorded, &PLAIN).expect("there are two");
+        let samples = line(1000, 0.01);
+        let numbers: Vec<f64> = (0..1000).map(|i| if i < 400 { 1.0 } else { 2.0 }).collect();
+        let mut channels = log(&["v_x", "r", "delta"], &samples);
+        channels.insert_borrowed("log", &samples.0, &numbers);
+        let found = drives(&channels, &PLAIN).expect("there are two");
         assert_eq!(
             found.iter().map(|it| (it.log, it.rows())).collect::<Vec<_>>(),
             [(1, 400), (2, 600)]
@@ -380,14 +355,11 @@ mod tests {
 
     #[test]
     fn what_is_no_drive_is_told() {
-        let channel = Channel { time: &[0.0, 1.0], value: &[f64::NAN, 1.0] };
-        let recorded = Recorded { v_x: channel, r: channel, delta: channel, ..Recorded::default() };
-        let error = drives(&recorded, &PLAIN).expect_err("it is no drive");
+        let few = (vec![0.0, 1.0], vec![f64::NAN, 1.0]);
+        let error = drives(&log(&["v_x", "r", "delta"], &few), &PLAIN).expect_err("no drive");
         assert_eq!(error.to_string(), "`v_x`: expected two values or more");
-        let (time, value) = line(50, 0.01);
-        let channel = Channel { time: &time, value: &value };
-        let recorded = Recorded { v_x: channel, r: channel, delta: channel, ..Recorded::default() };
-        let error = drives(&recorded, &PLAIN).expect_err("it is too short");
+        let short = line(50, 0.01);
+        let error = drives(&log(&["v_x", "r", "delta"], &short), &PLAIN).expect_err("too short");
         assert_eq!(error, Unusable::TooShort { rows: 50 });
     }
 }
