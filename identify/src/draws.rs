@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use drive_inference::Identified;
+use drive_inference::Identification;
 use numerics::resampling::systematic;
 use preparation::direction::Direction;
 use rand::seq::SliceRandom;
@@ -39,7 +39,7 @@ pub enum Draws {
 }
 
 /// The tires that drives of a node told of.
-pub fn of_drives<'a>(node: &'a str, found: &'a Identified) -> [DrawnTire<'a>; 2] {
+pub fn of_drives<'a>(node: &'a str, found: &'a Identification) -> [DrawnTire<'a>; 2] {
     [("tire_f", Axle::Front), ("tire_r", Axle::Rear)].map(|(tire, axle)| {
         let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
         DrawnTire { tire: Tire { node, tire, estimate, direction: Direction::Lateral }, posterior }

@@ -10,20 +10,20 @@ use serde::Serialize;
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
-use crate::adequacy::Blocks;
+use crate::adequacy::BlockScores;
 use crate::error::{self, Error};
-use crate::explored::inverse;
+use crate::error_selection::ErrorSelection;
+use crate::laplace::inverse;
 use crate::likelihood::{DriveNoise, Unknowns};
-use crate::noises::Noise;
+use crate::noise_estimate::Noise;
 use crate::problem::{Fit, Problem};
 use crate::progress::Cancellation;
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, Tires, corners};
-use crate::wanted::Wanted;
 
-mod judged;
+mod assessment;
 
-pub use judged::{Judged, judge};
+pub use assessment::{CalibrationAssessment, assess};
 
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
 const STEP: f64 = 0.03;
@@ -43,7 +43,7 @@ const Z_95: f64 = 1.96;
 
 /// An error of a sensor that was estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Calibrated {
+pub struct CalibratedError {
     /// Which one.
     #[serde(skip)]
     pub cause: SystematicError,
@@ -61,7 +61,7 @@ pub struct Calibrated {
 #[derive(Clone, Debug)]
 pub struct Calibration {
     /// The errors that were wanted, in their order.
-    pub errors: Vec<Calibrated>,
+    pub errors: Vec<CalibratedError>,
     /// Tires that make up for nothing any more.
     pub tires: Tires,
     /// The noises.
@@ -99,10 +99,10 @@ pub fn calibrate(
             car,
             recordings: &rows,
             bounds: prior.bounds,
-            expected: Expected::new(&prior, 0.0, 0.0),
+            expected: TireRegularisation::new(&prior, 0.0, 0.0),
             noise: Noise::Estimated(guess),
             std: std(),
-            search: Wanted::none(),
+            search: ErrorSelection::none(),
             cancel: Cancellation::default(),
         };
         let fit = match &latest {
@@ -173,13 +173,13 @@ fn told(
     wanted: usize,
 ) -> Calibration {
     let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
-    let blocks = Blocks::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
+    let blocks = BlockScores::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
     let (covariance, at) = (blocks.widest(), problem.unknowns(fit));
     let of = |(place, &cause): (usize, &SystematicError)| {
         let (value, about) = (at.causes[cause] + taken[cause], cause.describe());
         let std = about.std * covariance[(SIZE + place, SIZE + place)].max(0.0).sqrt();
         let interval = [value - Z_95 * std, value + Z_95 * std];
-        Calibrated { cause, name: about.name, value, std, interval }
+        CalibratedError { cause, name: about.name, value, std, interval }
     };
     let errors = fit.active[..wanted].iter().enumerate().map(of).collect();
     Calibration { errors, tires: at.tires, noise: at.noise, settled: true }
@@ -191,7 +191,7 @@ fn every(drive: &Drive) -> usize {
     every - usize::from(every.is_multiple_of(2))
 }
 
-/// Rows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
+/// ResidualRows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
 /// mean over the step that ends at the row. All channels pass one filter, so the motion stays that of the car.
 fn thinned(drive: &Drive) -> Drive {
     let every = every(drive);

@@ -9,9 +9,9 @@ use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
 use crate::likelihood::DriveNoise;
+use crate::model_selection::ErrorSelection;
 use crate::regression::{Target, Weights};
-use crate::regularisation::Expected;
-use crate::selection::Wanted;
+use crate::regularisation::TireRegularisation;
 use crate::smoothing::SmootherOptions;
 use crate::uncertainty::CarUncertainty;
 use preparation::{SystematicError, SystematicErrors};
@@ -129,7 +129,7 @@ pub enum Noises {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ErrorOptions {
     /// Which are estimated.
-    pub wanted: Wanted,
+    pub wanted: ErrorSelection,
     /// Their standard deviations before any data; 0 where there is no error.
     pub std: SystematicErrors,
 }
@@ -137,7 +137,7 @@ pub struct ErrorOptions {
 impl Default for ErrorOptions {
     fn default() -> Self {
         let std = SystematicErrors(SystematicError::ALL.map(|cause| cause.describe().std));
-        Self { wanted: Wanted::default(), std }
+        Self { wanted: ErrorSelection::default(), std }
     }
 }
 
@@ -199,8 +199,8 @@ impl DriveOptions {
     }
 
     /// What is expected of both tires.
-    pub fn expected(&self) -> Expected {
-        Expected::new(&self.prior, self.regularisation, self.axle_coupling)
+    pub fn expected(&self) -> TireRegularisation {
+        TireRegularisation::new(&self.prior, self.regularisation, self.axle_coupling)
     }
 }
 

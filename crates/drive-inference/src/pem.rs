@@ -7,9 +7,9 @@ use numerics::sqp::{self, Minimum};
 use crate::error::Error;
 use crate::global::{FINE, Optima};
 use crate::likelihood::{Likelihood, Unknowns};
+use crate::model_selection::{self, ModelExtension};
 use crate::problem::{Fit, Problem};
 use crate::search::{convergence, different};
-use crate::selection::{self, Addition};
 use crate::tires::{Tires, from_vector};
 use preparation::{SystematicError, SystematicErrors};
 
@@ -23,7 +23,7 @@ pub struct Maximum {
     /// Errors that were estimated, in the order of the minimum's variables.
     pub active: Vec<SystematicError>,
     /// Gain of what the data asked for [nat].
-    pub gains: Vec<(Addition, f64)>,
+    pub gains: Vec<(ModelExtension, f64)>,
     /// The minimum of the negative logarithm, for its second derivatives.
     pub minimum: Minimum,
     /// Different optima, best first.
@@ -61,7 +61,7 @@ impl Problem<'_> {
         }
         let first = self.fit(active, start);
         evaluations += first.minimum.evaluations;
-        let (fit, gains) = selection::select(self, first);
+        let (fit, gains) = model_selection::select(self, first);
         let mut fits = vec![self.finish(&fit, self.unknowns(&fit))];
         evaluations += fits[0].minimum.evaluations;
         let mut others = tires[1..].to_vec();
@@ -87,7 +87,7 @@ impl Problem<'_> {
     fn best(
         &self,
         fits: Vec<Fit>,
-        gains: Vec<(Addition, f64)>,
+        gains: Vec<(ModelExtension, f64)>,
         starts: usize,
         evaluations: usize,
     ) -> Maximum {

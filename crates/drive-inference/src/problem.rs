@@ -5,14 +5,14 @@ use tire_inference::bounds::Bounds;
 use vehicle::Vehicle;
 
 use crate::error::Error;
+use crate::error_selection::{ErrorSelection, Mode};
 use crate::global::{COARSE, FINE, Optima, Search};
-use crate::joint::Joint;
+use crate::joint_posterior::JointPosterior;
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
-use crate::noises::Noise;
+use crate::noise_estimate::Noise;
 use crate::progress::Cancellation;
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::Tires;
-use crate::wanted::{Mode, Wanted};
 use preparation::{Drive, SystematicError, SystematicErrors};
 
 /// Most rounds of noises after all else.
@@ -29,13 +29,13 @@ pub struct Problem<'a> {
     /// The box of each axle.
     pub bounds: Bounds,
     /// What is expected of the tires.
-    pub expected: Expected,
+    pub expected: TireRegularisation,
     /// How the noises are found.
     pub noise: Noise,
     /// Standard deviations of errors before any data; 0 where there are none.
     pub std: SystematicErrors,
     /// Which errors are estimated.
-    pub search: Wanted,
+    pub search: ErrorSelection,
     /// Ends the work.
     pub cancel: Cancellation,
 }
@@ -79,10 +79,10 @@ impl Problem<'_> {
         likelihood: &'b Likelihood,
         noise: DriveNoise,
         active: &[SystematicError],
-    ) -> Joint<'b> {
+    ) -> JointPosterior<'b> {
         let (expected, std) = (self.expected, self.std);
         let held = SystematicErrors::default();
-        Joint { likelihood, noise, expected, active: active.to_vec(), held, std }
+        JointPosterior { likelihood, noise, expected, active: active.to_vec(), held, std }
     }
 
     /// Looks for all optima over the tires, with errors held.
@@ -97,7 +97,7 @@ impl Problem<'_> {
         held: SystematicErrors,
         starts: &[Tires],
     ) -> Result<Optima, Error> {
-        let joint = Joint { held, ..self.joint(likelihood, noise, &[]) };
+        let joint = JointPosterior { held, ..self.joint(likelihood, noise, &[]) };
         Search { joint, bounds: self.bounds, noise: self.noise }.run(starts)
     }
 

@@ -57,7 +57,7 @@ impl Series {
     }
 }
 
-/// The columns of all recordings of a likelihood. Rows that it leaves out have no innovations.
+/// The columns of all recordings of a likelihood. ResidualRows that it leaves out have no innovations.
 pub fn series(
     car: &Vehicle,
     recordings: &[Drive],
@@ -67,10 +67,10 @@ pub fn series(
     let Unknowns { tires, causes, .. } = at;
     let car = causes.true_car(car).with_tires(tires.front.curve(), tires.rear.curve());
     let mut all: Vec<Series> = recordings.iter().map(Series::measured).collect();
-    likelihood.run(at, |i, k, innovation, belief| {
+    likelihood.run(at, |i, k, innovation, state| {
         for j in 0..4 {
             let residual = innovation.residual[j];
-            all[i].states[j][k] = belief.x[j];
+            all[i].states[j][k] = state[j];
             all[i].innovations[j][k] = residual;
             all[i].whitened[j][k] = residual / innovation.variance[j].sqrt();
         }

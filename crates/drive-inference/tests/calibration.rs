@@ -8,7 +8,7 @@ mod injected;
 #[path = "../../drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use drive_inference::calibration::{calibrate, judge};
+use drive_inference::calibration::{assess, calibrate};
 use drive_inference::{Drive, DriveError, Error};
 use injected::{Injected, TIRES, car, clean, tolerance};
 use preparation::SystematicError;
@@ -36,7 +36,7 @@ fn verdicts_ask_for_both_sides_and_for_halves_that_agree() {
     let log = made.log(&clean, 1);
     let wanted = [SystematicError::SteeringOffset, SystematicError::SideslipLever];
     let said = |drive: &Drive| {
-        let found = judge(&car(), std::slice::from_ref(drive), &wanted).expect("a drive");
+        let found = assess(&car(), std::slice::from_ref(drive), &wanted).expect("a drive");
         found.into_iter().map(|it| (it.verdict, it.reason)).collect::<Vec<_>>()
     };
     let whole = said(&log);

@@ -6,8 +6,10 @@ mod drive;
 #[path = "support/mistakes.rs"]
 mod mistakes;
 
-use drive_inference::selection::{Mode, Wanted};
-use drive_inference::{Drive, DriveOptions, ErrorOptions, Identified, SmootherOptions, identify};
+use drive_inference::model_selection::{ErrorSelection, Mode};
+use drive_inference::{
+    Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify,
+};
 use mistakes::{MISTAKES, TIRES};
 use preparation::SystematicError;
 use tire_inference::axles::Axle;
@@ -22,14 +24,14 @@ fn spoilt(name: &str) -> Drive {
     mistake.drive(&Vehicle::default(), &TIRES[1].1, &reference, 1)
 }
 
-fn found(recording: &Drive, causes: ErrorOptions, posterior: bool) -> Identified {
+fn found(recording: &Drive, causes: ErrorOptions, posterior: bool) -> Identification {
     let smoothing = SmootherOptions { em_passes: 0 };
     let options = DriveOptions { causes, smoothing, posterior, ..DriveOptions::default() };
     identify(std::slice::from_ref(recording), &options, &mut |_, _| true).expect("tires")
 }
 
 /// K of both axles is within 4 standard deviations of the truth, and known.
-fn knows_the_stiffness(found: &Identified) {
+fn knows_the_stiffness(found: &Identification) {
     for axle in Axle::ALL {
         let (estimate, truth) = (&found.estimates[axle], TIRES[1].1[axle].stiffness());
         let off = (estimate.mean["K"] - truth) / estimate.std["K"];
@@ -55,7 +57,7 @@ fn an_offset_of_the_steering_is_found_and_corrected() {
 fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
     let recording = spoilt("nothing");
     let with = |mode: Mode| {
-        let mut wanted = Wanted::none();
+        let mut wanted = ErrorSelection::none();
         for cause in [
             SystematicError::SteeringOffset,
             SystematicError::RelaxationFront,
@@ -75,7 +77,7 @@ fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
 
 #[test]
 fn a_force_that_was_not_recorded_is_refused() {
-    let wanted = ErrorOptions { wanted: Wanted::none(), ..ErrorOptions::default() };
+    let wanted = ErrorOptions { wanted: ErrorSelection::none(), ..ErrorOptions::default() };
     let found = found(&spoilt("F_x = 0"), wanted, false);
     assert_eq!(found.model.verdict, Fit::DoesNotFit);
     assert!(found.model.sentence.contains("F_x is 0 N throughout"), "{}", found.model.sentence);

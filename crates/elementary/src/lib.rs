@@ -6,6 +6,7 @@
 #![forbid(unsafe_code)]
 
 mod group;
+pub mod scalar;
 
 pub use group::Group;
 

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use drive_inference::likelihood::DriveNoise;
+use drive_inference::model_selection::Mode;
 use drive_inference::regression::Weights;
-use drive_inference::selection::Mode;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::{DriveOptions, ErrorOptions, Formulation, Noises};
 use plugin::ConfigError;

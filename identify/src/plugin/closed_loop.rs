@@ -9,12 +9,12 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use drive_doctor::Examination;
-use drive_inference::calibration::Judged;
+use drive_inference::calibration::CalibrationAssessment;
+use drive_inference::model_selection::Mode;
 use drive_inference::replay::{Replay, replay};
-use drive_inference::selection::Mode;
 use drive_inference::{
-    Drive, DriveOptions, Fitted, HOLD_OUT, Identified, SHORTEST, Sampled, Sampling, Tires,
-    identify, smoothing,
+    Drive, DriveOptions, FormulationFit, HOLD_OUT, Identification, SHORTEST, Sampling,
+    SegmentedDrive, Tires, identify, smoothing,
 };
 use numerics::text::significant;
 use plugin::{Host, Request};
@@ -104,8 +104,8 @@ pub(super) fn closed_loop(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     let raw = drive_log(request);
-    let mut recording =
-        Sampled::new(&drive(&raw, config.gap)?, config.gap).map_err(|error| error.to_string())?;
+    let mut recording = SegmentedDrive::new(&drive(&raw, config.gap)?, config.gap)
+        .map_err(|error| error.to_string())?;
     let used = used(config, &mut recording)?;
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
@@ -137,8 +137,8 @@ pub(super) fn closed_loop(
 
 /// What was found, for the result and the page.
 struct Found<'a> {
-    identified: &'a Identified,
-    calibration: &'a [Judged],
+    identified: &'a Identification,
+    calibration: &'a [CalibrationAssessment],
     validations: &'a [Validation],
 }
 
@@ -154,7 +154,7 @@ fn refused(mut options: DriveOptions) -> DriveOptions {
 }
 
 /// The stretches that tires are identified from.
-fn used(config: &ClosedLoop, recording: &mut Sampled) -> Result<Vec<Drive>, String> {
+fn used(config: &ClosedLoop, recording: &mut SegmentedDrive) -> Result<Vec<Drive>, String> {
     let drive = recording.drive();
     let mut marked = vec![config.windows.is_empty(); drive.len()];
     let mut mark = |window, value| {
@@ -175,7 +175,7 @@ fn used(config: &ClosedLoop, recording: &mut Sampled) -> Result<Vec<Drive>, Stri
 }
 
 /// The stretches of a window that is kept for validation.
-fn kept(window: &HoldOut, recording: &Sampled) -> Result<Vec<Drive>, String> {
+fn kept(window: &HoldOut, recording: &SegmentedDrive) -> Result<Vec<Drive>, String> {
     let HoldOut { name, from, until } = window;
     let (stretches, _) = recording.stretches(&recording.drive().during([*from, *until]));
     if stretches.is_empty() {
@@ -187,7 +187,7 @@ fn kept(window: &HoldOut, recording: &Sampled) -> Result<Vec<Drive>, String> {
     Ok(stretches)
 }
 
-fn extent(recording: &Sampled) -> String {
+fn extent(recording: &SegmentedDrive) -> String {
     let Sampling { step, gap, gaps, .. } = &recording.sampling;
     let [step, gap] = [step, gap].map(|time| significant(*time, 3));
     let gaps = match gaps.len() {
@@ -210,7 +210,7 @@ fn validation(
     name: String,
     stretches: &[Drive],
     options: &DriveOptions,
-    found: &Identified,
+    found: &Identification,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
     let car = found.errors.true_car(&options.car);
@@ -219,10 +219,10 @@ fn validation(
     for stretch in stretches {
         // The car and its inputs as they were found to be.
         let stretch = &found.errors.true_inputs(stretch);
-        let explained =
-            smoothing::explain(&car, stretch, &found.noise, &options.smoothing, || true)
+        let smoothed =
+            smoothing::smooth_states(&car, stretch, &found.noise, &options.smoothing, || true)
                 .map_err(|error| failed(error.to_string()))?;
-        let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
+        let [v_x, v_y, r, ..]: [f64; 6] = smoothed.states.states[0].mean.into();
         starts.push((stretch.clone(), State { v_x, v_y, r, ..State::default() }));
         recording.append(stretch);
     }
@@ -233,7 +233,11 @@ fn validation(
 }
 
 /// What was found as a whole.
-fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examination) -> Overall<'a> {
+fn overall<'a>(
+    options: &'a DriveOptions,
+    found: &'a Identification,
+    log: &Examination,
+) -> Overall<'a> {
     let told = |(name, axle)| Told {
         name,
         direction: Direction::Lateral,
@@ -260,9 +264,9 @@ fn report(
     let axles = json!(found.estimates);
     let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
     let formulations = found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted));
-    let recordings = used.iter().zip(&found.explained).map(|(recording, explained)| {
+    let recordings = used.iter().zip(&found.smoothed).map(|(recording, smoothed)| {
         let window = [recording.t.first(), recording.t.last()];
-        json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
+        json!({ "window": window, "rows": recording.len(), "smoothing": smoothed.report })
     });
     let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
     result.insert("bounds".to_owned(), json!(options.prior.bounds));
@@ -340,7 +344,7 @@ fn draw(
 }
 
 /// What a formulation says of one axle, which nobody judged.
-fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
+fn estimate(fitted: &FormulationFit, axle: Axle, decisive: &Estimate) -> Estimate {
     let parameters = || TireParameters::<f64>::PARAMETERS.into_iter();
     let by_name = |tires: &Tires| -> ByName {
         let values = parameters().zip(tires[axle].into_array());

@@ -1,7 +1,7 @@
 //! Estimates errors of sensors by themselves, where the configuration asks for it.
 
 use drive_doctor::Examination;
-use drive_inference::calibration::{Judged, judge};
+use drive_inference::calibration::{CalibrationAssessment, assess};
 use drive_inference::{Drive, DriveOptions};
 use numerics::text::significant;
 use plugin::Host;
@@ -18,13 +18,13 @@ pub(super) fn judged(
     options: &DriveOptions,
     (used, log, model): (&[Drive], &Examination, &ModelVerdict),
     host: &mut dyn Host,
-) -> Result<Vec<Judged>, String> {
+) -> Result<Vec<CalibrationAssessment>, String> {
     if config.calibrate.is_empty() {
         return Ok(Vec::new());
     }
     go_on(host, 0.9, "calibrating sensors")?;
     let mut judged =
-        judge(&options.car, used, &config.calibrate).map_err(|error| error.to_string())?;
+        assess(&options.car, used, &config.calibrate).map_err(|error| error.to_string())?;
     // A model that does not fit the drive tells no error of a sensor.
     judged.iter_mut().for_each(|it| model.cap_with(&mut it.verdict, &mut it.reason));
     if let Some(refusal) = log.refusal() {
@@ -37,7 +37,7 @@ pub(super) fn judged(
 }
 
 /// Each error with its interval and verdict in a sentence.
-pub(super) fn sentences(judged: &[Judged]) -> impl Iterator<Item = String> {
+pub(super) fn sentences(judged: &[CalibrationAssessment]) -> impl Iterator<Item = String> {
     judged.iter().map(|it| {
         let about = it.error.cause.describe();
         let (factor, unit) = about.display;

@@ -1,4 +1,4 @@
-//! What an identification from closed-loop drives found.
+//! The result of an identification from closed-loop drives.
 
 use numerics::convergence::Convergence;
 use preparation::samples::Samples;
@@ -11,13 +11,13 @@ use tire_inference::posterior::PosteriorSamples;
 use crate::likelihood::DriveNoise;
 use crate::options::Formulation;
 use crate::series::Series;
-use crate::smoothing::Explained;
+use crate::smoothing::SmoothedDrive;
 use crate::tires::Tires;
 use preparation::SystematicErrors;
 
 /// What one formulation found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Fitted {
+pub struct FormulationFit {
     /// Which one.
     pub formulation: Formulation,
     /// Parameters.
@@ -76,7 +76,7 @@ impl Innovations {
 
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Identified {
+pub struct Identification {
     /// What is reported of each axle.
     pub estimates: Axles<Estimate>,
     /// The tires.
@@ -97,7 +97,7 @@ pub struct Identified {
     /// How well measurements were predicted by these tires.
     pub innovations: Innovations,
     /// All formulations that were fitted, the deciding one last.
-    pub formulations: Vec<Fitted>,
+    pub formulations: Vec<FormulationFit>,
     /// Draws of both axles, for bands and densities: from the posterior, or, where nobody asked for it or there is no
     /// likelihood, normal, as the curvature says, within the box.
     #[serde(skip)]
@@ -113,7 +113,7 @@ pub struct Identified {
     pub series: Vec<Series>,
     /// What the nominal car makes of each recording.
     #[serde(skip)]
-    pub explained: Vec<Explained>,
+    pub smoothed: Vec<SmoothedDrive>,
     /// Wall time of everything [s].
     pub seconds: f64,
 }

@@ -1,4 +1,4 @@
-//! Holds a maximum of the likelihood and what its surroundings are like.
+//! The Laplace approximation: a maximum of the likelihood with the second derivatives there, in a box.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use numerics::sqp::{Model, Objective};
@@ -7,8 +7,8 @@ use tire_inference::parameters::TireParameters;
 
 use crate::tires::{block, indices};
 
-/// A maximum whose surroundings are explored.
-pub struct Explored<'a> {
+/// A normal distribution about a maximum of the likelihood, by the second derivatives of the cost.
+pub struct LaplaceApproximation<'a> {
     /// The cost.
     pub objective: &'a dyn Objective,
     /// Where it is least.
@@ -21,11 +21,11 @@ pub struct Explored<'a> {
     pub corners: [DVector<f64>; 2],
 }
 
-impl<'a> Explored<'a> {
+impl<'a> LaplaceApproximation<'a> {
     /// The same maximum with tires that scatter by this covariance.
-    pub fn scattering(&self, covariance: &DMatrix<f64>) -> Explored<'a> {
+    pub fn scattering(&self, covariance: &DMatrix<f64>) -> LaplaceApproximation<'a> {
         let (x, corners) = (self.x.clone(), self.corners.clone());
-        Explored {
+        LaplaceApproximation {
             objective: self.objective,
             x,
             cost: self.cost,
@@ -50,7 +50,11 @@ impl<'a> Explored<'a> {
     }
 
     /// The same maximum with K = B C D in place of B of an axle; the cost is given with that.
-    pub fn with_stiffness<'b>(&self, objective: &'b dyn Objective, axle: Axle) -> Explored<'b> {
+    pub fn with_stiffness<'b>(
+        &self,
+        objective: &'b dyn Objective,
+        axle: Axle,
+    ) -> LaplaceApproximation<'b> {
         let at = indices(axle);
         let with = |x: &DVector<f64>| {
             let mut x = x.clone();
@@ -58,7 +62,7 @@ impl<'a> Explored<'a> {
             x
         };
         let J = by_stiffness(&self.x, at);
-        Explored {
+        LaplaceApproximation {
             objective,
             x: with(&self.x),
             cost: self.cost,

@@ -1,10 +1,10 @@
-//! Says how far calibrated errors can be trusted: by the sides that were driven, by both halves of the drive, and by who witnesses them.
+//! Assesses calibrated errors: by the sides that were driven, by both halves of the drive, and by the channels that show them.
 
 use serde::Serialize;
 use tire_inference::verdict::Verdict;
 use vehicle::Vehicle;
 
-use super::{Calibrated, Calibration, Z_95, calibrate, std};
+use super::{CalibratedError, Calibration, Z_95, calibrate, std};
 use crate::error::Error;
 use preparation::{Drive, SystematicError};
 
@@ -21,10 +21,10 @@ const UNSETTLED: &str = "The delays did not settle: give fewer errors at once, o
 
 /// An error of a sensor that was estimated, and what speaks for it.
 #[derive(Clone, Debug, Serialize)]
-pub struct Judged {
+pub struct CalibrationAssessment {
     /// What was estimated.
     #[serde(flatten)]
-    pub error: Calibrated,
+    pub error: CalibratedError,
     /// Values of the first and the second half with their standard deviations; `None` of a half that is too short.
     pub halves: Option<[[f64; 2]; 2]>,
     /// The verdict.
@@ -38,15 +38,15 @@ pub struct Judged {
 /// # Errors
 ///
 /// [`Error`] if the recordings are unusable.
-pub fn judge(
+pub fn assess(
     car: &Vehicle,
     recordings: &[Drive],
     wanted: &[SystematicError],
-) -> Result<Vec<Judged>, Error> {
+) -> Result<Vec<CalibrationAssessment>, Error> {
     let Calibration { errors: whole, settled, .. } = calibrate(car, recordings, wanted)?;
     let halves = halves(recordings).map(|half| calibrate(car, &half, wanted).ok());
     let turned = sides(recordings);
-    let judged = |(place, error): (usize, Calibrated)| {
+    let judged = |(place, error): (usize, CalibratedError)| {
         let of = |half: &Option<Calibration>| {
             half.as_ref().and_then(|it| it.errors.get(place)).map(|it| [it.value, it.std])
         };
@@ -58,13 +58,13 @@ pub fn judge(
             true => verdict(&error, halves, turned),
             false => (Verdict::NotIdentifiable, UNSETTLED.to_owned()),
         };
-        Judged { error, halves, verdict, reason }
+        CalibrationAssessment { error, halves, verdict, reason }
     };
     Ok(whole.into_iter().enumerate().map(judged).collect())
 }
 
 fn verdict(
-    error: &Calibrated,
+    error: &CalibratedError,
     halves: Option<[[f64; 2]; 2]>,
     turned: [f64; 2],
 ) -> (Verdict, String) {

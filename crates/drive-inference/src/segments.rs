@@ -15,21 +15,21 @@ pub struct Sampling {
     pub gap: f64,
     /// Times of the rows before and after each gap [s].
     pub gaps: Vec<[f64; 2]>,
-    /// Rows that were dropped as they have the time of the row before.
+    /// ResidualRows that were dropped as they have the time of the row before.
     pub repeated: usize,
-    /// Rows of the windows that are not used, as they lie in stretches of less than [`SHORTEST`] rows.
+    /// ResidualRows of the windows that are not used, as they lie in stretches of less than [`SHORTEST`] rows.
     pub short: usize,
 }
 
 /// A recording that is cut at its gaps.
 #[derive(Clone, Debug)]
-pub struct Sampled {
+pub struct SegmentedDrive {
     drive: Drive,
     /// What was found.
     pub sampling: Sampling,
 }
 
-impl Sampled {
+impl SegmentedDrive {
     /// Looks at the times of a recording. Steps longer than `gap` [s] are gaps; without it, those of more than 3.5 usual steps.
     ///
     /// # Errors
@@ -91,7 +91,7 @@ mod tests {
     }
 
     fn stretches(drive: &Drive, gap: Option<f64>) -> (Vec<[f64; 2]>, Sampling) {
-        let sampled = Sampled::new(drive, gap).expect("numbers");
+        let sampled = SegmentedDrive::new(drive, gap).expect("numbers");
         let (found, short) = sampled.stretches(&vec![true; sampled.drive().len()]);
         let ends = |drive: &Drive| [drive.t[0], drive.t[drive.len() - 1]];
         (found.iter().map(ends).collect(), Sampling { short, ..sampled.sampling })
@@ -137,6 +137,9 @@ mod tests {
         let (found, sampling) = stretches(&drive(times), None);
         assert_eq!((found.len(), sampling.repeated), (1, 200));
         let back = (0..100).chain(0..100).map(|k| 0.01 * f64::from(k));
-        assert!(matches!(Sampled::new(&drive(back), None), Err(DriveError::Time { row: 100, .. })));
+        assert!(matches!(
+            SegmentedDrive::new(&drive(back), None),
+            Err(DriveError::Time { row: 100, .. })
+        ));
     }
 }

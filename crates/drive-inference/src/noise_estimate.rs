@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use numerics::sqp::{self, Limits};
 
-use crate::joint::OfNoise;
+use crate::joint_posterior::NoisePosterior;
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
 
 /// Largest change of the logarithm of a sensor's noise from its first guess.
@@ -45,7 +45,7 @@ impl Noise {
             0..4 => guess.sensor[i].ln() + sign * SENSOR_REACH,
             _ => square(process[i - 4]),
         };
-        let objective = OfNoise { likelihood, given: *at };
+        let objective = NoisePosterior { likelihood, given: *at };
         let start = objective.point(&at.noise);
         let corner = |sign: f64, process: &[f64; 4], colour: [f64; 2]| {
             DVector::from_fn(start.len(), |i, _| match i {

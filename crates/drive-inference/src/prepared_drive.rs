@@ -1,9 +1,9 @@
-//! Prepares recordings for the filter: inputs, step lengths, and channels moved by their delays.
+//! A drive as the filter takes it: inputs with their rates, lengths of steps, and channels without their delays.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use vehicle::{Input, Vehicle};
 
-use crate::car::Recorded;
+use crate::car::RecordedInput;
 use crate::unknowns::SHORTEST;
 use preparation::{Drive, START_RELAXATION_LENGTH, SystematicError, SystematicErrors};
 
@@ -25,18 +25,18 @@ pub struct Delays {
     pub sensors: [f64; 4],
     /// The same in rows: steering angle, longitudinal force, v_x, v_y, r, a_y.
     rows: [isize; 6],
-    /// Rows that are left out at both ends.
+    /// ResidualRows that are left out at both ends.
     margin: usize,
-    /// Relaxation length that steps are short enough for [m]. One that follows the lengths would make the cost leap from row to row
+    /// Relaxation length that sub-steps are short enough for [m]. One that follows the lengths would make the cost leap from row to row
     /// while a fit changes them.
-    pub shortest: f64,
+    pub shortest_relaxation: f64,
 }
 
 /// No delay, and any length.
 impl Default for Delays {
     fn default() -> Self {
         let (inputs, sensors, rows) = ([0.0; 2], [0.0; 4], [0; 6]);
-        Self { inputs, sensors, rows, margin: 0, shortest: SHORTEST }
+        Self { inputs, sensors, rows, margin: 0, shortest_relaxation: SHORTEST }
     }
 }
 
@@ -59,14 +59,15 @@ impl Delays {
             .iter()
             .map(|cause| causes[*cause])
             .filter(|length| *length > 0.0);
-        let shortest = lengths.reduce(f64::min).unwrap_or(START_RELAXATION_LENGTH).max(BRIEFEST);
+        let shortest_relaxation =
+            lengths.reduce(f64::min).unwrap_or(START_RELAXATION_LENGTH).max(BRIEFEST);
         let margin = (MARGIN / step).ceil() as usize;
-        Self { inputs: [steering, force], sensors, rows, margin, shortest }
+        Self { inputs: [steering, force], sensors, rows, margin, shortest_relaxation }
     }
 
     /// Whether steps are short enough for the relaxation lengths among some causes, or nearly.
     pub fn serve(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
-        self.shortest < 1.5 * Self::near(causes, recordings).shortest
+        self.shortest_relaxation < 1.5 * Self::near(causes, recordings).shortest_relaxation
     }
 }
 
@@ -74,18 +75,18 @@ impl Delays {
 #[derive(Clone, Copy)]
 pub struct Sample {
     /// The input that was held until then.
-    pub u: Recorded,
+    pub u: RecordedInput,
     /// Time since the row before [s].
     pub h: f64,
-    /// Steps of the filter from there.
-    pub steps: usize,
+    /// Sub-steps of the filter from there.
+    pub substeps: usize,
     /// v_x, v_y, r and a_y.
     pub measured: [f64; 4],
 }
 
 /// A recording as the filter takes it.
 #[derive(Clone)]
-pub struct Prepared {
+pub struct PreparedDrive {
     /// What the sensors show in the row before the first sample.
     pub first: [f64; 4],
     /// The rows after it.
@@ -96,17 +97,17 @@ pub struct Prepared {
 
 /// All recordings of one car.
 #[derive(Clone)]
-pub struct Course {
+pub struct PreparedDrives {
     /// The car; its own tires are not used.
     pub car: Vehicle,
-    /// The recordings.
-    pub recordings: Vec<Prepared>,
+    /// The drives.
+    pub drives: Vec<PreparedDrive>,
     /// For which they are prepared.
     pub delays: Delays,
 }
 
 /// Moves each channel by its delay; rows that a channel does not reach are left out.
-pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> Prepared {
+pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> PreparedDrive {
     let body = &car.body;
     let [front, rear] = body.static_loads().map(|load| load * STIFFEST);
     let pole = (body.l_f * body.l_f * front + body.l_r * body.l_r * rear) / body.I_zz
@@ -122,7 +123,7 @@ pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> Prepared {
     let sample = |k: usize| {
         let h = recording.t[k] - recording.t[k - 1];
         let speed = recording.v_x[k - 1].max(vehicle::SLIP_SPEED_FLOOR);
-        let steps = (h * pole / (POLE_REACH * speed)).ceil().max(1.0) as usize;
+        let substeps = (h * pole / (POLE_REACH * speed)).ceil().max(1.0) as usize;
         // The value at a row, and its rate.
         let read = |column: &[f64], at: usize| {
             let (before, after) = (at.saturating_sub(1), (at + 1).min(len - 1));
@@ -131,10 +132,10 @@ pub fn prepare(car: &Vehicle, recording: &Drive, delays: &Delays) -> Prepared {
         };
         let (delta, turning) = read(&recording.delta, row(k, steering));
         let (F_x, pushing) = read(&recording.F_x, row(k, force));
-        let u = Recorded::new(car, &Input { F_x, delta }, [turning, pushing]);
-        Sample { u, h, steps, measured: measured(k) }
+        let u = RecordedInput::new(car, &Input { F_x, delta }, [turning, pushing]);
+        Sample { u, h, substeps, measured: measured(k) }
     };
-    Prepared {
+    PreparedDrive {
         first: measured(first_row),
         samples: (first_row + 1..end).map(sample).collect(),
         first_row,

@@ -1,4 +1,4 @@
-//! The cost of tires together with errors of sensors and car, and that of tires alone where the errors follow them.
+//! The joint posterior of tires and systematic errors as a cost, and the marginal one of tires alone, which the errors follow.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::WIDTH;
@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use tire_inference::bounds::Bounds;
 
 use crate::coordinates::Coordinates;
-use crate::explored::{Explored, inverse};
+use crate::laplace::{LaplaceApproximation, inverse};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, Tires, corners, from_vector, to_vector};
 use crate::unknowns::SHORTEST;
 use preparation::{SystematicError, SystematicErrors};
@@ -20,13 +20,13 @@ const REACH: f64 = 30.0;
 /// Cost of tires and of some causes, given noises: the negative logarithm of the posterior but for the box. The variables are
 /// the parameters of the tires, then the causes in their usual standard deviations.
 #[derive(Clone)]
-pub struct Joint<'a> {
+pub struct JointPosterior<'a> {
     /// The likelihood.
     pub likelihood: &'a Likelihood,
     /// The noises.
     pub noise: DriveNoise,
     /// What is expected of the tires.
-    pub expected: Expected,
+    pub expected: TireRegularisation,
     /// SystematicErrors that are variables.
     pub active: Vec<SystematicError>,
     /// Where the other causes are held.
@@ -35,7 +35,7 @@ pub struct Joint<'a> {
     pub std: SystematicErrors,
 }
 
-impl Joint<'_> {
+impl JointPosterior<'_> {
     /// The point of some unknowns.
     pub fn point(&self, tires: &Tires, causes: &SystematicErrors) -> DVector<f64> {
         let mut x = to_vector(tires).resize_vertically(SIZE + self.active.len(), 0.0);
@@ -61,7 +61,7 @@ impl Joint<'_> {
 
     /// The directions of the variables.
     pub fn directions(&self) -> Vec<Direction> {
-        let causes = self.active.iter().copied().map(Direction::SystematicError);
+        let causes = self.active.iter().copied().map(Direction::Error);
         (0..SIZE).map(Direction::Tire).chain(causes).collect()
     }
 
@@ -102,7 +102,7 @@ impl Joint<'_> {
     }
 }
 
-impl Objective for Joint<'_> {
+impl Objective for JointPosterior<'_> {
     fn model(&self, x: &DVector<f64>) -> Model {
         let at = self.unknowns(x);
         let samples = self.likelihood.samples();
@@ -135,18 +135,18 @@ impl Objective for Joint<'_> {
 
 /// Cost of tires alone, with causes that follow them as their conditional mean does: `−ln` of the posterior with the causes
 /// integrated out, as far as they are normal given the tires, and their mean is linear in [`Coordinates`].
-pub struct Marginal<'a> {
-    joint: &'a Joint<'a>,
+pub struct MarginalPosterior<'a> {
+    joint: &'a JointPosterior<'a>,
     best: DVector<f64>,
     coordinates: Coordinates,
     /// By how much the causes follow each coordinate, less the sign: `H_φφ⁻¹ H_φz`.
     follow: DMatrix<f64>,
 }
 
-impl<'a> Marginal<'a> {
+impl<'a> MarginalPosterior<'a> {
     /// About a minimum in a box, with its second derivatives.
     pub fn new(
-        joint: &'a Joint<'a>,
+        joint: &'a JointPosterior<'a>,
         best: &DVector<f64>,
         hessian: &DMatrix<f64>,
         corners: &[DVector<f64>; 2],
@@ -160,10 +160,14 @@ impl<'a> Marginal<'a> {
     }
 
     /// The minimum with its surroundings.
-    pub fn explored(&self, minimum: &Minimum, corners: [DVector<f64>; 2]) -> Explored<'_> {
+    pub fn laplace(
+        &self,
+        minimum: &Minimum,
+        corners: [DVector<f64>; 2],
+    ) -> LaplaceApproximation<'_> {
         let x = minimum.x.rows(0, SIZE).into_owned();
         let information = self.of_tires(&x, &minimum.model.hessian);
-        Explored { objective: self, x, cost: minimum.model.cost, information, corners }
+        LaplaceApproximation { objective: self, x, cost: minimum.model.cost, information, corners }
     }
 
     /// The point with the causes that follow some tires.
@@ -190,7 +194,7 @@ impl<'a> Marginal<'a> {
     }
 }
 
-impl Objective for Marginal<'_> {
+impl Objective for MarginalPosterior<'_> {
     fn model(&self, theta: &DVector<f64>) -> Model {
         let joint = self.joint.model(&self.with_causes(theta));
         let n = self.joint.active.len();
@@ -216,14 +220,14 @@ impl Objective for Marginal<'_> {
 
 /// Cost of noises, given all else: logarithms of the standard deviations of sensors, variances of the process, and correlation
 /// and share of what lasts of the sensors' noises.
-pub struct OfNoise<'a> {
+pub struct NoisePosterior<'a> {
     /// The likelihood.
     pub likelihood: &'a Likelihood,
     /// What is held; of its noises only the channels that last are used.
     pub given: Unknowns,
 }
 
-impl OfNoise<'_> {
+impl NoisePosterior<'_> {
     /// Channels of which some noise lasts.
     pub fn lasting(&self) -> impl Iterator<Item = usize> + '_ {
         (0..4).filter(|i| self.given.noise.colour[*i][1] > 0.0)
@@ -251,7 +255,7 @@ impl OfNoise<'_> {
     }
 }
 
-impl Objective for OfNoise<'_> {
+impl Objective for NoisePosterior<'_> {
     fn model(&self, x: &DVector<f64>) -> Model {
         let at = Unknowns { noise: self.noise(x), ..self.given };
         let samples = self.likelihood.samples();

@@ -20,9 +20,9 @@ pub enum Mode {
 
 /// Whether each error is estimated, in the order of [`SystematicError`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wanted(pub [Mode; ESTIMATED]);
+pub struct ErrorSelection(pub [Mode; ESTIMATED]);
 
-impl Default for Wanted {
+impl Default for ErrorSelection {
     /// Those of the car in any case, those of sensors where the data ask for them.
     fn default() -> Self {
         Self(SystematicError::ALL.map(|cause| {
@@ -31,7 +31,7 @@ impl Default for Wanted {
     }
 }
 
-impl Wanted {
+impl ErrorSelection {
     /// The mode of an error.
     pub fn of(&self, cause: SystematicError) -> Mode {
         self.0[cause as usize]
@@ -45,7 +45,7 @@ impl Wanted {
 
 /// What a fit can be given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Addition {
+pub enum ModelExtension {
     /// An error of a sensor.
     Error(SystematicError),
     /// Relaxation lengths of both axles.

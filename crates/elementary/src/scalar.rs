@@ -93,6 +93,6 @@ impl Scalar for f64 {
 
     #[inline(always)]
     fn atan(self) -> Self {
-        elementary::atan(self)
+        crate::atan(self)
     }
 }

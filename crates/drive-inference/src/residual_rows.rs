@@ -1,12 +1,12 @@
-//! Holds every residual of a pass with its derivatives: for any number of unknowns, and for sums over parts of a drive.
+//! Every residual of a pass with its derivatives: gradients and Fisher's information for any number of unknowns, over parts of a drive.
 #![allow(clippy::needless_range_loop, reason = "indices as in the equations")]
 
 use nalgebra::{DMatrix, DVector};
 use numerics::tangent::{DIRECTIONS, Tangent};
 use pulp::bytemuck::cast_slice;
 
-use crate::evaluation::{Evaluation, Visit, whitened};
-use crate::filter::{Belief, Innovation};
+use crate::evaluation::{Evaluation, whitened};
+use crate::filter_pass::{InnovationVisitor, RowInnovations};
 
 /// Channels of a row: v_x, v_y, r, a_y.
 const CHANNELS: usize = 4;
@@ -27,9 +27,9 @@ struct Residual {
 }
 
 /// The residuals of one pass.
-pub struct Group(Vec<Residual>);
+pub struct ResidualGroup(Vec<Residual>);
 
-impl Group {
+impl ResidualGroup {
     /// Nothing yet, with room for a number of rows.
     pub fn new(rows: usize) -> Self {
         Self(Vec::with_capacity(CHANNELS * rows))
@@ -52,14 +52,14 @@ impl Group {
     }
 }
 
-impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Group {
+impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for ResidualGroup {
     #[inline(always)]
     fn visit(
         &mut self,
         _: usize,
         _: usize,
-        innovation: &Innovation<Tangent<S, N>>,
-        _: &Belief<Tangent<S, N>>,
+        innovation: &RowInnovations<Tangent<S, N>>,
+        _: &[Tangent<S, N>; 4],
     ) {
         for i in 0..CHANNELS {
             let variance = innovation.variance[i];
@@ -99,15 +99,15 @@ impl Expansion {
 }
 
 /// All residuals, of all recordings one after the other.
-pub struct Rows {
-    groups: Vec<Group>,
+pub struct ResidualRows {
+    groups: Vec<ResidualGroup>,
     directions: usize,
     cancelled: bool,
 }
 
-impl Rows {
+impl ResidualRows {
     /// Those of passes over eight directions each.
-    pub fn new(groups: Vec<Group>, directions: usize) -> Self {
+    pub fn new(groups: Vec<ResidualGroup>, directions: usize) -> Self {
         Self { groups, directions, cancelled: false }
     }
 
@@ -127,16 +127,16 @@ impl Rows {
             (mean, 0.5_f64.sqrt() * ((2.0 * wider).exp() - 1.0))
         };
         let secants: Vec<(f64, f64)> = own.0.iter().zip(&others.0).map(towards).collect();
-        let place = self.directions % DIRECTIONS;
-        if place == 0 {
+        let lane = self.directions % DIRECTIONS;
+        if lane == 0 {
             let none = [0.0; DIRECTIONS];
             let bare = |it: &Residual| Residual { mean: none, variance: none, ..*it };
-            let bare = Group(own.0.iter().map(bare).collect());
+            let bare = ResidualGroup(own.0.iter().map(bare).collect());
             self.groups.push(bare);
         }
         let residuals = self.groups.iter_mut().last().into_iter().flat_map(|group| &mut group.0);
         for (residual, (mean, variance)) in residuals.zip(secants) {
-            (residual.mean[place], residual.variance[place]) = (mean, variance);
+            (residual.mean[lane], residual.variance[lane]) = (mean, variance);
         }
         self.directions += 1;
     }

@@ -8,13 +8,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::adequacy::COLOURED;
-use crate::explored::inverse;
-use crate::joint::Joint;
+pub use crate::error_selection::{ErrorSelection, Mode, ModelExtension};
+use crate::joint_posterior::JointPosterior;
+use crate::laplace::inverse;
 use crate::likelihood::Direction;
 use crate::problem::{Fit, Problem};
-use crate::rows::Rows;
+use crate::residual_rows::ResidualRows;
 use crate::tires::SIZE;
-pub use crate::wanted::{Addition, Mode, Wanted};
 use preparation::SystematicError;
 
 /// Gain from which on an error is taken for real [nat]: by chance one of fourteen errors gains more in one of fifty drives.
@@ -31,9 +31,9 @@ const COLOUR: [f64; 2] = [0.8, 0.5];
 
 /// Adds errors to a rough fit as long as the data ask for them; what each gained. Costs with and without delays are of the same rows:
 /// those that are left with any delay. Noise that lasts explains away every error a little, so that its turn is the last.
-pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
-    let mut gains: Vec<(Addition, f64)> = Vec::new();
-    let mut outlook = Outlook::new(problem, &first);
+pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(ModelExtension, f64)>) {
+    let mut gains: Vec<(ModelExtension, f64)> = Vec::new();
+    let mut outlook = ExtensionCandidates::new(problem, &first);
     let nothing = outlook.promising.is_empty() && outlook.doubtful.is_empty();
     if nothing && !outlook.coloured(problem, &first) {
         return (first, gains);
@@ -43,7 +43,7 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
         let Some((addition, gain, better)) = outlook.best(problem, &fit) else { break };
         fit = better;
         gains.push((addition, gain));
-        outlook = Outlook::new(problem, &fit);
+        outlook = ExtensionCandidates::new(problem, &fit);
     }
     if gains.is_empty() {
         return (first, gains);
@@ -60,8 +60,8 @@ pub fn select(problem: &Problem, first: Fit) -> (Fit, Vec<(Addition, f64)>) {
 fn other_clock(
     problem: &Problem,
     fit: &Fit,
-    gains: &[(Addition, f64)],
-) -> Option<(Fit, Vec<(Addition, f64)>)> {
+    gains: &[(ModelExtension, f64)],
+) -> Option<(Fit, Vec<(ModelExtension, f64)>)> {
     let mut start = problem.unknowns(fit);
     let is_delay = |cause: &SystematicError| SystematicError::DELAYS.contains(cause);
     let mut late: Vec<f64> =
@@ -79,10 +79,12 @@ fn other_clock(
     active.extend(&rest);
     active.iter().filter(|cause| is_delay(cause)).for_each(|cause| start.causes[*cause] -= common);
     let mut other = problem.refit(active, start);
-    let of_delay = |(addition, _): &(Addition, f64)| matches!(addition, Addition::Error(cause) if is_delay(cause));
+    let of_delay = |(addition, _): &(ModelExtension, f64)| matches!(addition, ModelExtension::Error(cause) if is_delay(cause));
     let total: f64 = gains.iter().filter(|it| of_delay(it)).map(|(_, gain)| gain).sum();
-    let mut found: Vec<_> =
-        rest.iter().map(|cause| (Addition::Error(*cause), total / rest.len() as f64)).collect();
+    let mut found: Vec<_> = rest
+        .iter()
+        .map(|cause| (ModelExtension::Error(*cause), total / rest.len() as f64))
+        .collect();
     found.extend_from_slice(gains);
     drop_idle(problem, &mut other, &mut found);
     let saved = gains.len().checked_sub(found.len()).filter(|saved| *saved > 0)?;
@@ -94,16 +96,16 @@ fn cost(fit: &Fit) -> f64 {
 }
 
 /// A fit with one more addition; `lasting` are the correlations of its innovations from row to row.
-fn trial(problem: &Problem, fit: &Fit, addition: Addition, lasting: &[f64; 4]) -> Fit {
+fn trial(problem: &Problem, fit: &Fit, addition: ModelExtension, lasting: &[f64; 4]) -> Fit {
     let mut active = fit.active.clone();
     let mut start = problem.unknowns(fit);
     match addition {
-        Addition::Error(cause) => active.push(cause),
-        Addition::Relaxation => {
+        ModelExtension::Error(cause) => active.push(cause),
+        ModelExtension::Relaxation => {
             active.extend(SystematicError::TIRES);
             start.causes.start_relaxation();
         }
-        Addition::Colour => {
+        ModelExtension::Colour => {
             for (colour, correlation) in start.noise.colour.iter_mut().zip(lasting) {
                 if *correlation > COLOURED {
                     *colour = COLOUR;
@@ -116,11 +118,11 @@ fn trial(problem: &Problem, fit: &Fit, addition: Addition, lasting: &[f64; 4]) -
 }
 
 /// Takes out errors of sensors that later ones made idle.
-fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>) {
+fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(ModelExtension, f64)>) {
     while gains.len() > 1 {
         let covariance = inverse(&fit.minimum.model.hessian);
-        let height = |(addition, _): &(Addition, f64)| {
-            let Addition::Error(cause) = *addition else { return None };
+        let height = |(addition, _): &(ModelExtension, f64)| {
+            let ModelExtension::Error(cause) = *addition else { return None };
             let index = SIZE + fit.active.iter().position(|it| *it == cause)?;
             Some((cause, 0.5 * fit.minimum.x[index].powi(2) / covariance[(index, index)]))
         };
@@ -130,21 +132,21 @@ fn drop_idle(problem: &Problem, fit: &mut Fit, gains: &mut Vec<(Addition, f64)>)
         let mut start = problem.unknowns(fit);
         start.causes[cause] = 0.0;
         *fit = problem.refit(active, start);
-        gains.retain(|(it, _)| *it != Addition::Error(cause));
+        gains.retain(|(it, _)| *it != ModelExtension::Error(cause));
     }
 }
 
 /// What a fit leaves to hope for.
-struct Outlook {
+struct ExtensionCandidates {
     /// What is worth a fit, that with the largest foretold gain first.
-    promising: Vec<Addition>,
+    promising: Vec<ModelExtension>,
     /// What would be, if its scores did not scatter so; only where innovations last.
-    doubtful: Vec<Addition>,
+    doubtful: Vec<ModelExtension>,
     /// Correlations of innovations from row to row.
     lasting: [f64; 4],
 }
 
-impl Outlook {
+impl ExtensionCandidates {
     fn new(problem: &Problem, fit: &Fit) -> Self {
         let sought = |cause: &SystematicError| problem.search.of(*cause) == Mode::Evidence;
         let candidates: Vec<SystematicError> = SystematicError::ALL
@@ -156,28 +158,28 @@ impl Outlook {
         let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
         let mut directions = joint.directions();
         let known = directions.len();
-        directions.extend(candidates.iter().copied().map(Direction::SystematicError));
+        directions.extend(candidates.iter().copied().map(Direction::Error));
         let at = joint.unknowns(&fit.minimum.x);
         let mut rows = fit.likelihood.rows(&at, &directions);
         let lasting = std::array::from_fn(|channel| rows.autocorrelation(channel));
-        let mut additions: Vec<(Addition, f64)> = candidates
+        let mut additions: Vec<(ModelExtension, f64)> = candidates
             .iter()
-            .map(|cause| (Addition::Error(*cause), joint.precision(*cause)))
+            .map(|cause| (ModelExtension::Error(*cause), joint.precision(*cause)))
             .collect();
         let rigid = SystematicError::TIRES.iter().all(|it| sought(it) && !fit.active.contains(it));
         if rigid && lasts(&lasting) {
             let mut relaxed = at;
             relaxed.causes.start_relaxation();
             rows.add_towards(&fit.likelihood.rows(&relaxed, &directions[..1]));
-            additions.push((Addition::Relaxation, 0.0));
+            additions.push((ModelExtension::Relaxation, 0.0));
         }
-        let score = Score::new(&rows, &joint, known);
-        let gain = |(index, (addition, precision)): (usize, &(Addition, f64))| {
+        let score = ScoreTest::new(&rows, &joint, known);
+        let gain = |(index, (addition, precision)): (usize, &(ModelExtension, f64))| {
             score.gain(known + index, *precision).map(|(gain, sure)| (*addition, gain, sure))
         };
         let mut foretold: Vec<_> = additions.iter().enumerate().filter_map(gain).collect();
         foretold.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let worth = |sure: bool, most: usize| -> Vec<Addition> {
+        let worth = |sure: bool, most: usize| -> Vec<ModelExtension> {
             let of_them = || foretold.iter().filter(move |it| it.2 == sure);
             let enough = of_them().next().map_or(0.0, |(_, best, _)| SHARE * best);
             of_them().filter(|it| it.1 >= enough).take(most).map(|it| it.0).collect()
@@ -188,21 +190,22 @@ impl Outlook {
 
     /// The addition that gains most, its gain once everything has followed, and the fit with it; none that gains too little. A
     /// doubtful one has to gain more than noise that lasts.
-    fn best(&self, problem: &Problem, fit: &Fit) -> Option<(Addition, f64, Fit)> {
-        let try_out = |addition: Addition| (addition, trial(problem, fit, addition, &self.lasting));
-        let least = |tried: &[Addition]| {
+    fn best(&self, problem: &Problem, fit: &Fit) -> Option<(ModelExtension, f64, Fit)> {
+        let try_out =
+            |addition: ModelExtension| (addition, trial(problem, fit, addition, &self.lasting));
+        let least = |tried: &[ModelExtension]| {
             let tried = tried.iter().copied().map(try_out);
             tried.min_by(|a, b| cost(&a.1).total_cmp(&cost(&b.1)))
         };
-        let full = |(addition, tried): (Addition, Fit)| {
+        let full = |(addition, tried): (ModelExtension, Fit)| {
             let better = problem.refit(tried.active.clone(), problem.unknowns(&tried));
             let gain = cost(fit) - cost(&better);
             // A gain that is no number is none.
             (gain >= ENOUGH).then_some((addition, gain, better))
         };
         let mut best = least(&self.promising);
-        let colour = || self.coloured(problem, fit).then(|| try_out(Addition::Colour));
-        let ahead = |it: &(Addition, Fit), other: &Option<(Addition, Fit)>| {
+        let colour = || self.coloured(problem, fit).then(|| try_out(ModelExtension::Colour));
+        let ahead = |it: &(ModelExtension, Fit), other: &Option<(ModelExtension, Fit)>| {
             other.as_ref().is_none_or(|other| cost(&it.1) < cost(&other.1))
         };
         let mut noise = None;
@@ -228,7 +231,7 @@ fn lasts(correlations: &[f64; 4]) -> bool {
 }
 
 /// Scores of blocks, with what is known of everything that follows.
-struct Score {
+struct ScoreTest {
     blocks: Vec<DVector<f64>>,
     information: DMatrix<f64>,
     /// Covariance of the unknowns that are fitted.
@@ -236,8 +239,8 @@ struct Score {
     known: usize,
 }
 
-impl Score {
-    fn new(rows: &Rows, joint: &Joint, known: usize) -> Self {
+impl ScoreTest {
+    fn new(rows: &ResidualRows, joint: &JointPosterior, known: usize) -> Self {
         let information = rows.whole().information;
         let mut fitted = information.view((0, 0), (known, known)).into_owned();
         for (i, cause) in joint.active.iter().enumerate() {

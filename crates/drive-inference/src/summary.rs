@@ -1,4 +1,4 @@
-//! Puts the errors of sensors and car that were found into words, with the line that corrects each.
+//! Summaries of the systematic errors and coloured noises that were estimated, in words, with the line that corrects each.
 
 use numerics::sqp::{Minimum, Objective};
 use numerics::statistics::NORMAL_95;
@@ -8,15 +8,15 @@ use vehicle::Vehicle;
 
 use crate::adequacy::{CHANNELS, plausible};
 use crate::correction;
-use crate::explored::inverse;
-use crate::joint::{Joint, OfNoise};
+use crate::joint_posterior::{JointPosterior, NoisePosterior};
+use crate::laplace::inverse;
 use crate::likelihood::Unknowns;
-use crate::selection::Addition;
+use crate::model_selection::ModelExtension;
 use crate::tires::SIZE;
 use preparation::SystematicError;
 
 /// Something that was estimated beside the tires, with the test whether it can be that.
-pub struct Estimated {
+pub struct TestedEstimate {
     /// What was found.
     pub estimate: CauseEstimate,
     /// Whether it is plausible.
@@ -25,46 +25,51 @@ pub struct Estimated {
 
 /// What was estimated beside the tires: what the data asked for by its gain, then the errors of the car. `step` is that of the
 /// rows [s].
-pub fn causes(
+pub fn summarise_errors(
     minimum: &Minimum,
-    joint: &Joint,
-    gains: &[(Addition, f64)],
+    joint: &JointPosterior,
+    gains: &[(ModelExtension, f64)],
     at: &Unknowns,
-    (car, step): (&Vehicle, f64),
-) -> Vec<Estimated> {
+    car: &Vehicle,
+    step: f64,
+) -> Vec<TestedEstimate> {
     let covariance = inverse(&minimum.model.hessian);
-    let gain =
-        |addition: Addition| gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain);
+    let gain = |addition: ModelExtension| {
+        gains.iter().find(|(it, _)| *it == addition).map(|(_, gain)| *gain)
+    };
     let estimate = |(index, cause): (usize, &SystematicError)| {
         let std = cause.describe().std * covariance[(SIZE + index, SIZE + index)].max(0.0).sqrt();
         let addition = match cause {
             SystematicError::RelaxationFront | SystematicError::RelaxationRear => {
-                Addition::Relaxation
+                ModelExtension::Relaxation
             }
-            error => Addition::Error(*error),
+            error => ModelExtension::Error(*error),
         };
-        let (it, figure) = told(*cause, at.causes[*cause], std, gain(addition));
+        let (it, figure) = summarise(*cause, at.causes[*cause], std, gain(addition));
         // What the data do not tell needs no correction.
-        let told = it.gain.is_some() || it.verdict == Verdict::Identified;
+        let is_known = it.gain.is_some() || it.verdict == Verdict::Identified;
         let lines = || correction::lines(*cause, &at.causes, std, car);
         let size = at.causes[*cause] / joint.std[*cause];
         let test = plausible::error(&it.name, &it.title, &figure, size);
-        let correction = if told { lines() } else { String::new() };
-        Estimated { estimate: CauseEstimate { correction, ..it }, test }
+        let correction = if is_known { lines() } else { String::new() };
+        TestedEstimate { estimate: CauseEstimate { correction, ..it }, test }
     };
     let mut all: Vec<_> = joint.active.iter().enumerate().map(estimate).collect();
-    all.extend(colours(joint, at, gain(Addition::Colour), step));
-    let gain = |it: &Estimated| it.estimate.gain.unwrap_or(0.0);
+    all.extend(summarise_coloured_noise(joint, at, gain(ModelExtension::Colour), step));
+    let gain = |it: &TestedEstimate| it.estimate.gain.unwrap_or(0.0);
     all.sort_by(|a, b| gain(b).total_cmp(&gain(a)));
     all
 }
 
 /// The verdict on the model, which names the errors that it needs to fit; and these errors, no better than the model. What is not
 /// plausible has no line that corrects it.
-pub fn judged(model: ModelVerdict, causes: Vec<Estimated>) -> (ModelVerdict, Vec<CauseEstimate>) {
+pub fn apply_model_verdict(
+    model: ModelVerdict,
+    causes: Vec<TestedEstimate>,
+) -> (ModelVerdict, Vec<CauseEstimate>) {
     let plausible = causes.iter().filter(|it| it.test.passed()).map(|it| &it.estimate);
     let model = with_causes(model, &plausible.collect::<Vec<_>>());
-    let judged = |Estimated { estimate, test }: Estimated| {
+    let judged = |TestedEstimate { estimate, test }: TestedEstimate| {
         let verdict = model.cap(estimate.verdict);
         match test.passed() {
             true => CauseEstimate { verdict, ..estimate },
@@ -97,8 +102,13 @@ fn with_causes(model: ModelVerdict, causes: &[&CauseEstimate]) -> ModelVerdict {
 }
 
 /// Noises that last.
-fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>, step: f64) -> Vec<Estimated> {
-    let objective = OfNoise { likelihood: joint.likelihood, given: *at };
+fn summarise_coloured_noise(
+    joint: &JointPosterior,
+    at: &Unknowns,
+    gain: Option<f64>,
+    step: f64,
+) -> Vec<TestedEstimate> {
+    let objective = NoisePosterior { likelihood: joint.likelihood, given: *at };
     let channels: Vec<usize> = objective.lasting().collect();
     if channels.is_empty() {
         return Vec::new();
@@ -124,13 +134,13 @@ fn colours(joint: &Joint, at: &Unknowns, gain: Option<f64>, step: f64) -> Vec<Es
             correction: String::new(),
         };
         let noise = (at.noise.sensor[*channel], at.noise.colour[*channel]);
-        Estimated { test: plausible::noise(&estimate.name, *channel, noise, step), estimate }
+        TestedEstimate { test: plausible::noise(&estimate.name, *channel, noise, step), estimate }
     };
     channels.iter().enumerate().map(estimate).collect()
 }
 
 /// The estimate, and its figure for people.
-fn told(
+fn summarise(
     cause: SystematicError,
     value: f64,
     std: f64,
