@@ -22,11 +22,11 @@ use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
 use crate::config::{Config, Sensitivity};
-use crate::draws::{self, DrawnTire, Draws};
+use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::page::{self, Page};
 use crate::start_values;
 use crate::studies::{excitation, sensitivity};
-use crate::told::{Overall, Told};
+use crate::summary::{IdentificationSummary, CurveSummary};
 
 /// The plugin.
 struct Identify;
@@ -121,8 +121,8 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 }
 
 /// What was found of these curves as a whole: whether the model fits is what their samples say under the posterior of each.
-fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
-    let predictive = |told: &Told<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
+fn overall<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
+    let predictive = |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
     let checks: Vec<_> =
         curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
     let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();
@@ -147,7 +147,7 @@ fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
         }
     };
     let log = wrong.iter().map(|(title, check)| format!("{title}: {}", check.message)).collect();
-    Overall { model, log, curves, ..Overall::default() }
+    IdentificationSummary { model, log, curves, ..IdentificationSummary::default() }
 }
 
 /// What the page shows of each method.
@@ -172,15 +172,16 @@ fn posterior<'a>(found: &'a Answer, estimate: &Estimate) -> &'a PosteriorSamples
 
 /// Leaves what was found for the next run, and for a sweep over what the data left open.
 fn leave_start_values(
-    (tires, draws): (&[DrawnTire], Draws),
+    tires: &[TirePosterior],
+    dependence: Dependence,
     verdict: &str,
     seed: u64,
     host: &mut dyn Host,
 ) {
     let found: Vec<_> = tires.iter().map(|drawn| drawn.tire).collect();
     host.file("tires.toml", &start_values::write(&found, verdict));
-    if let Some(text) = draws::write(tires, draws, seed) {
-        host.file(draws::FILE, &text);
+    if let Some(text) = posterior_draws::write(tires, dependence, seed) {
+        host.file(posterior_draws::FILE, &text);
     }
 }
 

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use preparation::{DriveLog, Signal};
 
-use crate::finding::{Examination, Finding, NotTold};
+use crate::finding::{Examination, Finding, OpenQuestion};
 
 /// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
 /// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
@@ -75,7 +75,7 @@ pub(crate) fn unit(name: &str) -> &'static str {
 
 /// What is known of the car; each of it makes more checks possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct KnownCar {
+pub struct CarData {
     /// Distance between the axles [m].
     pub wheelbase: Option<f64>,
     /// Distances of the centre of gravity to the front and the rear axle [m].
@@ -84,7 +84,7 @@ pub struct KnownCar {
     pub m: Option<f64>,
 }
 
-impl KnownCar {
+impl CarData {
     /// Distance between the axles [m].
     pub fn wheelbase(&self) -> Option<f64> {
         self.wheelbase.or(self.axles.map(|[l_f, l_r]| l_f + l_r))
@@ -95,7 +95,7 @@ impl KnownCar {
 #[derive(Debug)]
 pub(crate) struct Case<'a> {
     pub signals: BTreeMap<&'static str, Signal<'a>>,
-    pub car: KnownCar,
+    pub car: CarData,
     pub found: Examination,
     /// Whether the car turns to one side only, or not at all.
     pub is_one_sided: bool,
@@ -110,7 +110,7 @@ pub(crate) struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    pub fn new(log: &'a DriveLog, car: KnownCar) -> Self {
+    pub fn new(log: &'a DriveLog, car: CarData) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let mut signals: BTreeMap<_, _> =
             names.filter_map(|name| Some((name, log.get(name)?.borrowed()))).collect();
@@ -147,7 +147,7 @@ impl<'a> Case<'a> {
     }
 
     pub fn cannot_tell(&mut self, check: &'static str, reason: String, advice: &'static str) {
-        self.found.not_told.push(NotTold { check, reason, advice });
+        self.found.not_told.push(OpenQuestion { check, reason, advice });
     }
 
     /// Divides a channel by a factor and brings it `delay` [s] forward, for the checks that follow.

@@ -6,7 +6,7 @@ use serde::Serialize;
 /// Where a line goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub enum CorrectionTarget {
     /// Into the tables of the finding's columns: `r = { column = "yaw_rate", sign = -1 }`.
     Column,
     /// Into `[analysis.table]`.
@@ -23,7 +23,7 @@ pub struct Correction {
     pub text: String,
     /// Where the line goes. `None` when it is no line.
     #[serde(rename = "correct_in", skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<CorrectionTarget>,
     /// What to know before one writes it.
     #[serde(rename = "correction_note", skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
@@ -61,19 +61,19 @@ impl Correction {
     /// Keys of the columns.
     pub(crate) fn column(keys: &[Key]) -> Self {
         let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
-        Self { text: lines.join(", "), place: Some(Place::Column), note: None }
+        Self { text: lines.join(", "), place: Some(CorrectionTarget::Column), note: None }
     }
 
     /// Two channels that stand for each other.
     pub(crate) fn swapped([a, b]: [&str; 2]) -> Self {
         let text =
             format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
-        Self { text, place: Some(Place::Both), note: None }
+        Self { text, place: Some(CorrectionTarget::Both), note: None }
     }
 
     /// The key `time_unit` of the table.
     pub(crate) fn time_unit(unit: &str) -> Self {
-        Self { text: format!("time_unit = \"{unit}\""), place: Some(Place::Table), note: None }
+        Self { text: format!("time_unit = \"{unit}\""), place: Some(CorrectionTarget::Table), note: None }
     }
 
     /// The stretches [s] of a log without these.
@@ -85,7 +85,7 @@ impl Correction {
         let text = |(from, until)| format!("[{from:.3}, {until:.3}]");
         let stretches: Vec<String> = whole.map(text).collect();
         let text = format!("during = [{}]", stretches.join(", "));
-        Self { text, place: Some(Place::Table), note: None }
+        Self { text, place: Some(CorrectionTarget::Table), note: None }
     }
 
     /// What to do, where no line does it.

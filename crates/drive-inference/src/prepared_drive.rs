@@ -25,7 +25,7 @@ pub struct Delays {
     pub sensors: [f64; 4],
     /// The same in rows: steering angle, longitudinal force, v_x, v_y, r, a_y.
     rows: [isize; 6],
-    /// ResidualRows that are left out at both ends.
+    /// Rows that are left out at both ends.
     margin: usize,
     /// Relaxation length that sub-steps are short enough for [m]. One that follows the lengths would make the cost leap from row to row
     /// while a fit changes them.

@@ -15,9 +15,9 @@ pub struct Sampling {
     pub gap: f64,
     /// Times of the rows before and after each gap [s].
     pub gaps: Vec<[f64; 2]>,
-    /// ResidualRows that were dropped as they have the time of the row before.
+    /// Rows that were dropped as they have the time of the row before.
     pub repeated: usize,
-    /// ResidualRows of the windows that are not used, as they lie in stretches of less than [`SHORTEST`] rows.
+    /// Rows of the windows that are not used, as they lie in stretches of less than [`SHORTEST`] rows.
     pub short: usize,
 }
 

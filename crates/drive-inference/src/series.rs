@@ -57,7 +57,7 @@ impl Series {
     }
 }
 
-/// The columns of all recordings of a likelihood. ResidualRows that it leaves out have no innovations.
+/// The columns of all recordings of a likelihood. Rows that it leaves out have no innovations.
 pub fn series(
     car: &Vehicle,
     recordings: &[Drive],

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use drive_prediction::baseline::baselines;
 use drive_prediction::car::parameters::NAMES;
-use drive_prediction::car::{Car, Predicting};
+use drive_prediction::car::{Car, CarPredictor};
 use drive_prediction::score::{lateral, open_loop};
 use drive_prediction::{EvenDrive, Predictor};
 
@@ -41,7 +41,7 @@ fn main() {
 fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
     println!("\n{}", judged.name);
     let begin = Instant::now();
-    let found = match Predicting::new(fitted, car) {
+    let found = match CarPredictor::new(fitted, car) {
         Ok(found) => found,
         Err(error) => return println!("{error}"),
     };
@@ -62,7 +62,7 @@ fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
 }
 
 /// The car without what the log's past says.
-struct Without(Predicting);
+struct Without(CarPredictor);
 
 impl Predictor for Without {
     fn name(&self) -> &str {

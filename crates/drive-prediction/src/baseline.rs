@@ -57,25 +57,25 @@ pub fn baselines(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> Vec<Bo
     vec![
         Box::new(Persistence),
         Box::new(kinematic),
-        Box::new(Banded::new(car("linear", linear), drives)),
-        Box::new(Banded::new(car("least squares", magic), drives)),
+        Box::new(BaselineWithBand::new(car("linear", linear), drives)),
+        Box::new(BaselineWithBand::new(car("least squares", magic), drives)),
     ]
 }
 
 /// A car whose band has the scatter of the data that it was fitted to.
-struct Banded {
+struct BaselineWithBand {
     car: SingleTrack,
     spread: f64,
 }
 
-impl Banded {
+impl BaselineWithBand {
     fn new(car: SingleTrack, drives: &[EvenDrive]) -> Self {
         let score = crate::score::lateral(&car, drives);
         Self { car, spread: score.map_or(0.0, |score| score.rmse) }
     }
 }
 
-impl Predictor for Banded {
+impl Predictor for BaselineWithBand {
     fn name(&self) -> &str {
         self.car.name()
     }

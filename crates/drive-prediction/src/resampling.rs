@@ -48,7 +48,7 @@ const LEAST_ROWS: usize = 100;
 
 /// Why a log is no drive.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unusable {
+pub enum ResamplingError {
     /// A channel has fewer than two values.
     Empty(&'static str),
     /// No stretch has all channels for long enough.
@@ -65,7 +65,7 @@ pub enum Unusable {
     },
 }
 
-impl fmt::Display for Unusable {
+impl fmt::Display for ResamplingError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Empty(name) => write!(f, "`{name}`: expected two values or more"),
@@ -81,20 +81,20 @@ impl fmt::Display for Unusable {
     }
 }
 
-impl std::error::Error for Unusable {}
+impl std::error::Error for ResamplingError {}
 
 /// The drives of a log with [`CHANNELS`]: one for each number of its channel `log`.
 ///
 /// # Errors
 /// If a channel is empty, no stretch has all of them, or no row is fast enough.
-pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, Unusable> {
+pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, ResamplingError> {
     let mut given = Vec::new();
     for (place, (name, _)) in CHANNELS.into_iter().take(CONTINUOUS).enumerate() {
         let channel = log.get(name).map(ValidSamples::of);
         match channel {
             Some(channel) if channel.time.len() >= 2 => given.push((name, channel)),
             None if place >= NEEDED => {}
-            _ => return Err(Unusable::Empty(name)),
+            _ => return Err(ResamplingError::Empty(name)),
         }
     }
     let slowest = given.iter().map(|(_, it)| it.usual_step).fold(0.0, f64::max);
@@ -112,15 +112,15 @@ pub fn drives(log: &DriveLog, sampling: &Sampling) -> Result<Vec<EvenDrive>, Unu
         }
     }
     if drives.is_empty() {
-        return Err(Unusable::TooShort { rows: longest });
+        return Err(ResamplingError::TooShort { rows: longest });
     }
     if drives.iter().all(|drive| !drive.counts.contains(&true)) {
         let speeds = drives.iter().flat_map(|drive| drive.motion.v_x.iter().copied());
         let fastest = speeds.fold(f64::NEG_INFINITY, f64::max);
         if fastest <= sampling.least_speed {
-            return Err(Unusable::TooSlow { fastest, least: sampling.least_speed });
+            return Err(ResamplingError::TooSlow { fastest, least: sampling.least_speed });
         }
-        return Err(Unusable::TooShort { rows: 0 });
+        return Err(ResamplingError::TooShort { rows: 0 });
     }
     Ok(drives)
 }
@@ -360,6 +360,6 @@ mod tests {
         assert_eq!(error.to_string(), "`v_x`: expected two values or more");
         let short = line(50, 0.01);
         let error = drives(&log(&["v_x", "r", "delta"], &short), &PLAIN).expect_err("too short");
-        assert_eq!(error, Unusable::TooShort { rows: 50 });
+        assert_eq!(error, ResamplingError::TooShort { rows: 50 });
     }
 }

@@ -6,9 +6,9 @@ use std::f64::consts::TAU;
 use std::slice;
 
 use approx::assert_relative_eq;
-use drive_prediction::car::motion::{Driven, Dual, Inputs, forces};
+use drive_prediction::car::motion::{DriveWithRates, Dual, Inputs, forces};
 use drive_prediction::car::parameters::{COUNT, Parameters, Prior, Vector};
-use drive_prediction::car::{Car, Course, Predicting, fit};
+use drive_prediction::car::{Car, AdaptivePredictor, CarPredictor, fit};
 use drive_prediction::score::{lateral, open_loop};
 use drive_prediction::{EvenDrive, Predictor};
 use preparation::Drive;
@@ -49,7 +49,7 @@ fn simulated(car: &Car, x: &Vector, seconds: f64, phase: f64) -> EvenDrive {
         },
         ..EvenDrive::default()
     };
-    let driven = Driven::new(&drive);
+    let driven = DriveWithRates::new(&drive);
     for (row, [v_y, r]) in driven.roll::<f64>(car, x, 0, rows - 1).into_iter().enumerate() {
         drive.motion.v_y[row] = v_y;
         drive.motion.r[row] = r;
@@ -92,11 +92,11 @@ fn a_log_is_followed_but_its_future_is_not_known() {
     other[2] -= 0.1;
     other[3] -= 0.1;
     let log = simulated(&car, &other, 60.0, 0.2);
-    let course = Course::new(&fitted, None, &log);
+    let course = AdaptivePredictor::new(&fitted, None, &log);
     let last = course.past().at(5990);
     assert!((last.x[5] - other[5]).abs() < 5e-3, "offset {}", last.x[5]);
     assert!((last.x[7] - other[7]).abs() < 8e-3, "lag {}", last.x[7]);
-    let without = Predicting { fitted: fitted.clone(), bands: None };
+    let without = CarPredictor { fitted: fitted.clone(), bands: None };
     let start = 4000;
     let error = |states: Vec<[f64; 2]>| {
         let squares =
@@ -112,7 +112,7 @@ fn a_log_is_followed_but_its_future_is_not_known() {
         changed.motion.r[row] *= 1.5;
         changed.motion.v_y[row] += 0.2;
     }
-    let again = Course::new(&fitted, None, &changed);
+    let again = AdaptivePredictor::new(&fitted, None, &changed);
     assert_eq!(course.past().at(3000).x, again.past().at(3000).x);
     assert_ne!(course.past().at(4000).x, again.past().at(4000).x);
 }
@@ -122,7 +122,7 @@ fn derivatives_are_those_of_the_rollout() {
     let car = support::dart_car();
     let x = truth(&car);
     let log = simulated(&car, &x, 20.0, 0.1);
-    let driven = Driven::new(&log);
+    let driven = DriveWithRates::new(&log);
     let ends = driven.roll::<Dual>(&car, &x, 300, 60)[60];
     for i in 0..COUNT {
         let step = 1e-5;
@@ -184,7 +184,7 @@ fn what_cannot_be_fitted_is_told() {
 struct Best([f64; 3], [f64; 3], f64);
 
 fn beats(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, best: &Best, inside: [f64; 2]) {
-    let found = Predicting::new(fitted, car).expect("it can be fitted");
+    let found = CarPredictor::new(fitted, car).expect("it can be fitted");
     let judged = slice::from_ref(judged);
     let a_y = lateral(&found, judged).expect("rows count");
     assert!(a_y.rmse <= best.2, "a_y {}", a_y.rmse);

@@ -20,7 +20,7 @@ use numerics::text::significant;
 use plugin::{Host, Request};
 use preparation::direction::Direction;
 use preparation::{DriveLog, Interpolation, Resampler, Signal, SystematicError, longest_step};
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::TireParameters;
@@ -30,11 +30,11 @@ use tire_inference::quantity::ByName;
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
-use crate::draws::{self, Draws};
+use crate::posterior_draws::{self, Dependence};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
 use crate::plugin::{doctor, drive_log, go_on, leave_start_values};
-use crate::told::{Overall, Told, forget_absent_peak};
+use crate::summary::{IdentificationSummary, CurveSummary, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
@@ -121,23 +121,37 @@ pub(super) fn closed_loop(
         doctor::cap(&log, estimate);
     }
     doctor::cap_causes(&log, &mut found.causes);
-    let calibration = calibration::judged(config, &options, (&used, &log, &found.model), host)?;
+    let calibration =
+        calibration::assess_sensors(config, &options, &used, &log, &found.model, host)?;
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
     columns::record(&options.car, &used, &found, host);
     validations.iter().for_each(|validation| columns::record_validation(validation, host));
-    let verdict = overall(&options, &found, &log).verdict();
-    let of_plant = draws::of_drives(&config.node, &found);
-    leave_start_values((&of_plant, Draws::Together), &verdict, config.seed, host);
-    let found = Found { identified: &found, calibration: &calibration, validations: &validations };
-    draw(&options, (&used, &recording.sampling, &log), &found, host);
-    Ok(report(&options, (&used, &recording.sampling, &log), &found))
+    let result = ClosedLoopResult {
+        options: &options,
+        log: &log,
+        used: &used,
+        sampling: &recording.sampling,
+        identification: &found,
+        calibration: &calibration,
+        validations: &validations,
+    };
+    let of_plant = posterior_draws::of_drives(&config.node, &found);
+    let verdict = result.summary().verdict();
+    leave_start_values(&of_plant, Dependence::Joint, &verdict, config.seed, host);
+    result.leave_page(host);
+    Ok(result.report())
 }
 
-/// What was found, for the result and the page.
-struct Found<'a> {
-    identified: &'a Identification,
+/// Everything that the task found, for the result and the page.
+struct ClosedLoopResult<'a> {
+    options: &'a DriveOptions,
+    log: &'a Examination,
+    /// Stretches that tires were identified from.
+    used: &'a [Drive],
+    sampling: &'a Sampling,
+    identification: &'a Identification,
     calibration: &'a [CalibrationAssessment],
     validations: &'a [Validation],
 }
@@ -232,115 +246,117 @@ fn validation(
     Ok(Validation { name, recording, replay })
 }
 
-/// What was found as a whole.
-fn overall<'a>(
-    options: &'a DriveOptions,
-    found: &'a Identification,
-    log: &Examination,
-) -> Overall<'a> {
-    let told = |(name, axle)| Told {
-        name,
-        direction: Direction::Lateral,
-        estimate: &found.estimates[axle],
-        prior: &options.prior,
-    };
-    let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
-    let (model, causes) = (found.model.clone(), found.causes.as_slice());
-    let mut overall = Overall { curves, model, causes, ..Overall::default() };
-    let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
-    if held_out.is_some_and(|test| !test.passed()) {
-        overall.widened = SCATTER_ADDED;
-    }
-    doctor::tell(log, &mut overall);
-    overall.remarks.extend(draws::missing(&draws::of_drives("", found)));
-    overall
-}
-
-fn report(
-    options: &DriveOptions,
-    (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    Found { identified: found, calibration, validations }: &Found,
-) -> Value {
-    let axles = json!(found.estimates);
-    let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
-    let formulations = found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted));
-    let recordings = used.iter().zip(&found.smoothed).map(|(recording, smoothed)| {
-        let window = [recording.t.first(), recording.t.last()];
-        json!({ "window": window, "rows": recording.len(), "smoothing": smoothed.report })
-    });
-    let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
-    result.insert("bounds".to_owned(), json!(options.prior.bounds));
-    result.insert("innovations".to_owned(), json!(found.innovations));
-    result.insert("noise".to_owned(), json!(found.noise));
-    result.insert("covariance".to_owned(), json!(found.covariance));
-    let calibrated = calibration.iter().map(|it| (it.error.name, it));
-    result.insert("calibration".to_owned(), json!(calibrated.collect::<BTreeMap<_, _>>()));
-    result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
-    result.insert("recordings".to_owned(), recordings.collect());
-    result.insert("sampling".to_owned(), json!(sampling));
-    result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
-    result.insert("seconds".to_owned(), json!(found.seconds));
-    let mut overall = overall(options, found, log);
-    overall.remarks.extend(calibration::sentences(calibration));
-    overall.result(Some(log), result)
-}
-
-/// Leaves the page, with the deciding formulation first.
-fn draw(
-    options: &DriveOptions,
-    (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    Found { identified: found, calibration, validations }: &Found,
-    host: &mut dyn Host,
-) {
-    let prior = options.prior;
-    let (decisive, others) = match found.formulations.split_last() {
-        Some((decisive, others)) => (decisive.formulation.title(), others),
-        None => ("", &[][..]),
-    };
-    let axles = [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)];
-    let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
-        let decisive = &found.estimates[axle];
-        others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
-    });
-    let none = PosteriorSamples::default();
-    let sections = axles.into_iter().map(|(name, axle)| {
-        let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
-        let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
-        let first = page::MethodSection { name: decisive, estimate, posterior, gaussian };
-        let rest = others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| {
-            page::MethodSection {
-                name: fitted.formulation.title(),
-                estimate,
-                posterior: &none,
-                gaussian: None,
-            }
-        });
-        Section {
+impl ClosedLoopResult<'_> {
+    /// What was found as a whole, in words.
+    fn summary(&self) -> IdentificationSummary<'_> {
+        let found = self.identification;
+        let curve = |(name, axle)| CurveSummary {
             name,
             direction: Direction::Lateral,
-            samples: &found.samples[axle],
-            prior: &prior,
-            methods: std::iter::once(first).chain(rest).collect(),
+            estimate: &found.estimates[axle],
+            prior: &self.options.prior,
+        };
+        let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(curve).to_vec();
+        let (model, causes) = (found.model.clone(), found.causes.as_slice());
+        let mut summary =
+            IdentificationSummary { curves, model, causes, ..IdentificationSummary::default() };
+        let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
+        if held_out.is_some_and(|test| !test.passed()) {
+            summary.widened = SCATTER_ADDED;
         }
-    });
-    let replays: Vec<_> = validations
-        .iter()
-        .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
-        .collect();
-    let (overall, car) =
-        (overall(options, found, log), page::car::driven(&options.car, &options.uncertainty));
-    let facts = facts::facts(used, sampling);
-    let page = Page {
-        title: "Tires from closed-loop driving",
-        overall: Some(&overall),
-        car: &car,
-        facts: &facts,
-        sections: sections.collect(),
-        drives: Some(Drives { found, calibration, recordings: used, replays: &replays }),
-        log: Some(log),
-        ..Page::default()
-    };
-    page::leave(&page, host);
+        doctor::tell(self.log, &mut summary);
+        let of_plant = posterior_draws::of_drives("", found);
+        summary.remarks.extend(posterior_draws::missing(&of_plant));
+        summary
+    }
+
+    /// Estimates by method, and what else was found.
+    fn report(&self) -> Value {
+        let found = self.identification;
+        let by_formulation: BTreeMap<_, _> =
+            found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted)).collect();
+        let recordings = self.used.iter().zip(&found.smoothed).map(|(recording, smoothed)| {
+            let window = [recording.t.first(), recording.t.last()];
+            json!({ "window": window, "rows": recording.len(), "smoothing": smoothed.report })
+        });
+        let calibration: BTreeMap<_, _> =
+            self.calibration.iter().map(|it| (it.error.name, it)).collect();
+        let validations: BTreeMap<_, _> =
+            self.validations.iter().map(|it| (&it.name, &it.replay)).collect();
+        let numbers = [
+            (self.options.method.name(), json!(found.estimates)),
+            ("bounds", json!(self.options.prior.bounds)),
+            ("innovations", json!(found.innovations)),
+            ("noise", json!(found.noise)),
+            ("covariance", json!(found.covariance)),
+            ("calibration", json!(calibration)),
+            ("formulations", json!(by_formulation)),
+            ("recordings", recordings.collect()),
+            ("sampling", json!(self.sampling)),
+            ("validate", json!(validations)),
+            ("seconds", json!(found.seconds)),
+        ];
+        let mut summary = self.summary();
+        summary.remarks.extend(calibration::sentences(self.calibration));
+        let numbers = numbers.into_iter().map(|(key, value)| (key.to_owned(), value));
+        summary.result(Some(self.log), numbers.collect())
+    }
+
+    /// Leaves the page, with the deciding formulation first.
+    fn leave_page(&self, host: &mut dyn Host) {
+        let found = self.identification;
+        let (decisive, others) = match found.formulations.split_last() {
+            Some((decisive, others)) => (decisive.formulation.title(), others),
+            None => ("", &[][..]),
+        };
+        let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
+            let decisive = &found.estimates[axle];
+            others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
+        });
+        let none = PosteriorSamples::default();
+        let section = |(name, axle): (&'static str, Axle)| {
+            let mut methods = vec![page::MethodSection {
+                name: decisive,
+                estimate: &found.estimates[axle],
+                posterior: &found.posterior[axle],
+                gaussian: found.gaussian.as_ref().map(|axles| &axles[axle]),
+            }];
+            for (fitted, estimate) in others.iter().rev().zip(&compared[axle]) {
+                let name = fitted.formulation.title();
+                methods.push(page::MethodSection {
+                    name,
+                    estimate,
+                    posterior: &none,
+                    gaussian: None,
+                });
+            }
+            Section {
+                name,
+                direction: Direction::Lateral,
+                samples: &found.samples[axle],
+                prior: &self.options.prior,
+                methods,
+            }
+        };
+        let replays: Vec<_> =
+            self.validations.iter().map(|it| (it.name.as_str(), &it.recording, &it.replay)).collect();
+        let page = Page {
+            title: "Tires from closed-loop driving",
+            overall: Some(&self.summary()),
+            car: &page::car::driven(&self.options.car, &self.options.uncertainty),
+            facts: &facts::facts(self.used, self.sampling),
+            sections: [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)].map(section).into(),
+            drives: Some(Drives {
+                found,
+                calibration: self.calibration,
+                recordings: self.used,
+                replays: &replays,
+            }),
+            log: Some(self.log),
+            ..Page::default()
+        };
+        page::leave(&page, host);
+    }
 }
 
 /// What a formulation says of one axle, which nobody judged.

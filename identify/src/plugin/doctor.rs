@@ -1,7 +1,7 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
 use drive_doctor::{
-    CHANNELS, Examination, Finding, KnownCar, Place, SteeringMap, SteeringPoint, examine,
+    CHANNELS, Examination, Finding, CarData, CorrectionTarget, SteeringMap, SteeringPoint, examine,
     steering_map,
 };
 use numerics::text::significant;
@@ -14,10 +14,10 @@ use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use vehicle::Body;
 
 use crate::config::Doctor;
-use crate::loads::Loaded;
+use crate::loads::AxleLoadEffects;
 use crate::page::doctor;
 use crate::plugin::drive_log;
-use crate::told::Overall;
+use crate::summary::IdentificationSummary;
 
 /// Does `task = "doctor"`.
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
@@ -64,7 +64,7 @@ pub(super) fn check(request: &Request) -> Result<(), String> {
 
 /// What is wrong with the log of a car.
 pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
-    let car = KnownCar { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
+    let car = CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
     let mut found = examine(log, &car);
     // Where time has a gap, a recording ends and another one begins: the task says so itself.
     found.findings.retain(|it| it.check != "gap");
@@ -87,7 +87,7 @@ pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
 }
 
 /// Puts what is found into what is told.
-pub(super) fn tell(found: &Examination, overall: &mut Overall) {
+pub(super) fn tell(found: &Examination, overall: &mut IdentificationSummary) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
     // Where no stiffness is to be had from the log, this is what it says of the tires.
     let gradient = found.understeer.as_ref().filter(|_| found.refusal().is_some());
@@ -96,7 +96,7 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.
     let advice = |it: &Finding| match (it.correction.place, it.channels.as_slice()) {
-        (Some(Place::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
+        (Some(CorrectionTarget::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
         _ => it.correction.text.clone(),
     };
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
@@ -104,7 +104,7 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
 
 /// Puts what is wrong with the log into sentences: before the others what no fit makes up for.
 pub(super) fn warn(found: &Examination, summary: &mut Vec<String>) {
-    let mut overall = Overall::default();
+    let mut overall = IdentificationSummary::default();
     tell(found, &mut overall);
     if found.refusal().is_some() {
         summary.insert(0, overall.model.sentence);
@@ -121,9 +121,9 @@ pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
 }
 
 /// Caps what is told of loads and longitudinal forces from such a log.
-pub(super) fn cap_loads(found: &Examination, loads: &mut [Loaded]) {
+pub(super) fn cap_loads(found: &Examination, loads: &mut [AxleLoadEffects]) {
     let model = judge(found, ModelVerdict::default());
-    for effect in loads.iter_mut().flat_map(Loaded::effects_mut) {
+    for effect in loads.iter_mut().flat_map(AxleLoadEffects::effects_mut) {
         model.cap_with(&mut effect.verdict, &mut effect.reason);
     }
 }

@@ -2,9 +2,9 @@
 
 use drive_prediction::agreement::ratings;
 use drive_prediction::baseline::baselines;
-use drive_prediction::car::fit::Fitted;
+use drive_prediction::car::fit::FittedCar;
 use drive_prediction::car::parameters::{COUNT, LAG, Prior};
-use drive_prediction::car::{Predicting, Steering};
+use drive_prediction::car::{CarPredictor, Steering};
 use drive_prediction::predictor::State;
 use drive_prediction::resampling::drives;
 use drive_prediction::rollout::rollouts;
@@ -20,7 +20,7 @@ use tire_inference::verdict::Verdict;
 
 use super::{doctor, drive_log, go_on, sideslip};
 use crate::config::Prediction;
-use crate::judged::{Found, Judged, Trace};
+use crate::assessment::{ParameterAssessment, ModelAssessment, Trace};
 use crate::names::words;
 use crate::page;
 
@@ -54,7 +54,7 @@ pub(super) fn prediction(
         return sideslip::sideslip((&car, &log), config, [&fitted, &held], host);
     }
     go_on(host, 0.1, "fitting the car")?;
-    let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
+    let identified = CarPredictor::new(&fitted, &car).map_err(|error| error.to_string())?;
     go_on(host, 0.6, "fitting the simple models")?;
     let lag = match car.steering {
         Steering::Measured => 0.0,
@@ -70,7 +70,7 @@ pub(super) fn prediction(
     models.extend(simple.iter().map(AsRef::as_ref));
     go_on(host, 0.8, "letting the models go")?;
     let judged_on = if held.is_empty() { &fitted } else { &held };
-    let judged: Vec<Judged> =
+    let judged: Vec<ModelAssessment> =
         models.iter().map(|model| judge(*model, judged_on, &config.horizons)).collect();
     let mut summary = summary((&judged, &found), !held.is_empty());
     doctor::warn(&log, &mut summary);
@@ -130,7 +130,7 @@ const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
 ];
 
 /// The parameters with their verdicts.
-fn parameters(fitted: &Fitted) -> Vec<Found> {
+fn parameters(fitted: &FittedCar) -> Vec<ParameterAssessment> {
     let prior = Prior::new(&fitted.car);
     let of =
         |(i, (name, what, unit, logarithm)): (usize, (&str, &'static str, &'static str, bool))| {
@@ -151,14 +151,14 @@ fn parameters(fitted: &Fitted) -> Vec<Found> {
             );
             let between = prior.between[i] * factor;
             let (name, std, interval) = (name.to_owned(), std * factor, [low, high]);
-            Found { name, what, unit, value, std, interval, between, verdict, reason }
+            ParameterAssessment { name, what, unit, value, std, interval, between, verdict, reason }
         };
     PARAMETERS.into_iter().enumerate().map(of).collect()
 }
 
 /// A row for each parameter.
-fn told(found: &[Found]) -> Table {
-    let row = |it: &Found| {
+fn told(found: &[ParameterAssessment]) -> Table {
+    let row = |it: &ParameterAssessment| {
         let value = with_std(it.value, it.std);
         [
             it.name.clone(),
@@ -195,13 +195,13 @@ fn with_wheel_angles<'a>(config: &Prediction, mut log: DriveLog<'a>) -> DriveLog
     log
 }
 
-fn judge(model: &dyn Predictor, drives: &[EvenDrive], horizons: &[f64]) -> Judged {
+fn judge(model: &dyn Predictor, drives: &[EvenDrive], horizons: &[f64]) -> ModelAssessment {
     let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
     let open_loop: Vec<RolloutScore> = ahead.collect();
     let longest = open_loop.iter().map(|it| it.horizon).fold(0.0, f64::max);
     let iso_18571 = ratings(model, drives, longest);
     let name = model.name().to_owned();
-    Judged { name, a_y: lateral(model, drives), open_loop, iso_18571 }
+    ModelAssessment { name, a_y: lateral(model, drives), open_loop, iso_18571 }
 }
 
 /// How much of a drive is drawn [s], and of how many drives.
@@ -253,9 +253,9 @@ fn parts(fitted: &[EvenDrive], held: &[EvenDrive]) -> String {
     format!("Fitted: {fitted}. {judged} Faint numbers are 95 % intervals, from blocks of time.")
 }
 
-fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
+fn summary((judged, found): (&[ModelAssessment], &[ParameterAssessment]), held_out: bool) -> Vec<String> {
     let mut summary = vec![verdict(judged)];
-    let is_unknown = |it: &&Found| it.verdict == Verdict::NotIdentifiable;
+    let is_unknown = |it: &&ParameterAssessment| it.verdict == Verdict::NotIdentifiable;
     let unknown: Vec<&str> = found.iter().filter(is_unknown).map(|it| it.name.as_str()).collect();
     if !unknown.is_empty() {
         summary.push(format!("The logs do not tell {}.", unknown.join(", ")));
@@ -279,8 +279,8 @@ fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String
 }
 
 /// How the identified car does beside the best of the simple models.
-fn verdict(judged: &[Judged]) -> String {
-    let longest = |it: &Judged| it.open_loop.last().copied();
+fn verdict(judged: &[ModelAssessment]) -> String {
+    let longest = |it: &ModelAssessment| it.open_loop.last().copied();
     let Some((car, score)) = judged.first().and_then(|it| Some((it, longest(it)?))) else {
         return "No stretch is long enough for a prediction.".to_owned();
     };
@@ -302,7 +302,7 @@ fn verdict(judged: &[Judged]) -> String {
 }
 
 /// A row for each model.
-fn table(judged: &[Judged]) -> Table {
+fn table(judged: &[ModelAssessment]) -> Table {
     let mut head = vec!["model".to_owned(), "a_y [m/s2]".to_owned()];
     let horizons = judged.iter().map(|it| &it.open_loop).max_by_key(|it| it.len());
     for score in horizons.into_iter().flatten() {
@@ -311,7 +311,7 @@ fn table(judged: &[Judged]) -> Table {
             ["v_y [m/s]", "r [rad/s]", "position [m]"].map(|it| format!("{it}, {horizon} s")),
         );
     }
-    let row = |it: &Judged| {
+    let row = |it: &ModelAssessment| {
         let a_y = it.a_y.map_or("–".to_owned(), |score| format!("{:.3}", score.rmse));
         let mut row = vec![it.name.clone(), a_y];
         for score in &it.open_loop {

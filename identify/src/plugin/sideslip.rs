@@ -15,7 +15,7 @@ use tire_inference::verdict::Verdict;
 
 use super::{doctor, go_on};
 use crate::config::Prediction;
-use crate::judged::{Score, Shown, Told};
+use crate::assessment::{SideslipScore, SideslipTrace, ParameterInterval};
 use crate::names::words;
 use crate::page;
 
@@ -69,7 +69,7 @@ pub(super) fn sideslip(
         summary.push("The course is not used: something is wrong with it, or nothing tells whether it is late.".to_owned());
     }
     doctor::warn(log, &mut summary);
-    let shown: Vec<(String, Shown)> = parts
+    let shown: Vec<(String, SideslipTrace)> = parts
         .iter()
         .map(|(drive, estimate, _)| (drive.name.clone(), shown(drive, estimate)))
         .collect();
@@ -102,7 +102,7 @@ struct Outcome {
     held_out: bool,
     converged: bool,
     /// Where v_y was measured.
-    sideslip: Option<Score>,
+    sideslip: Option<SideslipScore>,
     car: Map<String, Value>,
 }
 
@@ -172,7 +172,7 @@ fn signals(drive: &EvenDrive, with_course: bool) -> Signals {
     signals.without_repeats()
 }
 
-fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<Score> {
+fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<SideslipScore> {
     let (mut squares, mut angles, mut inside, mut rows) = (0.0, 0.0, 0_usize, 0_usize);
     for (drive, estimate, _) in parts {
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
@@ -189,7 +189,7 @@ fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<Score> {
     }
     let n = rows as f64;
     let root = |sum: f64| (sum / n).sqrt();
-    (rows > 0).then(|| Score {
+    (rows > 0).then(|| SideslipScore {
         v_y: root(squares),
         sideslip: root(angles),
         coverage: inside as f64 / n,
@@ -197,8 +197,8 @@ fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<Score> {
     })
 }
 
-fn told(found: &Fit) -> Vec<Told> {
-    let of = |name: &str, interval: &Interval, learned: f64| Told {
+fn told(found: &Fit) -> Vec<ParameterInterval> {
+    let of = |name: &str, interval: &Interval, learned: f64| ParameterInterval {
         name: name.to_owned(),
         value: interval.value,
         interval: interval.ends,
@@ -211,7 +211,7 @@ fn told(found: &Fit) -> Vec<Told> {
     let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
     let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);
     // A stiffness is known to a tenth or it is not much.
-    let mut all: Vec<Told> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
+    let mut all: Vec<ParameterInterval> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
     let rest = NAMES.iter().zip(&found.intervals).zip(found.learned);
     all.extend(rest.map(|((name, interval), learned)| of(name, interval, learned)));
     all
@@ -219,7 +219,7 @@ fn told(found: &Fit) -> Vec<Told> {
 
 fn summary(
     found: &Fit,
-    score: Option<Score>,
+    score: Option<SideslipScore>,
     parts: &[(&EvenDrive, Estimate, Option<f64>)],
     held_out: bool,
 ) -> Vec<String> {
@@ -251,7 +251,7 @@ fn summary(
 }
 
 /// Ten rows a second are enough for a picture of a minute.
-fn shown(drive: &EvenDrive, estimate: &Estimate) -> Shown {
+fn shown(drive: &EvenDrive, estimate: &Estimate) -> SideslipTrace {
     let stride = ((0.1 / drive.step).round() as usize).max(1);
     let first = drive.counts.iter().position(|counts| *counts).unwrap_or(0);
     let rows = (first..drive.rows())

@@ -23,7 +23,7 @@ use super::clocks::behind_yaw_rate;
 use crate::blocks::{Blocks, Fit};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// Most errors at once.
@@ -334,14 +334,14 @@ fn report(
     };
     let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
-        _ if kind == ErrorKind::RelaxationLength => Sure::Possible,
-        _ if contradiction.is_some() || is_within_hold => Sure::Possible,
+        _ if kind == ErrorKind::RelaxationLength => Certainty::Possible,
+        _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
-        _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Sure::Possible,
-        _ if value.abs() < smallest(error) => Sure::Possible,
-        (true, CERTAIN..) => Sure::Certain,
-        (true, LIKELY..) => Sure::Likely,
-        _ => Sure::Possible,
+        _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Certainty::Possible,
+        _ if value.abs() < smallest(error) => Certainty::Possible,
+        (true, CERTAIN..) => Certainty::Certain,
+        (true, LIKELY..) => Certainty::Likely,
+        _ => Certainty::Possible,
     };
     let held = is_within_hold.then_some(case.held);
     let mut sentence = sentence(found, place, (constant, &rivals, held));
@@ -355,7 +355,7 @@ fn report(
     }
     let correction = match (constant, sure) {
         (Some(false), _) => Correction::advice("None: no constant corrects it."),
-        (_, Sure::Possible) if kind != ErrorKind::RelaxationLength => {
+        (_, Certainty::Possible) if kind != ErrorKind::RelaxationLength => {
             Correction::advice("None as long as it is only possible.")
         }
         _ => log_errors::correction(error, value),

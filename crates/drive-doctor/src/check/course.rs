@@ -6,7 +6,7 @@ use preparation::ColumnKey;
 use super::clocks::late_course;
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// The question whether a course is late, where it has no answer.
@@ -44,7 +44,7 @@ pub(crate) fn check(case: &mut Case) {
     case.report(Finding {
         check: "course_delay".to_owned(),
         channels: vec!["course"],
-        sure: Sure::Likely,
+        sure: Certainty::Likely,
         value: Some(late),
         interval: Some(interval),
         unit: "s",

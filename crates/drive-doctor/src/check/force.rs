@@ -7,7 +7,7 @@ use preparation::ColumnKey;
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 use crate::statistics::quantile;
 
@@ -86,7 +86,7 @@ fn report(
     case.report(Finding {
         check: check.to_owned(),
         channels: vec!["F_x"],
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(value),
         interval: Some(interval),
         unit,

@@ -7,9 +7,9 @@ use preparation::{ColumnKey, difference_noise};
 use crate::blocks::{Blocks, Fit, T_95, split, trim};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::{Motion, moves};
-use crate::rolling::Rolling;
+use crate::rolling_radius::RollingRadius;
 use crate::statistics::quantile;
 
 /// Time over which turning is added up [s]: noise and delays are small against the angles.
@@ -52,7 +52,7 @@ pub(crate) fn check(case: &mut Case) {
             case.report(Finding {
                 check: "radii".to_owned(),
                 channels: vec!["omega_fl", "omega_rl"],
-                sure: Sure::Possible,
+                sure: Certainty::Possible,
                 value: Some(ratio),
                 interval: None,
                 unit: "1",
@@ -121,13 +121,13 @@ fn yaw_rate(case: &mut Case, motion: &Motion) {
     }
     let constant = is_constant(&fit);
     let sure = match (constant, gain.abs() / std) {
-        (false, _) => Sure::Possible,
+        (false, _) => Certainty::Possible,
         // More is another unit, or a course of something else.
-        _ if gain.abs() > 0.3 => Sure::Possible,
+        _ if gain.abs() > 0.3 => Certainty::Possible,
         // The sideslip that comes and goes is not known.
-        (true, CERTAIN..) if !case.has(&["v_y"]) => Sure::Likely,
-        (true, CERTAIN..) => Sure::Certain,
-        (true, _) => Sure::Likely,
+        (true, CERTAIN..) if !case.has(&["v_y"]) => Certainty::Likely,
+        (true, CERTAIN..) => Certainty::Certain,
+        (true, _) => Certainty::Likely,
     };
     let [low, high] = [gain - T_95 * std, gain + T_95 * std];
     let percent = |gain: f64| significant(100.0 * gain.abs(), 2);
@@ -174,7 +174,7 @@ fn is_constant(fit: &Fit) -> bool {
 }
 
 /// ω / v_x = (1 + c a_x) / R of an axle that rolls straight on: a force makes slip, so the radius is that at none.
-fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<Rolling> {
+fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<RollingRadius> {
     let here: Vec<&str> = wheels.iter().copied().filter(|it| case.has(&[it])).collect();
     if here.is_empty() {
         return None;
@@ -200,7 +200,7 @@ fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) ->
     let [low, high] = fit.interval(0);
     let radius = 1.0 / fit.values[0];
     let slip = fit.interval(1).map(|it| it * radius);
-    Rolling::new(
+    RollingRadius::new(
         axle,
         (radius, [1.0 / high, 1.0 / low]),
         (fit.values[1] * radius, slip),

@@ -4,7 +4,7 @@ use numerics::text::significant;
 
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::statistics::{ends, median, median_step, quantile};
 
 /// Median steps between a gap's ends.
@@ -89,7 +89,7 @@ fn missing(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "missing_rows".to_owned(),
         channels: names.to_vec(),
-        sure: if share > MANY { Sure::Likely } else { Sure::Possible },
+        sure: if share > MANY { Certainty::Likely } else { Certainty::Possible },
         value: Some(count),
         interval: None,
         unit: "1",
@@ -111,7 +111,7 @@ fn slow(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "slow_sampling".to_owned(),
         channels: names.to_vec(),
-        sure: if step < BLIND_STEP { Sure::Likely } else { Sure::Certain },
+        sure: if step < BLIND_STEP { Certainty::Likely } else { Certainty::Certain },
         value: Some(step),
         interval: None,
         unit: "s",
@@ -149,7 +149,7 @@ fn order(case: &mut Case, names: &[&'static str]) {
     case.report(Finding {
         check: "time_order".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(count as f64),
         interval: None,
         unit: "1",
@@ -182,7 +182,7 @@ fn unit(case: &mut Case, names: &[&'static str]) {
     case.report(Finding {
         check: "time_unit".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(factor),
         interval: None,
         unit: "1",
@@ -219,7 +219,7 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "gap".to_owned(),
         channels: names.to_vec(),
-        sure: if serious { Sure::Certain } else { Sure::Possible },
+        sure: if serious { Certainty::Certain } else { Certainty::Possible },
         value: Some(seconds),
         interval: None,
         unit: "s",
@@ -248,7 +248,7 @@ fn jitter(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "jitter".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(share),
         interval: None,
         unit: "1",

@@ -12,7 +12,7 @@ use relations::Relation;
 
 use crate::case::{CHANNELS, Case};
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// Most channels that are wrong at once.
@@ -129,7 +129,7 @@ fn wheels_in_kmh(case: &mut Case, relations: &[Relation]) {
     case.report(Finding {
         check: format!("{name}_unit"),
         channels: radii.iter().map(|(name, _)| *name).collect(),
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(radius),
         interval: None,
         unit: "m",
@@ -154,11 +154,11 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
     let others = rival.mistakes.iter().filter(|other| !best.mistakes.contains(other));
     let others: Vec<&Mistake> = others.map(|&other| &MISTAKES[other]).collect();
     let sure = match (margin, others.is_empty()) {
-        (CERTAIN.., _) => Sure::Certain,
-        (LIKELY.., _) => Sure::Likely,
+        (CERTAIN.., _) => Certainty::Certain,
+        (LIKELY.., _) => Certainty::Likely,
         // One of both it is.
-        (_, false) if nothing > CERTAIN => Sure::Likely,
-        _ => Sure::Possible,
+        (_, false) if nothing > CERTAIN => Certainty::Likely,
+        _ => Certainty::Possible,
     };
     let made: Vec<&Mistake> = best.mistakes.iter().map(|&index| &MISTAKES[index]).collect();
     let without: Vec<&Mistake> = made.iter().copied().filter(|it| !it.excludes(mistake)).collect();

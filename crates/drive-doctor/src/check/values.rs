@@ -5,7 +5,7 @@ use preparation::ColumnKey;
 
 use crate::case::{Case, unit};
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::statistics::{ends, median_step, quantile};
 
 /// Checks all channels. Spikes and repeats are left out of all that follows.
@@ -58,7 +58,7 @@ fn spikes(case: &mut Case, name: &'static str) {
     case.report(Finding {
         check: format!("{name}_spikes"),
         channels: vec![name],
-        sure: if gross { Sure::Likely } else { Sure::Possible },
+        sure: if gross { Certainty::Likely } else { Certainty::Possible },
         value: Some(count as f64),
         interval: None,
         unit: "1",
@@ -94,7 +94,7 @@ fn coarse(case: &mut Case, name: &'static str) -> bool {
     case.report(Finding {
         check: format!("{name}_coarse"),
         channels: vec![name],
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(quantum),
         interval: None,
         unit: unit(name),
@@ -153,7 +153,7 @@ fn held(case: &mut Case, name: &'static str) {
     case.report(Finding {
         check: format!("{name}_held"),
         channels: vec![name],
-        sure: if held && !actuator { Sure::Likely } else { Sure::Possible },
+        sure: if held && !actuator { Certainty::Likely } else { Certainty::Possible },
         value: Some(share),
         interval: None,
         unit: "1",

@@ -45,7 +45,7 @@ pub fn before(column: &[f64]) -> &[f64] {
     &column[..column.len() - 1]
 }
 
-/// ResidualRows in the order of a quantity, in parts of the same number: where each part is, and its innovations.
+/// Rows in the order of a quantity, in parts of the same number: where each part is, and its innovations.
 fn parts(e: &[f64], over: &[f64]) -> Vec<([f64; 2], Vec<f64>)> {
     let mut order: Vec<usize> = (0..e.len()).collect();
     order.sort_by(|a, b| over[*a].total_cmp(&over[*b]));

@@ -18,7 +18,7 @@ use vehicle::{Input, NominalCar, State, Vehicle};
 /// Period of the loop [s].
 pub const STEP: f64 = 0.01;
 
-/// ErrorSelection speed [m/s] and yaw rate [rad/s] over time.
+/// Wanted speed [m/s] and yaw rate [rad/s] over time.
 pub type Reference = Vec<[f64; 2]>;
 
 /// Noises of v_x, v_y, r and a_y.

@@ -28,7 +28,7 @@ pub const TIRES: Tires = Tires {
     rear: TireParameters { B: 10.2, C: 1.7, D: 1.2, E: 0.0 },
 };
 
-/// ErrorSelection speed [m/s] and yaw rate [rad/s], and the steering that a driver begins with [rad].
+/// Wanted speed [m/s] and yaw rate [rad/s], and the steering that a driver begins with [rad].
 struct Course {
     v_x: Vec<f64>,
     r: Vec<f64>,

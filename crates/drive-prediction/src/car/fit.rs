@@ -24,7 +24,7 @@ const LIMITS: Limits = Limits { iterations: 25, target: 1e-3, tolerance: 1e-2, d
 
 /// A car that was fitted to logs.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedCar {
     /// What was known before.
     pub car: Car,
     /// θ.
@@ -45,14 +45,14 @@ pub struct Fitted {
 
 /// Why nothing can be fitted.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unfit {
+pub enum FitError {
     /// No stretch is long enough, or v_y is not known in any.
     NoRollout,
     /// Nothing changes.
     NoMotion,
 }
 
-impl fmt::Display for Unfit {
+impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NoRollout => {
@@ -65,13 +65,13 @@ impl fmt::Display for Unfit {
     }
 }
 
-impl std::error::Error for Unfit {}
+impl std::error::Error for FitError {}
 
 /// Fits a car to drives, and tells how far its predictions are off.
 ///
 /// # Errors
 /// If no part of the drives can be predicted.
-pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<Fitted, Unfit> {
+pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<FittedCar, FitError> {
     let mut sections = sections(drives);
     fit_sections(&mut sections, car, None)
 }
@@ -80,20 +80,20 @@ pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<Fitted, Unfit> {
 pub(super) fn fit_sections(
     sections: &mut [Section],
     car: &Car,
-    near: Option<&Fitted>,
-) -> Result<Fitted, Unfit> {
+    near: Option<&FittedCar>,
+) -> Result<FittedCar, FitError> {
     if sections.is_empty() {
-        return Err(Unfit::NoRollout);
+        return Err(FitError::NoRollout);
     }
     let prior = Prior::new(car);
     let mut noise = near.map_or_else(|| first_noise(sections), |near| near.noise);
     if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
-        return Err(Unfit::NoMotion);
+        return Err(FitError::NoMotion);
     }
     let floor = level(sections, car).map(|level| TRUST * level);
     noise = [0, 1].map(|i| noise[i].max(floor[i]));
     let size = Hierarchy::new(car, &prior, sections, noise).unknowns();
-    let start = |near: &Fitted| {
+    let start = |near: &FittedCar| {
         DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 })
     };
     let mut x = near.map_or_else(|| DVector::zeros(size), start);
@@ -119,7 +119,7 @@ pub(super) fn fit_sections(
     let hierarchy = Hierarchy::new(car, &prior, sections, noise);
     let common_std: Vector =
         std::array::from_fn(|i| prior.std[i] * covariance[(i, i)].max(0.0).sqrt());
-    Ok(Fitted {
+    Ok(FittedCar {
         car: *car,
         common: hierarchy.common(&x),
         common_std,

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use numerics::loss::Loss;
 
-use crate::car::motion::{Driven, Dual};
+use crate::car::motion::{DriveWithRates, Dual};
 use crate::car::parameters::{COUNT, Car, Vector};
 use crate::predictor::State;
 
@@ -29,7 +29,7 @@ impl Errors {
     /// Of the rollout over `rows` rows from `start` with parameters `x`.
     #[must_use]
     pub fn new(
-        driven: &Driven,
+        driven: &DriveWithRates,
         car: &Car,
         x: &Vector,
         (start, rows): (usize, usize),

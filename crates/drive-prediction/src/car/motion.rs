@@ -78,13 +78,13 @@ fn load<T: Number>(load: T, rest: f64) -> T {
 
 /// What the steering does to the road wheels from `first` on: a lag of first order, and its derivative with respect to the time constant.
 #[derive(Clone, Debug)]
-pub struct Steered {
+pub struct LaggedSteering {
     first: usize,
     /// Angle [rad] and its derivative [rad/s].
     rows: Vec<[f64; 2]>,
 }
 
-impl Steered {
+impl LaggedSteering {
     /// The rows from `first` to `last`, which are reached from 2 s before.
     #[must_use]
     pub fn new(drive: &EvenDrive, lag: f64, first: usize, last: usize) -> Self {
@@ -156,14 +156,14 @@ impl Steer for Dual {
 
 /// A drive with what its models need of it again and again.
 #[derive(Clone, Debug)]
-pub struct Driven {
+pub struct DriveWithRates {
     /// The drive.
     pub drive: EvenDrive,
     /// Rate of the forward speed [m/s²].
     pub rate: Vec<f64>,
 }
 
-impl Driven {
+impl DriveWithRates {
     /// Differentiates the speed. Rows with a state or an input that nobody knows do not count.
     #[must_use]
     pub fn new(drive: &EvenDrive) -> Self {
@@ -185,7 +185,7 @@ impl Driven {
     /// The states at `start` and the `rows` after it.
     pub fn roll<T: Steer>(&self, car: &Car, x: &Vector, start: usize, rows: usize) -> Vec<[T; 2]> {
         let drive = &self.drive;
-        let steered = Steered::new(drive, x[LAG], start, start + rows);
+        let steered = LaggedSteering::new(drive, x[LAG], start, start + rows);
         let p = Parameters::new(&T::parameters(x));
         let substeps = (drive.step / LONGEST).ceil().max(1.0) as usize;
         let h = drive.step / substeps as f64;
@@ -216,7 +216,7 @@ impl Driven {
 
     /// Lateral acceleration [m/s²] in a row from its measured state.
     #[must_use]
-    pub fn a_y(&self, car: &Car, p: &Parameters<f64>, steered: &Steered, row: usize) -> f64 {
+    pub fn a_y(&self, car: &Car, p: &Parameters<f64>, steered: &LaggedSteering, row: usize) -> f64 {
         let drive = &self.drive;
         let delta = steered.angle(row) + p.offset;
         let u = Inputs { v_x: drive.motion.v_x[row], rate: self.rate[row], delta };

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::car::information::Errors;
-use crate::car::motion::{Driven, WARM_UP};
+use crate::car::motion::{DriveWithRates, WARM_UP};
 use crate::drive::EvenDrive;
 use crate::predictor::State;
 
@@ -23,7 +23,7 @@ const UNCORRELATED: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct Section {
     /// The drive, of which only the rows of the part count.
-    pub driven: Arc<Driven>,
+    pub driven: Arc<DriveWithRates>,
     /// First rows of the rollouts.
     pub starts: Vec<usize>,
     /// Rows of each.
@@ -50,7 +50,7 @@ impl Section {
 /// The sections of drives that have rollouts.
 #[must_use]
 pub fn sections(drives: &[EvenDrive]) -> Vec<Section> {
-    let all: Vec<Driven> = drives.iter().map(Driven::new).collect();
+    let all: Vec<DriveWithRates> = drives.iter().map(DriveWithRates::new).collect();
     let mut sections: Vec<Section> =
         all.iter().flat_map(|driven| parts(&driven.drive, all.len() == 1)).collect();
     let rollouts: usize = sections.iter().map(|section| section.starts.len()).sum();
@@ -75,7 +75,7 @@ fn parts(drive: &EvenDrive, alone: bool) -> Vec<Section> {
         let (first, last) = (*rows.get(from)?, *rows.get(to.checked_sub(1)?)?);
         let one = cut(drive, first, last);
         let (starts, ahead) = starts(&one, HORIZON, EVERY);
-        let driven = Arc::new(Driven::new(&one));
+        let driven = Arc::new(DriveWithRates::new(&one));
         (!starts.is_empty()).then_some(Section { driven, starts, ahead, weight: 1.0 })
     };
     (0..parts).filter_map(part).collect()

@@ -13,10 +13,12 @@ use crate::names::words;
 use crate::plugin::go_on;
 
 /// The errors of sensors that are wanted by themselves; none can be told of a log that is wrong.
-pub(super) fn judged(
+pub(super) fn assess_sensors(
     config: &ClosedLoop,
     options: &DriveOptions,
-    (used, log, model): (&[Drive], &Examination, &ModelVerdict),
+    used: &[Drive],
+    log: &Examination,
+    model: &ModelVerdict,
     host: &mut dyn Host,
 ) -> Result<Vec<CalibrationAssessment>, String> {
     if config.calibrate.is_empty() {

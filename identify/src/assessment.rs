@@ -8,7 +8,7 @@ use tire_inference::verdict::Verdict;
 
 /// A model on some drives: one score for each of them and each horizon.
 #[derive(Clone, Debug, Serialize)]
-pub struct Judged {
+pub struct ModelAssessment {
     /// For people.
     #[serde(skip)]
     pub name: String,
@@ -23,7 +23,7 @@ pub struct Judged {
 
 /// What was found of a parameter.
 #[derive(Clone, Debug, Serialize)]
-pub struct Found {
+pub struct ParameterAssessment {
     /// As `front_K`.
     #[serde(skip)]
     pub name: String,
@@ -46,7 +46,7 @@ pub struct Found {
     pub reason: String,
 }
 
-impl Found {
+impl ParameterAssessment {
     /// Caps the verdict by an error of the log that no fit makes up for.
     pub fn refuse(&mut self, sentence: &str) {
         self.verdict = Verdict::NotIdentifiable;
@@ -55,7 +55,7 @@ impl Found {
 }
 
 /// A time [s], a state [m/s, rad/s], and its standard deviations where the model says any.
-pub type Moment = (f64, State, Option<State>);
+pub type PredictedState = (f64, State, Option<State>);
 
 /// Measured states of a stretch and what was predicted of them.
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ pub struct Trace {
     /// Times [s] and states.
     pub measured: Vec<(f64, State)>,
     /// One prediction after the other.
-    pub predicted: Vec<Vec<Moment>>,
+    pub predicted: Vec<Vec<PredictedState>>,
 }
 
 /// The key of a horizon: `after_0_6_s`.
@@ -79,7 +79,7 @@ fn by_horizon<S: serde::Serializer>(scores: &[RolloutScore], to: S) -> Result<S:
 
 /// A number with its interval and verdict.
 #[derive(Clone, Debug, Serialize)]
-pub struct Told {
+pub struct ParameterInterval {
     /// As `front.K`.
     #[serde(skip)]
     pub name: String,
@@ -93,7 +93,7 @@ pub struct Told {
 
 /// How good an estimate of a hidden v_y is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Score {
+pub struct SideslipScore {
     /// Root mean square error of v_y [m/s].
     pub v_y: f64,
     /// That of the sideslip angle [rad].
@@ -105,4 +105,4 @@ pub struct Score {
 }
 
 /// A stretch of an estimate: time [s], v_y, its standard deviation, and v_y as it was measured [m/s].
-pub type Shown = Vec<(f64, f64, f64, f64)>;
+pub type SideslipTrace = Vec<(f64, f64, f64, f64)>;

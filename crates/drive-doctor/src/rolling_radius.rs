@@ -5,7 +5,7 @@ use serde::Serialize;
 
 /// The radius of v_x = R ω without force, with 95 % intervals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Rolling {
+pub struct RollingRadius {
     /// `front` or `rear`.
     pub axle: &'static str,
     /// R [m].
@@ -22,7 +22,7 @@ pub struct Rolling {
     pub sentence: String,
 }
 
-impl Rolling {
+impl RollingRadius {
     /// `None` of a radius that is no positive number.
     pub(crate) fn new(
         axle: &'static str,

@@ -18,7 +18,7 @@ use tire_inference::quantity::Quantity;
 use tire_inference::verdict::{NARROWED, Verdict};
 
 /// The uncertain data of a car, each with the car at minus and plus one standard deviation of it.
-pub fn perturbed(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
+pub fn perturbed_cars(car: &Car, uncertainty: &CarUncertainty) -> Vec<(&'static str, [Car; 2])> {
     let CarUncertainty { m, cg, I_zz, h, .. } = *uncertainty;
     let moved = |by: f64, change: fn(&mut Car, f64)| {
         [-by, by].map(|by| {
@@ -53,7 +53,7 @@ const USUAL_SHARE_STD: f64 = 0.05;
 
 /// The car with other shares of the braking force, where a rule stands for the share: those at the loads at rest, at minus and plus one
 /// standard deviation. It moves longitudinal forces only.
-pub fn braked_otherwise(car: &Car) -> Option<(&'static str, [Car; 2])> {
+pub fn cars_with_other_brake_share(car: &Car) -> Option<(&'static str, [Car; 2])> {
     let BrakeShare::Rule(ShareRule::ByLoad) = car.brake_front_share else { return None };
     let [front, rear] = car.body.static_loads();
     let share = front / (front + rear);
@@ -66,11 +66,11 @@ pub fn braked_otherwise(car: &Car) -> Option<(&'static str, [Car; 2])> {
 
 /// Moves of the parameters of one curve, each by one standard deviation of a datum of the car.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Widening {
+pub struct PropagatedUncertainty {
     moves: Vec<(&'static str, [Theta; 2])>,
 }
 
-impl Widening {
+impl PropagatedUncertainty {
     /// Adds the fits with a datum at minus and plus one standard deviation.
     pub fn add(&mut self, name: &'static str, ends: [Theta; 2]) {
         self.moves.push((name, ends));

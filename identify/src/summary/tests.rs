@@ -20,8 +20,8 @@ fn estimate() -> Estimate {
 
 static PRIOR: LazyLock<Prior> = LazyLock::new(Prior::lateral);
 
-fn lateral<'a>(name: &'a str, estimate: &'a Estimate) -> Told<'a> {
-    Told { name, direction: Direction::Lateral, estimate, prior: &PRIOR }
+fn lateral<'a>(name: &'a str, estimate: &'a Estimate) -> CurveSummary<'a> {
+    CurveSummary { name, direction: Direction::Lateral, estimate, prior: &PRIOR }
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     };
     let sentence = "The model does not fit: the yaw rate is late.".to_owned();
     let model = ModelVerdict { verdict: Fit::DoesNotFit, sentence, tests: Vec::new() };
-    let overall = Overall {
+    let overall = IdentificationSummary {
         model,
         causes: std::slice::from_ref(&cause),
         log: vec!["`r` is late.".to_owned()],
@@ -79,7 +79,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     );
     let row = json!(["offset of the steering angle", "0.00520 ± 0.00020 rad", "identified"]);
     assert_eq!(causes["rows"][0], row);
-    let fits = Overall { curves: vec![lateral("curve", &front)], ..Overall::default() };
+    let fits = IdentificationSummary { curves: vec![lateral("curve", &front)], ..IdentificationSummary::default() };
     assert_eq!(fits.verdict(), "Whether the model fits was not tested.");
     assert!(fits.is_sound() && fits.summary()[1].contains(" of 7 quantities are identified"));
     let test = FitTest {
@@ -89,7 +89,7 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         sentence: String::new(),
     };
     let tested = ModelVerdict { tests: vec![test], ..ModelVerdict::default() };
-    let fits = Overall { model: tested, curves: Vec::new(), ..Overall::default() };
+    let fits = IdentificationSummary { model: tested, curves: Vec::new(), ..IdentificationSummary::default() };
     assert_eq!(fits.verdict(), "The model fits the data.");
 }
 

@@ -17,7 +17,7 @@ use crate::names::{ORDER, origin, the_box, unit, words};
 
 /// One curve that was identified.
 #[derive(Clone, Copy, Debug)]
-pub struct Told<'a> {
+pub struct CurveSummary<'a> {
     /// As "front".
     pub name: &'a str,
     /// Which force.
@@ -28,7 +28,7 @@ pub struct Told<'a> {
     pub prior: &'a Prior,
 }
 
-impl Told<'_> {
+impl CurveSummary<'_> {
     /// Name in a sentence.
     pub fn title(&self) -> String {
         match self.direction {
@@ -40,7 +40,7 @@ impl Told<'_> {
 
 /// What was found as a whole.
 #[derive(Clone, Debug, Default)]
-pub struct Overall<'a> {
+pub struct IdentificationSummary<'a> {
     /// Whether the model fits.
     pub model: ModelVerdict,
     /// Errors of sensors and car that were estimated with the tires.
@@ -48,14 +48,14 @@ pub struct Overall<'a> {
     /// Sentences about the log, the worst first.
     pub log: Vec<String>,
     /// The curves.
-    pub curves: Vec<Told<'a>>,
+    pub curves: Vec<CurveSummary<'a>>,
     /// What makes intervals and bands wider than their source says, in a sentence; empty if nothing does.
     pub widened: &'static str,
     /// Sentences that come last.
     pub remarks: Vec<String>,
 }
 
-impl Overall<'_> {
+impl IdentificationSummary<'_> {
     /// The verdict in a sentence.
     pub fn verdict(&self) -> String {
         self.summary().swap_remove(0)
@@ -86,7 +86,7 @@ impl Overall<'_> {
 
     /// Where intervals and bands come from.
     fn origins(&self) -> Vec<String> {
-        let source = |told: &Told| origin(told.estimate.source, self.widened);
+        let source = |told: &CurveSummary| origin(told.estimate.source, self.widened);
         let mut origins: Vec<_> = self.curves.iter().map(source).collect();
         origins.dedup();
         origins
@@ -106,8 +106,8 @@ impl Overall<'_> {
     }
 
     /// Quantities by curve: "front B, C; rear C".
-    fn list(&self, is: impl Fn(&Told, &str) -> bool) -> String {
-        let of = |told: &Told| {
+    fn list(&self, is: impl Fn(&CurveSummary, &str) -> bool) -> String {
+        let of = |told: &CurveSummary| {
             let names: Vec<_> = ORDER.into_iter().filter(|name| is(told, name)).collect();
             (!names.is_empty()).then(|| format!("{} {}", told.title(), names.join(", ")))
         };
@@ -167,7 +167,7 @@ struct Outcome<'a> {
 }
 
 /// A row for each quantity, two columns for each curve.
-fn table(curves: &[&Told]) -> Table {
+fn table(curves: &[&CurveSummary]) -> Table {
     let head = curves.iter().flat_map(|told| [told.name, ""]);
     let head = std::iter::once("").chain(head).map(str::to_owned).collect();
     let there = |name: &&str| curves.iter().any(|told| told.estimate.mean.contains_key(*name));
@@ -182,7 +182,7 @@ fn table(curves: &[&Told]) -> Table {
     Table { head, rows: ORDER.into_iter().filter(there).map(row).collect() }
 }
 
-fn told_direction(curves: &[&Told]) -> Direction {
+fn told_direction(curves: &[&CurveSummary]) -> Direction {
     curves.first().map_or(Direction::Lateral, |told| told.direction)
 }
 

@@ -23,7 +23,7 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
         theta[2] *= factor;
         theta
     };
-    let mut widening = Widening::default();
+    let mut widening = PropagatedUncertainty::default();
     widening.add("m", [moved(0.97), moved(1.03)]);
     widening.add("h", [moved(1.04), moved(0.96)]);
     let mut after = before.clone();
@@ -50,7 +50,7 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
     assert!(band(new) > 3.0 * band(old), "the band of {} is {}", band(old), band(new));
 
     assert_eq!(old.identified["K"], Verdict::Identified);
-    let mut wide = Widening::default();
+    let mut wide = PropagatedUncertainty::default();
     wide.add("m", [moved(0.1), moved(1.9)]);
     let mut after = before.clone();
     wide.widen(&mut after, &Prior::longitudinal(), 1);
@@ -59,10 +59,10 @@ fn moves_add_as_squares_and_a_wide_quantity_is_not_identified() {
 
 #[test]
 fn an_exact_car_changes_nothing() {
-    assert!(perturbed(&Car::default(), &CarUncertainty::NONE).is_empty());
+    assert!(perturbed_cars(&Car::default(), &CarUncertainty::NONE).is_empty());
     let before = answer();
     let mut after = before.clone();
-    Widening::default().widen(&mut after, &Prior::longitudinal(), 1);
+    PropagatedUncertainty::default().widen(&mut after, &Prior::longitudinal(), 1);
     assert_eq!(before.estimates[0].1, after.estimates[0].1);
 }
 
@@ -70,7 +70,7 @@ fn an_exact_car_changes_nothing() {
 fn each_datum_moves_by_its_own_standard_deviation() {
     let car = Car::default();
     let uncertainty = CarUncertainty { h: 1.0, ..CarUncertainty::default() };
-    let found = perturbed(&car, &uncertainty);
+    let found = perturbed_cars(&car, &uncertainty);
     let names: Vec<_> = found.iter().map(|(name, _)| *name).collect();
     assert_eq!(names, ["m", "centre of gravity", "I_zz", "h"]);
     let body = |datum: usize, end: usize| found[datum].1[end].body;
@@ -90,7 +90,7 @@ fn no_peak_is_widened_to_the_other_side() {
         theta[0] *= factor;
         theta
     };
-    let mut wide = Widening::default();
+    let mut wide = PropagatedUncertainty::default();
     wide.add("m", [moved(0.3), moved(1.7)]);
     let shifted = Prior { free: [true; 6], ..Prior::longitudinal() };
     let mut after = before.clone();
@@ -103,11 +103,11 @@ fn no_peak_is_widened_to_the_other_side() {
 fn brakes_that_nobody_knows_are_moved_about_their_rule() {
     let by_load = BrakeShare::Rule(ShareRule::ByLoad);
     let car = Car { brake_front_share: by_load, ..Car::default() };
-    let (_, cars) = braked_otherwise(&car).expect("a rule");
+    let (_, cars) = cars_with_other_brake_share(&car).expect("a rule");
     let [front, rear] = car.body.static_loads();
     for (car, by) in cars.iter().zip([-0.05, 0.05]) {
         let BrakeShare::Fixed(share) = car.brake_front_share else { panic!("{car:?}") };
         assert_relative_eq!(share, front / (front + rear) + by);
     }
-    assert_eq!(braked_otherwise(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }), None);
+    assert_eq!(cars_with_other_brake_share(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }), None);
 }

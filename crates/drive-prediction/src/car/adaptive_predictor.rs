@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::car::bands::{Bands, Ended, Reading, Surprise};
-use crate::car::fit::Fitted;
-use crate::car::motion::{Driven, Dual, Steered};
+use crate::car::bands::{Bands, EndedPrediction, PredictionError, NormalisedError};
+use crate::car::fit::FittedCar;
+use crate::car::motion::{DriveWithRates, Dual, LaggedSteering};
 use crate::car::parameters::{LAG, Parameters, VARYING};
-use crate::car::past::Past;
+use crate::car::parameter_track::ParameterTrack;
 use crate::car::section::starts;
 use crate::drive::EvenDrive;
 use crate::predictor::{Predictor, State};
@@ -19,22 +19,22 @@ const HORIZON: f64 = 0.6;
 
 /// The car along a drive.
 #[derive(Clone, Debug)]
-pub struct Course<'a> {
-    fitted: &'a Fitted,
+pub struct AdaptivePredictor<'a> {
+    fitted: &'a FittedCar,
     bands: Option<&'a Bands>,
-    driven: Driven,
-    past: Past,
-    surprises: Vec<Surprise>,
+    driven: DriveWithRates,
+    past: ParameterTrack,
+    surprises: Vec<NormalisedError>,
     a_y: Vec<f64>,
     a_y_spread: Option<Vec<f64>>,
 }
 
-impl<'a> Course<'a> {
+impl<'a> AdaptivePredictor<'a> {
     /// Goes along a drive that the car was not fitted to.
     #[must_use]
-    pub fn new(fitted: &'a Fitted, bands: Option<&'a Bands>, drive: &EvenDrive) -> Self {
-        let driven = Driven::new(drive);
-        let past = Past::new(fitted, &driven);
+    pub fn new(fitted: &'a FittedCar, bands: Option<&'a Bands>, drive: &EvenDrive) -> Self {
+        let driven = DriveWithRates::new(drive);
+        let past = ParameterTrack::new(fitted, &driven);
         let a_y = a_y(fitted, &driven, &past);
         let mut course =
             Self { fitted, bands, driven, past, surprises: Vec::new(), a_y, a_y_spread: None };
@@ -49,13 +49,13 @@ impl<'a> Course<'a> {
 
     /// What is known of the parameters while the drive goes on.
     #[must_use]
-    pub fn past(&self) -> &Past {
+    pub fn past(&self) -> &ParameterTrack {
         &self.past
     }
 
     /// Predictions over `horizon` [s] that started every half a second; every `stride`-th row is read.
     #[must_use]
-    pub fn predictions(&self, horizon: f64, stride: usize) -> Vec<Ended> {
+    pub fn predictions(&self, horizon: f64, stride: usize) -> Vec<EndedPrediction> {
         let (starts, ahead) = starts(&self.driven.drive, horizon, EVERY);
         let one = |start: &usize| {
             let states = self.with_variance(*start, ahead);
@@ -64,17 +64,17 @@ impl<'a> Course<'a> {
                 let (state, variance) = states[k];
                 let measured = [drive.motion.v_y[start + k], drive.motion.r[start + k]];
                 let error = [state[0] - measured[0], state[1] - measured[1]];
-                Reading { time: k as f64 * drive.step, error, variance }
+                PredictionError { time: k as f64 * drive.step, error, variance }
             };
             let readings = (stride..=ahead).step_by(stride).map(reading).collect();
-            Ended { start: *start, end: start + ahead, readings }
+            EndedPrediction { start: *start, end: start + ahead, readings }
         };
         starts.par_iter().map(one).collect()
     }
 
     /// The predictions by which it is known how it went lately.
     #[must_use]
-    pub fn short(&self) -> Vec<Ended> {
+    pub fn short(&self) -> Vec<EndedPrediction> {
         self.predictions(HORIZON, 1)
     }
 
@@ -101,7 +101,7 @@ impl<'a> Course<'a> {
 }
 
 /// a_y [m/s²] in all rows, from their measured states and what was known of the parameters then.
-fn a_y(fitted: &Fitted, driven: &Driven, past: &Past) -> Vec<f64> {
+fn a_y(fitted: &FittedCar, driven: &DriveWithRates, past: &ParameterTrack) -> Vec<f64> {
     let rows = driven.drive.rows();
     let known = past.all();
     let part = |i: usize| {
@@ -110,7 +110,7 @@ fn a_y(fitted: &Fitted, driven: &Driven, past: &Past) -> Vec<f64> {
         if one.from >= until {
             return Vec::new();
         }
-        let steered = Steered::new(&driven.drive, one.x[LAG], one.from, until - 1);
+        let steered = LaggedSteering::new(&driven.drive, one.x[LAG], one.from, until - 1);
         let parameters = Parameters::new(&one.x);
         let at = |row| driven.a_y(&fitted.car, &parameters, &steered, row);
         (one.from..until).map(at).collect()
@@ -118,7 +118,7 @@ fn a_y(fitted: &Fitted, driven: &Driven, past: &Past) -> Vec<f64> {
     (0..known.len()).into_par_iter().flat_map_iter(part).collect()
 }
 
-impl Predictor for Course<'_> {
+impl Predictor for AdaptivePredictor<'_> {
     fn name(&self) -> &str {
         NAME
     }

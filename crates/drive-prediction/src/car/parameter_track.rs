@@ -4,9 +4,9 @@ use nalgebra::{SMatrix, SVector};
 use numerics::loss::Loss;
 use rayon::prelude::*;
 
-use crate::car::fit::Fitted;
+use crate::car::fit::FittedCar;
 use crate::car::information::Errors;
-use crate::car::motion::Driven;
+use crate::car::motion::DriveWithRates;
 use crate::car::parameters::{LAG, LEAST_LAG, VARYING, Vector};
 use crate::car::section::starts;
 
@@ -28,7 +28,7 @@ const FARTHEST: f64 = 3.0;
 
 /// What is known of the parameters from a row on.
 #[derive(Clone, Debug)]
-pub struct Known {
+pub struct ParameterEstimate {
     /// The row.
     pub from: usize,
     /// The parameters.
@@ -39,12 +39,12 @@ pub struct Known {
 
 /// The parameters while a drive goes on.
 #[derive(Clone, Debug)]
-pub struct Past(Vec<Known>);
+pub struct ParameterTrack(Vec<ParameterEstimate>);
 
-impl Past {
+impl ParameterTrack {
     /// Of a drive that the car was not fitted to. Derivatives are those at θ.
     #[must_use]
-    pub fn new(fitted: &Fitted, driven: &Driven) -> Self {
+    pub fn new(fitted: &FittedCar, driven: &DriveWithRates) -> Self {
         let (starts, ahead) = starts(&driven.drive, HORIZON, EVERY);
         let roll = |start: &usize| {
             let rows = (*start, ahead);
@@ -66,13 +66,13 @@ impl Past {
 
     /// What the rows up to this one tell.
     #[must_use]
-    pub fn at(&self, row: usize) -> &Known {
+    pub fn at(&self, row: usize) -> &ParameterEstimate {
         &self.0[self.0.partition_point(|known| known.from <= row).max(1) - 1]
     }
 
     /// All that was ever known, in order.
     #[must_use]
-    pub fn all(&self) -> &[Known] {
+    pub fn all(&self) -> &[ParameterEstimate] {
         &self.0
     }
 }
@@ -111,7 +111,7 @@ impl Estimate {
         }
     }
 
-    fn known(&self, fitted: &Fitted, from: usize) -> Known {
+    fn known(&self, fitted: &FittedCar, from: usize) -> ParameterEstimate {
         let mut x = fitted.common;
         for (x, (spread, mean)) in x.iter_mut().zip(fitted.spread.iter().zip(self.mean.iter())) {
             *x += spread * mean;
@@ -119,6 +119,6 @@ impl Estimate {
         x[LAG] = x[LAG].max(LEAST_LAG);
         let covariance = self.covariance.unwrap_or_else(Covariance::identity);
         let scaled = |i: usize, k: usize| covariance[(i, k)] * fitted.spread[i] * fitted.spread[k];
-        Known { from, x, covariance: Covariance::from_fn(scaled) }
+        ParameterEstimate { from, x, covariance: Covariance::from_fn(scaled) }
     }
 }

@@ -18,10 +18,10 @@ fn found(seed: u64) -> Answer {
     identify(&points(seed), &settings, &[Method::LeastSquares]).expect("a fit")
 }
 
-fn drawn<'a>(tire: &'a str, answer: &'a Answer) -> DrawnTire<'a> {
+fn drawn<'a>(tire: &'a str, answer: &'a Answer) -> TirePosterior<'a> {
     let estimate = &answer.estimates[0].1;
     let tire = Tire { node: "plant", tire, estimate, direction: Direction::Lateral };
-    DrawnTire { tire, posterior: &answer.posterior }
+    TirePosterior { tire, posterior: &answer.posterior }
 }
 
 /// The first line, and the columns.
@@ -50,7 +50,7 @@ fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
     let (front, rear) = (found(1), found(2));
     let tires = [drawn("tire_f", &front), drawn("tire_r", &rear)];
     assert_eq!(missing(&tires), None);
-    let text = write(&tires, Draws::Apart, 7).expect("draws");
+    let text = write(&tires, Dependence::Independent, 7).expect("draws");
     let (heads, columns) = read(&text);
     let expected = ["tire_f", "tire_r"]
         .map(|tire| ["B", "C", "D", "E"].map(|name| format!("plant.{tire}.{name}")));
@@ -82,13 +82,13 @@ fn the_draws_have_the_moments_of_the_report_and_axles_are_independent() {
 fn draws_that_belong_together_stay_on_one_line_and_a_seed_gives_the_same_bits() {
     let answer = found(1);
     let twins = [drawn("tire_f", &answer), drawn("tire_r", &answer)];
-    let text = write(&twins, Draws::Together, 7).expect("draws");
+    let text = write(&twins, Dependence::Joint, 7).expect("draws");
     let (_, columns) = read(&text);
     assert!(columns.iter().all(|column| column.len() == DRAWS));
     assert_eq!(columns[..4], columns[4..]);
-    assert_eq!(write(&twins, Draws::Together, 7).as_ref(), Some(&text));
-    assert_ne!(write(&twins, Draws::Together, 8).as_ref(), Some(&text));
-    let (_, apart) = read(&write(&twins, Draws::Apart, 7).expect("draws"));
+    assert_eq!(write(&twins, Dependence::Joint, 7).as_ref(), Some(&text));
+    assert_ne!(write(&twins, Dependence::Joint, 8).as_ref(), Some(&text));
+    let (_, apart) = read(&write(&twins, Dependence::Independent, 7).expect("draws"));
     assert_ne!(apart[0], apart[4], "other axles, other lines");
 }
 
@@ -99,7 +99,7 @@ fn where_there_is_nothing_to_draw_from_that_is_told() {
         let mut changed = answer.clone();
         change(&mut changed);
         let tires = [drawn("tire_f", &answer), drawn("tire_r", &changed)];
-        assert_eq!(write(&tires, Draws::Apart, 1), None);
+        assert_eq!(write(&tires, Dependence::Independent, 1), None);
         missing(&tires).expect("a sentence")
     };
     let no_posterior = told(&|answer| answer.estimates[0].1.source = UncertaintySource::Likelihood);

@@ -22,7 +22,7 @@ const DRAWS: usize = 1000;
 
 /// A tire of the plant, and what its data and the box say together.
 #[derive(Clone, Copy, Debug)]
-pub struct DrawnTire<'a> {
+pub struct TirePosterior<'a> {
     /// The tire, with what is published of it.
     pub tire: Tire<'a>,
     /// The draws that its uncertainty is that of.
@@ -31,25 +31,25 @@ pub struct DrawnTire<'a> {
 
 /// Whether draws of one index belong together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Draws {
+pub enum Dependence {
     /// They do: the posterior is that of all tires together.
-    Together,
+    Joint,
     /// They do not: each tire has a posterior of its own.
-    Apart,
+    Independent,
 }
 
 /// The tires that drives of a node told of.
-pub fn of_drives<'a>(node: &'a str, found: &'a Identification) -> [DrawnTire<'a>; 2] {
+pub fn of_drives<'a>(node: &'a str, found: &'a Identification) -> [TirePosterior<'a>; 2] {
     [("tire_f", Axle::Front), ("tire_r", Axle::Rear)].map(|(tire, axle)| {
         let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
-        DrawnTire { tire: Tire { node, tire, estimate, direction: Direction::Lateral }, posterior }
+        TirePosterior { tire: Tire { node, tire, estimate, direction: Direction::Lateral }, posterior }
     })
 }
 
 /// Why there are no draws to leave, in a sentence; `None` if there are.
-pub fn missing(tires: &[DrawnTire]) -> Option<String> {
-    let why = |drawn: &DrawnTire| {
-        let DrawnTire { tire: Tire { tire, estimate, .. }, posterior } = drawn;
+pub fn missing(tires: &[TirePosterior]) -> Option<String> {
+    let why = |drawn: &TirePosterior| {
+        let TirePosterior { tire: Tire { tire, estimate, .. }, posterior } = drawn;
         let finite = |theta: &Theta| theta.iter().all(|value| value.is_finite());
         if estimate.source == UncertaintySource::Likelihood {
             Some(format!("there is no posterior of {tire}"))
@@ -69,14 +69,14 @@ pub fn missing(tires: &[DrawnTire]) -> Option<String> {
 
 /// 1,000 draws of equal weight in random order, each on a line with the parameters of all tires, under the names of `tires.toml`;
 /// none where [`missing`] says why. A seed gives the same bits.
-pub fn write(tires: &[DrawnTire], draws: Draws, seed: u64) -> Option<String> {
+pub fn write(tires: &[TirePosterior], draws: Dependence, seed: u64) -> Option<String> {
     if missing(tires).is_some() {
         return None;
     }
     let mut columns = Vec::new();
-    for (number, DrawnTire { tire, posterior }) in tires.iter().enumerate() {
+    for (number, TirePosterior { tire, posterior }) in tires.iter().enumerate() {
         // Draws lie in the order of the cells of a grid: in that order the tires would seem to be alike.
-        let stream = if draws == Draws::Together { 0 } else { number as u128 };
+        let stream = if draws == Dependence::Joint { 0 } else { number as u128 };
         let chosen = shuffled(posterior.samples.len(), seed, stream);
         for parameter in Parameter::ALL {
             if tire.estimate.mean.contains_key(parameter.name()) {

@@ -2,9 +2,9 @@
 
 use crate::car::bands::Bands;
 use crate::car::calibration::calibrate;
-use crate::car::course::{Course, NAME};
-use crate::car::fit::{Fitted, Unfit, fit_sections};
-use crate::car::motion::{Driven, Inputs, Steered, forces};
+use crate::car::adaptive_predictor::{AdaptivePredictor, NAME};
+use crate::car::fit::{FittedCar, FitError, fit_sections};
+use crate::car::motion::{DriveWithRates, Inputs, LaggedSteering, forces};
 use crate::car::parameters::{Car, LAG, OFFSET, Parameters};
 use crate::car::section::sections;
 use crate::drive::EvenDrive;
@@ -12,19 +12,19 @@ use crate::predictor::{Predictor, State};
 
 /// A car that was fitted, and how far its predictions are off.
 #[derive(Clone, Debug)]
-pub struct Predicting {
+pub struct CarPredictor {
     /// Its parameters.
-    pub fitted: Fitted,
+    pub fitted: FittedCar,
     /// Its bands, if there were logs to leave out.
     pub bands: Option<Bands>,
 }
 
-impl Predicting {
+impl CarPredictor {
     /// Fits a car to drives, and again to all but one of them to learn how far predictions are off.
     ///
     /// # Errors
     /// If no part of the drives can be predicted.
-    pub fn new(drives: &[EvenDrive], car: &Car) -> Result<Self, Unfit> {
+    pub fn new(drives: &[EvenDrive], car: &Car) -> Result<Self, FitError> {
         let mut sections = sections(drives);
         let fitted = fit_sections(&mut sections, car, None)?;
         let bands = calibrate(&fitted, &sections)?;
@@ -41,24 +41,24 @@ fn slope(drive: &EvenDrive, row: usize) -> f64 {
 }
 
 /// Without a past: as at the first row of any log.
-impl Predictor for Predicting {
+impl Predictor for CarPredictor {
     fn name(&self) -> &str {
         NAME
     }
 
     fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
         let Some(last) = drive.rows().checked_sub(1) else { return Vec::new() };
-        let steered = Steered::new(drive, self.fitted.common[LAG], 0, last);
+        let steered = LaggedSteering::new(drive, self.fitted.common[LAG], 0, last);
         let offset = self.fitted.common[OFFSET];
         (0..=last).map(|row| steered.angle(row) + offset).collect()
     }
 
     fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
-        Driven::new(drive).roll::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
+        DriveWithRates::new(drive).roll::<f64>(&self.fitted.car, &self.fitted.common, start, rows)
     }
 
     fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
-        let Fitted { car, common, .. } = &self.fitted;
+        let FittedCar { car, common, .. } = &self.fitted;
         let p = Parameters::new(common);
         let rate = slope(drive, row);
         let u = Inputs { v_x: drive.motion.v_x[row], rate, delta: steering[row] };
@@ -67,6 +67,6 @@ impl Predictor for Predicting {
     }
 
     fn along<'a>(&'a self, drive: &EvenDrive) -> Option<Box<dyn Predictor + 'a>> {
-        Some(Box::new(Course::new(&self.fitted, self.bands.as_ref(), drive)))
+        Some(Box::new(AdaptivePredictor::new(&self.fitted, self.bands.as_ref(), drive)))
     }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 /// The understeer gradient K of delta = L r/v_x + K v_x r + offset, with 95 % intervals.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Understeer {
+pub struct UndersteerGradient {
     /// K [rad s²/m]: more steering for more lateral acceleration.
     pub gradient: f64,
     /// Its interval.

@@ -13,7 +13,7 @@ use vehicle::Aero;
 
 /// A number of the car.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Known {
+pub struct UncertainValue {
     /// The number.
     pub value: f64,
     /// Its standard deviation, in the same unit; absent, that of the quantity.
@@ -28,10 +28,10 @@ struct WithStd {
     std: f64,
 }
 
-struct KnownVisitor;
+struct UncertainValueVisitor;
 
-impl<'de> Visitor<'de> for KnownVisitor {
-    type Value = Known;
+impl<'de> Visitor<'de> for UncertainValueVisitor {
+    type Value = UncertainValue;
 
     fn expecting(&self, to: &mut Formatter) -> Written {
         to.write_str(
@@ -39,27 +39,27 @@ impl<'de> Visitor<'de> for KnownVisitor {
         )
     }
 
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Known, E> {
-        Ok(Known { value, std: None })
+    fn visit_f64<E: Error>(self, value: f64) -> Result<UncertainValue, E> {
+        Ok(UncertainValue { value, std: None })
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Known, E> {
+    fn visit_i64<E: Error>(self, value: i64) -> Result<UncertainValue, E> {
         self.visit_f64(value as f64)
     }
 
-    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Known, A::Error> {
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<UncertainValue, A::Error> {
         let WithStd { value, std } = WithStd::deserialize(MapAccessDeserializer::new(table))?;
-        Ok(Known { value, std: Some(std) })
+        Ok(UncertainValue { value, std: Some(std) })
     }
 }
 
-impl<'de> Deserialize<'de> for Known {
+impl<'de> Deserialize<'de> for UncertainValue {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        from.deserialize_any(KnownVisitor)
+        from.deserialize_any(UncertainValueVisitor)
     }
 }
 
-impl JsonSchema for Known {
+impl JsonSchema for UncertainValue {
     fn schema_name() -> Cow<'static, str> {
         "Known".into()
     }
@@ -88,14 +88,14 @@ pub enum Air {
     /// Neither drag nor downforce.
     None,
     /// Drag and downforce.
-    Known(Aero),
+    UncertainValue(Aero),
 }
 
 impl From<Air> for Aero {
     fn from(air: Air) -> Self {
         match air {
             Air::None => Self { C_d: 0.0, C_lf: 0.0, C_lr: 0.0, ..Self::default() },
-            Air::Known(aero) => aero,
+            Air::UncertainValue(aero) => aero,
         }
     }
 }
@@ -115,7 +115,7 @@ impl<'de> Visitor<'de> for AirVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Air, A::Error> {
-        Aero::deserialize(MapAccessDeserializer::new(table)).map(Air::Known)
+        Aero::deserialize(MapAccessDeserializer::new(table)).map(Air::UncertainValue)
     }
 }
 
