@@ -6,7 +6,7 @@ mod car;
 mod closed_loop;
 mod curve;
 mod doctor;
-mod known;
+mod uncertain_value;
 mod prediction;
 mod rules;
 mod shared;

@@ -8,8 +8,8 @@
 
 pub mod config;
 pub mod design;
-pub mod draws;
-pub mod judged;
+pub mod posterior_draws;
+pub mod assessment;
 pub mod loads;
 pub mod names;
 pub mod page;
@@ -19,5 +19,5 @@ pub mod sobol;
 pub mod start_values;
 pub mod stretches;
 pub mod studies;
-pub mod told;
-pub mod widening;
+pub mod summary;
+pub mod uncertainty_propagation;

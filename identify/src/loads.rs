@@ -20,7 +20,7 @@ pub struct Loads {
 
 /// What is told of an axle.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct AxleLoadEffects {
     /// Key of the axle in the result.
     pub axle: &'static str,
     /// What its lateral points tell; absent where there are too few.
@@ -65,8 +65,8 @@ impl Loads {
     }
 
     /// What is told, with the longitudinal curves of both axles.
-    pub fn told(&self, longitudinal: [Option<&Estimate>; 2]) -> Vec<Loaded> {
-        let told = |(at, (fit, moves)): (usize, &(Option<Axle>, Vec<Move>))| Loaded {
+    pub fn told(&self, longitudinal: [Option<&Estimate>; 2]) -> Vec<AxleLoadEffects> {
+        let told = |(at, (fit, moves)): (usize, &(Option<Axle>, Vec<Move>))| AxleLoadEffects {
             axle: ["front", "rear"][at],
             effects: fit.as_ref().map(|fit| fit.judge(moves)),
             slip_stiffness: SlipStiffness::of(at, longitudinal[at]),
@@ -103,7 +103,7 @@ impl SlipStiffness {
     }
 }
 
-impl Loaded {
+impl AxleLoadEffects {
     /// All that has a verdict of the lateral points.
     pub fn effects_mut(&mut self) -> impl Iterator<Item = &mut Effect> {
         self.effects.iter_mut().flat_map(|it| [&mut it.K, &mut it.D, &mut it.mu_x])
@@ -114,9 +114,9 @@ impl Loaded {
 pub const TOO_FEW: &str = "There are too few rows with a slip. Drive corners.";
 
 /// What is told under `load_sensitivity` and `combined_slip`, by axle.
-pub fn report(told: &[Loaded]) -> [Value; 2] {
+pub fn report(told: &[AxleLoadEffects]) -> [Value; 2] {
     let (mut sensitivity, mut combined) = (json!({}), json!({}));
-    for Loaded { axle, effects, slip_stiffness } in told {
+    for AxleLoadEffects { axle, effects, slip_stiffness } in told {
         let nothing = || json!({ "verdict": Verdict::NotIdentifiable, "reason": TOO_FEW });
         let effect = |of: fn(&LoadEffects) -> &Effect| {
             effects.as_ref().map_or_else(nothing, |it| json!(of(it)))

@@ -33,10 +33,10 @@ use tire_inference::posterior::report::UncertaintySource;
 use tire_inference::prior::Prior;
 use tire_inference::quantity::{PerQuantity, Quantity};
 
-use crate::loads::Loaded;
-use crate::stretches::Drifting;
+use crate::loads::AxleLoadEffects;
+use crate::stretches::QuantityDrift;
 use crate::studies::{excitation, sensitivity};
-use crate::told::Overall;
+use crate::summary::IdentificationSummary;
 
 /// All that the page shows. What is absent has no section.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +44,7 @@ pub struct Page<'a> {
     /// Title.
     pub title: &'a str,
     /// What was found as a whole.
-    pub overall: Option<&'a Overall<'a>>,
+    pub overall: Option<&'a IdentificationSummary<'a>>,
     /// The car: name and value.
     pub car: &'a [(String, String)],
     /// The log, and what was done to it: name and value.
@@ -56,9 +56,9 @@ pub struct Page<'a> {
     /// What is wrong with the log.
     pub log: Option<&'a Examination>,
     /// How stiffness and friction change over the log.
-    pub drift: &'a [Drifting],
+    pub drift: &'a [QuantityDrift],
     /// What loads, longitudinal forces and slips tell.
-    pub loads: &'a [Loaded],
+    pub loads: &'a [AxleLoadEffects],
     /// Estimates over excitation.
     pub excitation: Option<&'a excitation::Study>,
     /// Sensitivities over slip.

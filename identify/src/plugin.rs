@@ -22,11 +22,11 @@ use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
 use crate::config::{Config, Sensitivity};
-use crate::draws::{self, DrawnTire, Draws};
+use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::page::{self, Page};
 use crate::start_values;
 use crate::studies::{excitation, sensitivity};
-use crate::told::{Overall, Told};
+use crate::summary::{IdentificationSummary, CurveSummary};
 
 /// The plugin.
 struct Identify;
@@ -73,14 +73,10 @@ impl Analysis for Identify {
                 let has = |name: &str| request.signal(name).is_some();
                 config.car.iter().try_for_each(|car| car.demand_wheels(has))?;
                 config.drift.demand_laps(has)?;
-                let mut recording = DriveLog::default();
-                for signal in &request.signals {
-                    recording.insert(signal.name, Vec::new(), Vec::new());
-                }
-                recording.complete().map_err(|error| error.to_string().into())
+                drive_log(request).complete().map_err(|error| error.to_string().into())
             }
             Config::ClosedLoop(config) => {
-                Ok(closed_loop::recording(request, config.gap).map(drop)?)
+                Ok(closed_loop::drive(&drive_log(request), config.gap).map(drop)?)
             }
             Config::Curve(config) => Ok(curve::columns(request, config.direction).map(drop)?),
             Config::Doctor(_) => Ok(doctor::check(request)?),
@@ -110,6 +106,13 @@ impl Analysis for Identify {
 
 plugin::export!(Identify);
 
+/// The signals of a request.
+fn drive_log<'a>(request: &Request<'a>) -> DriveLog<'a> {
+    let mut log = DriveLog::default();
+    request.signals.iter().for_each(|it| log.insert_borrowed(it.name, it.time, it.values));
+    log
+}
+
 /// What an analysis says that the program asked to give up.
 const CANCELLED: &str = "cancelled";
 
@@ -118,8 +121,8 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 }
 
 /// What was found of these curves as a whole: whether the model fits is what their samples say under the posterior of each.
-fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
-    let predictive = |told: &Told<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
+fn overall<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
+    let predictive = |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
     let checks: Vec<_> =
         curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
     let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();
@@ -144,7 +147,7 @@ fn overall<'a>(curves: Vec<Told<'a>>) -> Overall<'a> {
         }
     };
     let log = wrong.iter().map(|(title, check)| format!("{title}: {}", check.message)).collect();
-    Overall { model, log, curves, ..Overall::default() }
+    IdentificationSummary { model, log, curves, ..IdentificationSummary::default() }
 }
 
 /// What the page shows of each method.
@@ -169,15 +172,16 @@ fn posterior<'a>(found: &'a Answer, estimate: &Estimate) -> &'a PosteriorSamples
 
 /// Leaves what was found for the next run, and for a sweep over what the data left open.
 fn leave_start_values(
-    (tires, draws): (&[DrawnTire], Draws),
+    tires: &[TirePosterior],
+    dependence: Dependence,
     verdict: &str,
     seed: u64,
     host: &mut dyn Host,
 ) {
     let found: Vec<_> = tires.iter().map(|drawn| drawn.tire).collect();
     host.file("tires.toml", &start_values::write(&found, verdict));
-    if let Some(text) = draws::write(tires, draws, seed) {
-        host.file(draws::FILE, &text);
+    if let Some(text) = posterior_draws::write(tires, dependence, seed) {
+        host.file(posterior_draws::FILE, &text);
     }
 }
 

@@ -17,7 +17,7 @@ const MOST_STRETCHES: f64 = 100.0;
 
 /// The drift of one quantity of one axle.
 #[derive(Clone, Debug, Serialize)]
-pub struct Drifting {
+pub struct QuantityDrift {
     /// As "stiffness K of the rear axle".
     #[serde(skip)]
     pub name: String,
@@ -98,7 +98,7 @@ pub fn drift<'a>(
     config: &stretches::Drift,
     signal: impl Fn(&str) -> Option<[&'a [f64]; 2]>,
     (prepared, pipeline): (&Prepared, &Pipeline),
-) -> Vec<Drifting> {
+) -> Vec<QuantityDrift> {
     let usual = StretchPrior::default();
     let of_axle = |(axle, series, load): (&'static str, &Series, f64)| {
         let seconds =
@@ -140,14 +140,14 @@ pub fn drift<'a>(
             let drift = Drift::of(&values);
             let name = format!("{title} of the {axle} axle");
             let sentence = drift.sentence(&name, unit.0, unit.1);
-            Drifting { name, axle, quantity, unit, sentence, drift }
+            QuantityDrift { name, axle, quantity, unit, sentence, drift }
         })
     };
     axles(prepared, pipeline).into_iter().flat_map(of_axle).collect()
 }
 
 /// The drift by axle and quantity.
-pub fn report(told: &[Drifting]) -> Value {
+pub fn report(told: &[QuantityDrift]) -> Value {
     let mut result = json!({});
     for it in told {
         result[it.axle][it.quantity] = json!(it);

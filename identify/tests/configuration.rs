@@ -1,8 +1,8 @@
 //! Checks the meaning of each configuration key, and that an error names its key.
 
-use drive_inference::cause::{Cause, Causes};
 use drive_inference::{CarUncertainty, DriveOptions, correction};
 use identify::config::Config;
+use preparation::{SystematicError, SystematicErrors};
 use tire_inference::variational::Optimiser;
 use tire_inference::variational::adam::Adam;
 
@@ -207,9 +207,9 @@ fn every_line_that_corrects_an_error_is_one_that_a_scenario_takes() {
         closed_loop(&format!("body = {{ {BODY} }}\naero = \"none\"\nbrake_front_share = 0.6"));
     let car = car.expect("a car").car;
     let keys = column_keys();
-    for cause in Cause::ALL {
+    for cause in SystematicError::ALL {
         for value in [0.0123, -0.0123] {
-            let mut found = Causes::default();
+            let mut found = SystematicErrors::default();
             found[cause] = value;
             let lines = correction::lines(cause, &found, 0.001, &car);
             let table: toml::Table = toml::from_str(&lines).expect(&lines);
@@ -242,15 +242,15 @@ fn merge(into: &mut toml::Table, more: &toml::Table) {
 #[test]
 fn lines_correct_what_was_done_to_a_record() {
     let car = vehicle::Vehicle::default();
-    let mut found = Causes::default();
-    (found[Cause::SteeringOffset], found[Cause::SteeringGain]) = (0.01, 0.25);
+    let mut found = SystematicErrors::default();
+    (found[SystematicError::SteeringOffset], found[SystematicError::SteeringGain]) = (0.01, 0.25);
     // The record of 0.2 rad is 1.25 · 0.2 + 0.01; with the gain of 0.8 and this offset it is 0.2 again.
-    let line = correction::lines(Cause::SteeringOffset, &found, 0.0, &car);
+    let line = correction::lines(SystematicError::SteeringOffset, &found, 0.0, &car);
     assert_eq!(line, "table.columns.delta.offset = -0.008000  # [rad]");
-    let line = correction::lines(Cause::SteeringGain, &found, 0.0, &car);
+    let line = correction::lines(SystematicError::SteeringGain, &found, 0.0, &car);
     assert_eq!(line, "table.columns.delta.gain = 0.8000");
-    found[Cause::CentreOfGravity] = 0.1;
-    let lines = correction::lines(Cause::CentreOfGravity, &found, 0.005, &car);
+    found[SystematicError::CentreOfGravity] = 0.1;
+    let lines = correction::lines(SystematicError::CentreOfGravity, &found, 0.005, &car);
     let vehicle::Body { l_f, l_r, .. } = car.body;
     assert!(lines.contains(&format!("value = {:.3}", l_f - 0.1)), "{lines}");
     assert!(lines.contains(&format!("l_r = {:.3}", l_r + 0.1)), "{lines}");

@@ -6,8 +6,8 @@ mod real_log;
 mod windows;
 
 use drive_inference::CarUncertainty;
-use identify::loads::{Loaded, Loads};
-use identify::widening::{braked_otherwise, perturbed};
+use identify::loads::{AxleLoadEffects, Loads};
+use identify::uncertainty_propagation::{cars_with_other_brake_share, perturbed_cars};
 use preparation::{Pipeline, Series};
 use tire_inference::load::{Axle, Obstacle};
 use tire_inference::local::StretchPrior;
@@ -15,12 +15,12 @@ use tire_inference::verdict::Verdict;
 use windows::Log;
 
 /// What is told with this uncertainty of the car.
-fn told(log: &Log, uncertainty: &CarUncertainty) -> Vec<Loaded> {
+fn told(log: &Log, uncertainty: &CarUncertainty) -> Vec<AxleLoadEffects> {
     let prepare = |pipeline: &Pipeline| pipeline.run(&log.recording).expect("points");
     let mut loads = Loads::fit(&prepare(&log.pipeline), &log.pipeline);
     let car = &log.pipeline.car;
-    let cars = perturbed(car, uncertainty);
-    for (name, cars) in cars.into_iter().chain(braked_otherwise(car)) {
+    let cars = perturbed_cars(car, uncertainty);
+    for (name, cars) in cars.into_iter().chain(cars_with_other_brake_share(car)) {
         let ends = cars.map(|car| {
             let pipeline = Pipeline { car, ..log.pipeline.clone() };
             loads.with(&prepare(&pipeline), &pipeline)
@@ -50,7 +50,7 @@ fn told(log: &Log, uncertainty: &CarUncertainty) -> Vec<Loaded> {
 }
 
 /// Verdicts of K, D and μ_x.
-fn verdicts(told: &Loaded) -> [Verdict; 3] {
+fn verdicts(told: &AxleLoadEffects) -> [Verdict; 3] {
     let effects = told.effects.as_ref().expect("rows");
     [&effects.K, &effects.D, &effects.mu_x].map(|it| it.verdict)
 }

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use preparation::{DriveLog, Signal};
 
-use crate::finding::{Examination, Finding, NotTold};
+use crate::finding::{Examination, Finding, OpenQuestion};
 
 /// Channels that are looked at, with their units. ISO 8855 axes: x forward, y left, z up; left turns are positive. `roll` is
 /// that of the body with the road under it, `course` the direction of travel over ground, `x` and `y` the place on the ground: a
@@ -34,7 +34,7 @@ fn unwrap(course: &mut Signal) {
     let is_in_deg = course.value.iter().any(|angle| angle.abs() > 7.0 && angle.is_finite());
     let factor = if is_in_deg { PI / 180.0 } else { 1.0 };
     let mut latest = f64::NAN;
-    for angle in course.value.iter_mut().filter(|angle| angle.is_finite()) {
+    for angle in course.value.to_mut().iter_mut().filter(|angle| angle.is_finite()) {
         let turned = *angle * factor;
         *angle = match latest.is_nan() {
             true => turned,
@@ -48,7 +48,7 @@ fn unwrap(course: &mut Signal) {
 const APART: usize = 5;
 
 /// The direction of travel of a car that was at these places; left turns are positive. `None` of a car that stays.
-fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
+fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal<'static>)> {
     let rows = APART..x.time.len().checked_sub(APART).filter(|end| *end > APART)?;
     let moved = |k: usize| [x, y].map(|it| it.value[k + APART] - it.value[k - APART]);
     let stays = rows.clone().all(|k| moved(k) == [0.0; 2]);
@@ -59,8 +59,8 @@ fn travelled(x: &Signal, y: &Signal) -> Option<(&'static str, Signal)> {
         let [along, across] = moved(k);
         across.atan2(along)
     };
-    let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect());
-    let mut course = Signal { time, value };
+    let (time, value) = (x.time[rows.clone()].to_vec(), rows.map(direction).collect::<Vec<f64>>());
+    let mut course = Signal::new(time, value);
     unwrap(&mut course);
     Some(("course", course))
 }
@@ -72,7 +72,7 @@ pub(crate) fn unit(name: &str) -> &'static str {
 
 /// What is known of the car; each of it makes more checks possible.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct KnownCar {
+pub struct CarData {
     /// Distance between the axles [m].
     pub wheelbase: Option<f64>,
     /// Distances of the centre of gravity to the front and the rear axle [m].
@@ -81,7 +81,7 @@ pub struct KnownCar {
     pub m: Option<f64>,
 }
 
-impl KnownCar {
+impl CarData {
     /// Distance between the axles [m].
     pub fn wheelbase(&self) -> Option<f64> {
         self.wheelbase.or(self.axles.map(|[l_f, l_r]| l_f + l_r))
@@ -90,9 +90,9 @@ impl KnownCar {
 
 /// A log under examination.
 #[derive(Debug)]
-pub(crate) struct Case {
-    pub signals: BTreeMap<&'static str, Signal>,
-    pub car: KnownCar,
+pub(crate) struct Case<'a> {
+    pub signals: BTreeMap<&'static str, Signal<'a>>,
+    pub car: CarData,
     pub found: Examination,
     /// Whether the car turns to one side only, or not at all.
     pub is_one_sided: bool,
@@ -106,11 +106,11 @@ pub(crate) struct Case {
     pub is_ratio_rough: bool,
 }
 
-impl Case {
-    pub fn new(log: &DriveLog, car: KnownCar) -> Self {
+impl<'a> Case<'a> {
+    pub fn new(log: &'a DriveLog, car: CarData) -> Self {
         let names = CHANNELS.into_iter().map(|(name, _)| name);
         let mut signals: BTreeMap<_, _> =
-            names.filter_map(|name| Some((name, log.get(name)?.clone()))).collect();
+            names.filter_map(|name| Some((name, log.get(name)?.borrowed()))).collect();
         let places = signals.remove("x").zip(signals.remove("y"));
         match signals.get_mut("course") {
             Some(course) => unwrap(course),
@@ -144,14 +144,14 @@ impl Case {
     }
 
     pub fn cannot_tell(&mut self, check: &'static str, reason: String, advice: &'static str) {
-        self.found.not_told.push(NotTold { check, reason, advice });
+        self.found.not_told.push(OpenQuestion { check, reason, advice });
     }
 
     /// Divides a channel by a factor and brings it `delay` [s] forward, for the checks that follow.
     pub fn correct(&mut self, name: &str, factor: f64, delay: f64) {
         if let Some(signal) = self.signals.get_mut(name) {
-            signal.value.iter_mut().for_each(|value| *value /= factor);
-            signal.time.iter_mut().for_each(|time| *time -= delay);
+            signal.value.to_mut().iter_mut().for_each(|value| *value /= factor);
+            signal.time.to_mut().iter_mut().for_each(|time| *time -= delay);
         }
     }
 

@@ -1,12 +1,12 @@
 //! Holds the lines that correct a log, and says into which table of a scenario they go.
 
-use numerics::text::significant;
+use preparation::ColumnKey;
 use serde::Serialize;
 
 /// Where a line goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub enum CorrectionTarget {
     /// Into the tables of the finding's columns: `r = { column = "yaw_rate", sign = -1 }`.
     Column,
     /// Into `[analysis.table]`.
@@ -23,7 +23,7 @@ pub struct Correction {
     pub text: String,
     /// Where the line goes. `None` when it is no line.
     #[serde(rename = "correct_in", skip_serializing_if = "Option::is_none")]
-    pub place: Option<Place>,
+    pub place: Option<CorrectionTarget>,
     /// What to know before one writes it.
     #[serde(rename = "correction_note", skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
@@ -34,24 +34,24 @@ pub struct Correction {
 pub(crate) enum Key {
     Unit(&'static str),
     Mirrored,
-    Gain(f64),
-    /// In the unit of the signal.
-    Offset(f64),
-    /// [s]
-    Delay(f64),
+    /// What a systematic error asks for.
+    Error(ColumnKey),
     /// What becomes of rows without a value.
     Gaps(&'static str),
 }
 
+impl From<ColumnKey> for Key {
+    fn from(key: ColumnKey) -> Self {
+        Self::Error(key)
+    }
+}
+
 impl Key {
     fn line(self) -> String {
-        let number = |value: f64| significant(value, 4);
         match self {
             Key::Unit(unit) => format!("unit = \"{unit}\""),
             Key::Mirrored => "sign = -1".to_owned(),
-            Key::Gain(gain) => format!("gain = {}", number(gain)),
-            Key::Offset(offset) => format!("offset = {}", number(offset)),
-            Key::Delay(delay) => format!("delay = {}", number(delay)),
+            Key::Error(key) => key.to_string(),
             Key::Gaps(rule) => format!("gaps = \"{rule}\""),
         }
     }
@@ -61,19 +61,19 @@ impl Correction {
     /// Keys of the columns.
     pub(crate) fn column(keys: &[Key]) -> Self {
         let lines: Vec<String> = keys.iter().map(|key| key.line()).collect();
-        Self { text: lines.join(", "), place: Some(Place::Column), note: None }
+        Self { text: lines.join(", "), place: Some(CorrectionTarget::Column), note: None }
     }
 
     /// Two channels that stand for each other.
     pub(crate) fn swapped([a, b]: [&str; 2]) -> Self {
         let text =
             format!("{a} = {{ column = the one of {b} }}, {b} = {{ column = the one of {a} }}");
-        Self { text, place: Some(Place::Both), note: None }
+        Self { text, place: Some(CorrectionTarget::Both), note: None }
     }
 
     /// The key `time_unit` of the table.
     pub(crate) fn time_unit(unit: &str) -> Self {
-        Self { text: format!("time_unit = \"{unit}\""), place: Some(Place::Table), note: None }
+        Self { text: format!("time_unit = \"{unit}\""), place: Some(CorrectionTarget::Table), note: None }
     }
 
     /// The stretches [s] of a log without these.
@@ -85,7 +85,7 @@ impl Correction {
         let text = |(from, until)| format!("[{from:.3}, {until:.3}]");
         let stretches: Vec<String> = whole.map(text).collect();
         let text = format!("during = [{}]", stretches.join(", "));
-        Self { text, place: Some(Place::Table), note: None }
+        Self { text, place: Some(CorrectionTarget::Table), note: None }
     }
 
     /// What to do, where no line does it.

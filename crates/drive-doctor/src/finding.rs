@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use crate::correction::Correction;
-use crate::rolling::Rolling;
-use crate::understeer::Understeer;
+use crate::rolling_radius::RollingRadius;
+use crate::understeer_gradient::UndersteerGradient;
 
 /// How sure a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Sure {
+pub enum Certainty {
     /// Nothing that is looked for explains the log otherwise.
     Certain,
     /// The best explanation by far.
@@ -18,18 +18,18 @@ pub enum Sure {
     Possible,
 }
 
-impl Sure {
+impl Certainty {
     /// Whether it is certain or likely.
     pub fn is_serious(self) -> bool {
-        self <= Sure::Likely
+        self <= Certainty::Likely
     }
 
     /// As a word.
     pub fn word(self) -> &'static str {
         match self {
-            Sure::Certain => "certain",
-            Sure::Likely => "likely",
-            Sure::Possible => "possible",
+            Certainty::Certain => "certain",
+            Certainty::Likely => "likely",
+            Certainty::Possible => "possible",
         }
     }
 }
@@ -42,7 +42,7 @@ pub struct Finding {
     /// Channels that have it.
     pub channels: Vec<&'static str>,
     /// How sure it is.
-    pub sure: Sure,
+    pub sure: Certainty,
     /// The figure, in [`Finding::unit`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<f64>,
@@ -71,7 +71,7 @@ impl Finding {
 
 /// A question that the log does not answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NotTold {
+pub struct OpenQuestion {
     /// The question, such as `clocks`.
     pub check: &'static str,
     /// Why it has no answer.
@@ -86,13 +86,13 @@ pub struct Examination {
     /// Errors, the surest and most harmful first.
     pub findings: Vec<Finding>,
     /// Open questions.
-    pub not_told: Vec<NotTold>,
+    pub not_told: Vec<OpenQuestion>,
     /// What steering tells of the tires.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub understeer: Option<Understeer>,
+    pub understeer: Option<UndersteerGradient>,
     /// Radii with which wheels roll, of axles whose speeds are there.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub rolling: Vec<Rolling>,
+    pub rolling: Vec<RollingRadius>,
     /// Whether the log has too few rows for its motion to be looked at.
     pub too_short: bool,
 }
@@ -110,7 +110,7 @@ impl Examination {
 
     /// The surest error that no fit can make up for.
     pub fn refusal(&self) -> Option<&Finding> {
-        self.findings.iter().find(|finding| finding.refuses && finding.sure == Sure::Certain)
+        self.findings.iter().find(|finding| finding.refuses && finding.sure == Certainty::Certain)
     }
 
     /// The whole in sentences, the worst first.

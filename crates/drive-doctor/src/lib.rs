@@ -15,18 +15,18 @@ mod check;
 mod correction;
 mod finding;
 mod motion;
-mod rolling;
+mod rolling_radius;
 mod statistics;
 mod steering_map;
-mod understeer;
+mod understeer_gradient;
 
-pub use case::{CHANNELS, KnownCar};
+pub use case::{CHANNELS, CarData};
 pub use check::course::COURSE_CLOCK;
-pub use correction::{Correction, Place};
-pub use finding::{Examination, Finding, NotTold, Sure};
-pub use rolling::Rolling;
+pub use correction::{Correction, CorrectionTarget};
+pub use finding::{Examination, Finding, OpenQuestion, Certainty};
+pub use rolling_radius::RollingRadius;
 pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
-pub use understeer::Understeer;
+pub use understeer_gradient::UndersteerGradient;
 
 use preparation::DriveLog;
 
@@ -35,7 +35,7 @@ const LEAST_ROWS: usize = 100;
 
 /// Examines the log of a drive. Channels have the names and units of [`CHANNELS`] and time stamps of their own [s]; any of them
 /// can be missing, and what could not be looked at is said.
-pub fn examine(log: &DriveLog, car: &KnownCar) -> Examination {
+pub fn examine(log: &DriveLog, car: &CarData) -> Examination {
     let mut case = case::Case::new(log, *car);
     for check in check::CHECKS {
         check(&mut case);

@@ -4,10 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use preparation::Signal;
+use preparation::{Interpolation, Resampler, Signal, difference_noise};
 
 use crate::case::Case;
-use crate::statistics::{median, median_step, quantile, rough_noise};
+use crate::statistics::{median, median_step, quantile};
 
 /// Most rows: an hour at 100 Hz is looked at in steps of 0.018 s.
 const MOST_ROWS: f64 = 200_000.0;
@@ -41,8 +41,14 @@ impl Motion {
         }
         let len = ((end - start) / step) as usize + 1;
         let at = |signal: &Signal| {
-            let reach = (5.0 * median_step(&signal.time)).max(2.5 * step);
-            interpolate(signal, start, step, len, reach)
+            let resampler = Resampler {
+                interpolation: Interpolation::Linear,
+                longest_step: (5.0 * median_step(&signal.time)).max(2.5 * step),
+                // Rounding moves the last instants a little beyond the stamps.
+                tolerance: 1e-3 * step,
+            };
+            let instants = (0..len).map(|k| start + k as f64 * step);
+            resampler.resample(&signal.time, &signal.value, instants)
         };
         let columns = signals.iter().map(|(name, signal)| (**name, at(signal))).collect();
         Some(Self { step, columns, len })
@@ -103,7 +109,7 @@ impl Motion {
     pub fn filter(&self, name: &str, least: f64) -> Option<f64> {
         const HARDLY: f64 = 0.004;
         let column = self.raw(name);
-        let noise = rough_noise(&column);
+        let noise = difference_noise(&column);
         let is_wide_enough = |sigma: &f64| {
             let weights = self.weights(*sigma, 1);
             let noise = noise * noise * weights.iter().map(|w| w * w).sum::<f64>();
@@ -123,26 +129,6 @@ pub(crate) fn moves(speed: &[f64]) -> Vec<bool> {
     speed.iter().map(|speed| *speed > least).collect()
 }
 
-/// Lines between samples that are at most `reach` [s] apart.
-fn interpolate(signal: &Signal, start: f64, step: f64, len: usize, reach: f64) -> Vec<f64> {
-    let (time, value) = (&signal.time, &signal.value);
-    let mut i = 0;
-    let at = |k: usize| {
-        let t = start + k as f64 * step;
-        while i + 2 < time.len() && time[i + 1] < t {
-            i += 1;
-        }
-        let (from, until) = (time[i], time[i + 1]);
-        // Rounding moves the last instants a little beyond the stamps.
-        let slack = 1e-3 * step;
-        if t < from - slack || t > until + slack || until - from > reach {
-            return f64::NAN;
-        }
-        value[i] + (value[i + 1] - value[i]) * (t - from) / (until - from)
-    };
-    (0..len).map(at).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -155,15 +141,5 @@ mod tests {
         let smooth = |order| motion.smooth(&column, 0.06, order)[50];
         assert!((smooth(1) - 3.0).abs() < 1e-9 && (smooth(2) - 2.0).abs() < 1e-9);
         assert!(motion.smooth(&column, 0.06, 0)[3].is_nan());
-    }
-
-    #[test]
-    fn nothing_is_made_up_within_a_gap() {
-        let signal =
-            Signal { time: vec![0.0, 0.1, 0.2, 5.2, 5.3], value: vec![0.0, 1.0, 2.0, 3.0, 4.0] };
-        let found = interpolate(&signal, 0.0, 0.1, 54, 0.5);
-        assert!(
-            (found[1] - 1.0).abs() < 1e-9 && found[20].is_nan() && (found[53] - 4.0).abs() < 1e-6
-        );
     }
 }

@@ -32,10 +32,3 @@ pub(crate) fn jackknife(without: impl ExactSizeIterator<Item = f64> + Clone) -> 
     let mean = without.clone().sum::<f64>() / count;
     ((count - 1.0) / count * without.map(|value| (value - mean).powi(2)).sum::<f64>()).sqrt()
 }
-
-/// Standard deviation of the noise of a column, from its third differences: too high where the motion itself is not smooth.
-pub(crate) fn rough_noise(column: &[f64]) -> f64 {
-    let third = column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
-    // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise.
-    MAD_TO_STD * median(third) / 20_f64.sqrt()
-}

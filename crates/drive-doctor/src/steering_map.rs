@@ -49,7 +49,7 @@ pub struct SteeringMap {
 
 /// A command that was held.
 #[derive(Clone, Copy, Debug)]
-struct Held {
+struct CommandLevel {
     command: f64,
     /// Whether it was reached from below (1), from above (−1), or nobody knows (0).
     side: f64,
@@ -97,7 +97,7 @@ pub fn steering_map(
 }
 
 /// The commands that are held, one after the other.
-fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<Held> {
+fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<CommandLevel> {
     let mut all = Vec::new();
     let (mut from, mut before) = (0, f64::NAN);
     for run in command.chunk_by(|a, b| a == b) {
@@ -119,7 +119,7 @@ fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<Held> {
             let squares: f64 = parts.iter().map(|part| (part - angle).powi(2)).sum();
             let side = if before.is_nan() { 0.0 } else { (run[0] - before).signum() };
             let std = (squares / (count * (count - 1.0).max(1.0))).sqrt();
-            all.push(Held { command: run[0], side, angle, std });
+            all.push(CommandLevel { command: run[0], side, angle, std });
         }
         if run[0].is_finite() {
             before = run[0];
@@ -129,19 +129,19 @@ fn held(time: &[f64], command: &[f64], angles: &[f64]) -> Vec<Held> {
 }
 
 /// Those of each command, in the order of the commands.
-fn levels(held: &[Held]) -> Vec<Vec<Held>> {
+fn levels(held: &[CommandLevel]) -> Vec<Vec<CommandLevel>> {
     let mut held = held.to_vec();
     held.sort_by(|a, b| a.command.total_cmp(&b.command));
-    held.chunk_by(|a, b| a.command == b.command).map(<[Held]>::to_vec).collect()
+    held.chunk_by(|a, b| a.command == b.command).map(<[CommandLevel]>::to_vec).collect()
 }
 
 /// The mean angle of those that were reached from a side.
-fn from_side(level: &[Held], side: f64) -> Option<f64> {
+fn from_side(level: &[CommandLevel], side: f64) -> Option<f64> {
     let angles: Vec<f64> = level.iter().filter(|it| it.side == side).map(|it| it.angle).collect();
     (!angles.is_empty()).then(|| angles.iter().sum::<f64>() / angles.len() as f64)
 }
 
-fn mapped(levels: &[Vec<Held>]) -> SteeringMap {
+fn mapped(levels: &[Vec<CommandLevel>]) -> SteeringMap {
     let plays: Vec<f64> = levels
         .iter()
         .filter_map(|level| Some(0.5 * (from_side(level, -1.0)? - from_side(level, 1.0)?)))
@@ -154,12 +154,12 @@ fn mapped(levels: &[Vec<Held>]) -> SteeringMap {
         let reach = STUDENT.get(plays.len() - 2).unwrap_or(&2.2) * std;
         [play - reach, play + reach]
     });
-    let point = |level: &Vec<Held>| {
+    let point = |level: &Vec<CommandLevel>| {
         // The side of the play on which a log begins nobody knows.
-        let (known, unknown): (Vec<Held>, Vec<Held>) = level.iter().partition(|it| it.side != 0.0);
+        let (known, unknown): (Vec<CommandLevel>, Vec<CommandLevel>) = level.iter().partition(|it| it.side != 0.0);
         let level = if known.is_empty() { unknown } else { known };
         let count = level.len() as f64;
-        let middle = |it: &Held| it.angle + it.side * play.unwrap_or(0.0);
+        let middle = |it: &CommandLevel| it.angle + it.side * play.unwrap_or(0.0);
         let angle = level.iter().map(middle).sum::<f64>() / count;
         let std = level.iter().map(|it| it.std.powi(2)).sum::<f64>().sqrt() / count;
         let interval = [angle - T_PARTS * std, angle + T_PARTS * std];

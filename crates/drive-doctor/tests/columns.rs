@@ -6,15 +6,15 @@ mod drive;
 #[path = "support/mistake.rs"]
 mod mistake;
 
-use drive_doctor::{Examination, KnownCar, Place, Sure, examine};
+use drive_doctor::{Examination, CarData, CorrectionTarget, Certainty, examine};
 use preparation::DriveLog;
 
 /// The log with two channels in each other's column.
-fn swapped(log: &DriveLog, [a, b]: [&str; 2]) -> DriveLog {
+fn swapped(log: &DriveLog<'static>, [a, b]: [&str; 2]) -> DriveLog<'static> {
     let mut swapped = log.clone();
     for (name, other) in [(a, b), (b, a)] {
         let signal = log.get(other).expect("a channel");
-        swapped.insert(name, signal.time.clone(), signal.value.clone());
+        swapped.insert(name, signal.time.to_vec(), signal.value.to_vec());
     }
     swapped
 }
@@ -42,7 +42,7 @@ fn swapped_columns_are_named_with_those_to_write() {
             );
             assert_eq!(
                 (first.sure, first.refuses, first.correction.place),
-                (Sure::Certain, true, Some(Place::Both))
+                (Certainty::Certain, true, Some(CorrectionTarget::Both))
             );
             assert_eq!(names(&found), ["swapped"], "car {car}, {pair:?}: {found:#?}");
         }
@@ -50,7 +50,7 @@ fn swapped_columns_are_named_with_those_to_write() {
 }
 
 /// The log with four wheels of a radius, on a track of 1.5 m.
-fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog {
+fn with_wheels(recording: &drive_inference::Drive, per_speed: f64) -> DriveLog<'static> {
     let mut log = mistake::log(recording);
     for (name, side) in
         [("omega_fl", -0.75), ("omega_fr", 0.75), ("omega_rl", -0.75), ("omega_rr", 0.75)]
@@ -75,10 +75,10 @@ fn wheels_of_the_wrong_side_and_unit_are_named() {
     let found = examine(&rpm, &known);
     assert_eq!(names(&found), ["omega_unit"], "{found:#?}");
     assert_eq!(found.findings[0].channels, ["omega_fl", "omega_fr", "omega_rl", "omega_rr"]);
-    assert_eq!(found.findings[0].sure, Sure::Certain);
+    assert_eq!(found.findings[0].sure, Certainty::Certain);
     let mut one = right.clone();
     let wheel = right.get("omega_rl").expect("a wheel");
-    one.insert("omega_rl", wheel.time.clone(), wheel.value.iter().map(|it| -it).collect());
+    one.insert("omega_rl", wheel.time.to_vec(), wheel.value.iter().map(|it| -it).collect());
     let found = examine(&one, &known);
     assert_eq!(names(&found), ["omega_rl_sign"], "{found:#?}");
     // In km/h they read as on tires of 0.278 m, which a car may have.
@@ -98,12 +98,12 @@ fn a_bank_that_comes_again_each_lap_is_told_without_a_roll_angle() {
     wanders.a_y.iter_mut().enumerate().for_each(|(k, a_y)| *a_y += 0.5 * (0.004 * k as f64).sin());
     let found = examine(&mistake::log(&wanders), &known);
     let bank = found.findings.iter().find(|it| it.check == "bank").expect("a finding");
-    assert_eq!(bank.sure, Sure::Possible, "{bank:#?}");
+    assert_eq!(bank.sure, Certainty::Possible, "{bank:#?}");
     assert!(bank.sentence.contains("something slow"), "{bank:#?}");
 }
 
 /// A linear single track at 20 m/s that is steered by a sine, at 100 Hz: v_y, r, a_x, a_y, delta.
-fn at_constant_speed() -> DriveLog {
+fn at_constant_speed() -> DriveLog<'static> {
     let (v_x, m, I_zz, l_f, l_r, C) = (20.0, 1200.0, 1800.0, 1.2, 1.4, 8e4);
     let step = 0.01;
     let (mut v_y, mut r) = (0.0, 0.0);
@@ -128,14 +128,14 @@ fn at_constant_speed() -> DriveLog {
 
 #[test]
 fn a_speed_that_is_held_is_no_dead_channel() {
-    let found = examine(&at_constant_speed(), &KnownCar::default());
+    let found = examine(&at_constant_speed(), &CarData::default());
     assert!(!found.is_ill(), "{found:#?}");
     let held = found.findings.iter().find(|it| it.check == "v_x_constant").expect("a finding");
-    assert_eq!((held.sure, held.refuses), (Sure::Possible, false));
+    assert_eq!((held.sure, held.refuses), (Certainty::Possible, false));
     // Without the channels that agree nobody knows.
     let mut bare = at_constant_speed();
     bare.remove("a_y");
-    let found = examine(&bare, &KnownCar::default());
+    let found = examine(&bare, &CarData::default());
     assert_eq!(found.findings[0].check, "v_x_dead", "{found:#?}");
 }
 
@@ -146,7 +146,7 @@ fn a_clean_log_is_not_accused_where_less_is_known_of_the_car() {
         let (log, known) = mistake::clean(car, 34);
         for wheelbase in [None, known.wheelbase()] {
             let found =
-                examine(&mistake::log(&log), &KnownCar { wheelbase, ..KnownCar::default() });
+                examine(&mistake::log(&log), &CarData { wheelbase, ..CarData::default() });
             assert!(!found.is_ill(), "car {car}, {wheelbase:?}: {found:#?}");
         }
     }

@@ -1,7 +1,7 @@
 //! Asserts that the scale of a yaw rate and the radius of wheels are told of a log that was made with them, and not of one without.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use drive_doctor::{COURSE_CLOCK, Examination, KnownCar, Sure, examine};
+use drive_doctor::{COURSE_CLOCK, Examination, CarData, Certainty, examine};
 use preparation::DriveLog;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -60,7 +60,7 @@ fn examined(made: &Made, seed: u64) -> Examination {
         let delay = if name == "course" { made.course_delay } else { 0.0 };
         log.insert(name, time.iter().map(|t| t + delay).collect(), values);
     }
-    examine(&log, &KnownCar::default())
+    examine(&log, &CarData::default())
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn the_scale_of_a_yaw_rate_is_told_with_its_interval() {
         let found = examined(&Made { scale: 1.04, offset: 0.01, ..CLEAN }, *seed);
         let it = found.findings.iter().find(|it| it.check == "r_scale");
         let it = it.unwrap_or_else(|| panic!("{seed}: {found:#?}"));
-        assert_eq!(it.sure, Sure::Certain, "{it:#?}");
+        assert_eq!(it.sure, Certainty::Certain, "{it:#?}");
         let [low, high] = it.interval.unwrap_or_default();
         assert!(high - low < 0.01, "{it:#?}");
         (low..high).contains(&0.04)

@@ -8,7 +8,7 @@ mod mistake;
 
 use std::sync::LazyLock;
 
-use drive_doctor::{Examination, Place, Sure, examine};
+use drive_doctor::{Examination, CorrectionTarget, Certainty, examine};
 
 /// Mistakes that the limits of a car hide, with the car: what else is found is seen by `cargo run --example mistakes`.
 const HIDDEN: [(usize, &str); 3] =
@@ -81,7 +81,7 @@ fn findings_say_what_to_do_and_the_worst_comes_first() {
     wrong.a_y.rotate_right(3);
     let found = examine(&mistake::log(&wrong), &known);
     let first = &found.findings[0];
-    assert_eq!((first.check.as_str(), first.sure), ("v_x_unit", Sure::Certain));
+    assert_eq!((first.check.as_str(), first.sure), ("v_x_unit", Certainty::Certain));
     assert_eq!(first.correction.text, "unit = \"km/h\"");
     assert!(first.sentence.contains("`v_x` is in km/h, not m/s"), "{}", first.sentence);
     assert!(found.findings.iter().any(|it| it.check == "a_y_delay"), "{found:#?}");
@@ -165,10 +165,10 @@ fn every_line_that_corrects_is_toml() {
     }
     for (place, line) in &lines {
         let text = match place {
-            Place::Column => format!("it = {{ column = \"x\", {line} }}"),
-            Place::Table => line.clone(),
+            CorrectionTarget::Column => format!("it = {{ column = \"x\", {line} }}"),
+            CorrectionTarget::Table => line.clone(),
             // Which title is the other's, only the file says.
-            Place::Both => continue,
+            CorrectionTarget::Both => continue,
         };
         let parsed: Result<toml::Table, _> = toml::from_str(&text);
         assert!(parsed.is_ok(), "{line}: {parsed:?}");
@@ -246,7 +246,7 @@ fn a_course_is_a_clock_for_the_yaw_rate() {
     late.insert("course", log.t.clone(), course);
     let found = examine(&late, &known);
     let first = &found.findings[0];
-    assert_eq!((first.check.as_str(), first.sure), ("r_delay", Sure::Certain), "{found:#?}");
+    assert_eq!((first.check.as_str(), first.sure), ("r_delay", Certainty::Certain), "{found:#?}");
     let interval = first.interval.expect("an interval");
     assert!(interval[0] < 0.3 && 0.3 < interval[1], "{first:#?}");
     assert!(

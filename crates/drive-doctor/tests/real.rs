@@ -6,7 +6,7 @@ mod cars;
 mod real_log;
 
 use cars::LOGS;
-use drive_doctor::{Examination, Place, Sure, examine, steering_map};
+use drive_doctor::{Examination, CorrectionTarget, Certainty, examine, steering_map};
 use real_log::RealLog;
 
 /// The examination of a log of the list; `None` where its file is not at hand.
@@ -32,7 +32,7 @@ fn no_unit_of_the_250_lm_is_doubted() {
 fn the_bank_of_the_track_comes_again_lap_by_lap() {
     let Some(found) = of("250 LM") else { return };
     let bank = found.findings.iter().find(|it| it.check == "bank").expect("a bank");
-    assert_eq!(bank.sure, Sure::Likely, "{bank:#?}");
+    assert_eq!(bank.sure, Certainty::Likely, "{bank:#?}");
     // In the mean over three laps it is up to 0.34 m/s2.
     let most = bank.value.unwrap_or_default();
     assert!((0.25..0.45).contains(&most), "{bank:#?}");
@@ -43,7 +43,7 @@ fn the_bank_of_the_track_comes_again_lap_by_lap() {
 fn the_late_yaw_rate_of_the_av_21_is_named_by_independent_clocks() {
     let Some(found) = of("AV-21") else { return };
     let first = &found.findings[0];
-    assert_eq!((first.check.as_str(), first.sure, first.refuses), ("r_delay", Sure::Certain, true));
+    assert_eq!((first.check.as_str(), first.sure, first.refuses), ("r_delay", Certainty::Certain, true));
     let late = first.value.unwrap_or_default();
     assert!((0.3..0.4).contains(&late), "{first:#?}");
     for clock in ["front wheel speeds", "the course", "steering", "The halves of the log say"] {
@@ -51,7 +51,7 @@ fn the_late_yaw_rate_of_the_av_21_is_named_by_independent_clocks() {
     }
     let Some(found) = of("AV-21 without wheels") else { return };
     assert!(
-        found.findings.iter().any(|it| it.check == "r_delay" && it.sure == Sure::Certain),
+        found.findings.iter().any(|it| it.check == "r_delay" && it.sure == Certainty::Certain),
         "{found:#?}"
     );
 }
@@ -83,11 +83,11 @@ fn nothing_is_corrected_where_a_tape_measure_says_that_nothing_is_wrong() {
 fn no_constant_corrects_the_sideslip_of_the_250_lm() {
     let Some(found) = of("250 LM") else { return };
     for it in found.findings.iter().filter(|it| it.channels.contains(&"v_y")) {
-        assert_eq!((it.sure, it.correction.place), (Sure::Possible, None), "{it:#?}");
+        assert_eq!((it.sure, it.correction.place), (Certainty::Possible, None), "{it:#?}");
     }
     let late = found.findings.iter().find(|it| it.check == "a_y_delay").expect("a delay");
     assert!(late.value.is_some_and(|late| (0.01..0.025).contains(&late)), "{late:#?}");
-    assert_eq!(late.correction.place, Some(Place::Column));
+    assert_eq!(late.correction.place, Some(CorrectionTarget::Column));
 }
 
 #[test]
@@ -109,7 +109,7 @@ fn the_gain_of_a_gyro_is_told_by_the_course() {
         let scale = found.findings.iter().find(|it| it.check == "r_scale").expect("a scale");
         let [low, high] = scale.interval.unwrap_or_default();
         assert!(low < 0.028 && high > 0.023 && high - low < 0.01, "{scale:#?}");
-        assert_eq!((scale.sure, scale.correction.place), (Sure::Certain, Some(Place::Column)));
+        assert_eq!((scale.sure, scale.correction.place), (Certainty::Certain, Some(CorrectionTarget::Column)));
         // Straight on and without force the encoder reads what the car does; only slip makes it read more.
         let radius = found.rolling[0].radius;
         assert!((0.0493..0.0503).contains(&radius), "{:#?}", found.rolling);
@@ -196,7 +196,7 @@ fn a_channel_of_the_250_lm_that_is_moved_is_named_with_its_delay() {
         let mut moved = log.clone();
         let Some(signal) = log.get(channel) else { panic!("no {channel}") };
         let time = signal.time.iter().map(|t| t + delay).collect();
-        moved.insert(channel, time, signal.value.clone());
+        moved.insert(channel, time, signal.value.to_vec());
         let found = examine(&moved, &car);
         let name = format!("{channel}_delay");
         let told: Vec<_> = found.findings.iter().filter(|it| it.check == name).collect();
@@ -204,7 +204,7 @@ fn a_channel_of_the_250_lm_that_is_moved_is_named_with_its_delay() {
         let value = told.value.unwrap_or_default();
         // The recording has 14 ms of its own between a_y and the others.
         assert!((value - delay).abs() < 0.025, "{channel} {delay}: {}", told.sentence);
-        assert_eq!(told.sure, Sure::Certain, "{channel} {delay}: {}", told.sentence);
+        assert_eq!(told.sure, Certainty::Certain, "{channel} {delay}: {}", told.sentence);
         assert_eq!(told.refuses, value.abs() > 0.1, "{}", told.sentence);
     }
 }

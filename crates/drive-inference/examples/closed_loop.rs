@@ -13,7 +13,7 @@ use drive_inference::regression::Target;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::{Tires, block, from_array, to_array};
 use drive_inference::validation::{Manoeuvre, compare};
-use drive_inference::{Drive, DriveOptions, Formulation, Identified, Noises, identify};
+use drive_inference::{Drive, DriveOptions, Formulation, Identification, Noises, identify};
 use numerics::statistics;
 use tire_inference::axles::Axle;
 use tire_inference::parameters::{Parameter, TireParameters};
@@ -72,7 +72,7 @@ fn line(name: &str, found: &Tires, truth: &Tires, car: &Vehicle) {
     );
 }
 
-fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds: f64) {
+fn report(name: &str, found: &Identification, truth: &Tires, car: &Vehicle, seconds: f64) {
     for fitted in &found.formulations {
         let kind = match fitted.formulation {
             Formulation::Points(Target::SmoothedAcceleration) => "A",
@@ -94,8 +94,8 @@ fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds:
             convergence.starts
         );
     }
-    for explained in &found.explained {
-        let report = &explained.report;
+    for smoothed in &found.smoothed {
+        let report = &smoothed.report;
         println!(
             "    smoothing: log-likelihood {:.0}, a_y {:.4} m/s2",
             report.log_likelihood, report.a_y_rmse
@@ -126,7 +126,7 @@ fn report(name: &str, found: &Identified, truth: &Tires, car: &Vehicle, seconds:
 
 /// Errors in standard deviations, and what the data themselves say of the truth: twice the rise of the cost from the optimum to
 /// it is a sample of χ² with 8 degrees of freedom, if all is well.
-fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Drive) {
+fn limits(found: &Identification, truth: &Tires, car: &Vehicle, recording: &Drive) {
     let likelihood = Likelihood::new(car, std::slice::from_ref(recording));
     let Some(best) = found.formulations.last() else { return };
     let (theta, expected) = (to_array(best.tires), to_array(*truth));
@@ -148,7 +148,7 @@ fn limits(found: &Identified, truth: &Tires, car: &Vehicle, recording: &Drive) {
 }
 
 /// What the posterior says beside the bound of Cramér and Rao, and how many of its 95 % intervals hold the truth.
-fn exact(found: &Identified, truth: &Tires) {
+fn exact(found: &Identification, truth: &Tires) {
     let (mut held, mut all) = (0, 0);
     for (name, axle) in NAMED {
         let estimate = &found.estimates[axle];
@@ -178,7 +178,7 @@ fn exact(found: &Identified, truth: &Tires) {
 }
 
 /// How the normal distribution of variational inference compares with the weighted draws.
-fn variational(found: &Identified) {
+fn variational(found: &Identification) {
     for (name, axle) in NAMED {
         let Some(svi) = &found.estimates[axle].svi else { return };
         let quantities: Vec<Quantity> = Parameter::ALL[..4]
@@ -206,7 +206,7 @@ fn variational(found: &Identified) {
     }
 }
 
-fn verdicts(found: &Identified) {
+fn verdicts(found: &Identification) {
     for (axle, estimate) in NAMED.map(|(name, axle)| (name, &found.estimates[axle])) {
         for (name, verdict) in &estimate.identified {
             let (value, std, ends) =

@@ -13,7 +13,7 @@ mod real_log;
 
 use std::collections::BTreeMap;
 
-use drive_inference::calibration::{Calibrated, calibrate};
+use drive_inference::calibration::{CalibratedError, calibrate};
 use injected::{Injected, TIRES, car, clean};
 use processor::processor;
 
@@ -28,7 +28,7 @@ struct Row {
 }
 
 impl Row {
-    fn add(&mut self, found: &Calibrated, truth: f64) {
+    fn add(&mut self, found: &CalibratedError, truth: f64) {
         let off = found.value - truth;
         let [low, high] = found.interval;
         self.count += 1;
@@ -38,8 +38,8 @@ impl Row {
         self.worst = self.worst.max(off.abs());
     }
 
-    fn print(&self, found: &Calibrated) {
-        let (factor, unit) = found.cause.about().shown;
+    fn print(&self, found: &CalibratedError) {
+        let (factor, unit) = found.cause.describe().display;
         let rms = factor * (self.squares / self.count as f64).sqrt();
         let percent = |part: usize| 100.0 * part as f64 / self.count as f64;
         println!(
@@ -63,7 +63,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (count, from) = (after("--count", 20)?, after("--from", 0)?);
     let details = arguments.iter().any(|it| it == "--details");
     let clean = clean(&TIRES);
-    let mut rows: BTreeMap<&str, (Row, Calibrated)> = BTreeMap::new();
+    let mut rows: BTreeMap<&str, (Row, CalibratedError)> = BTreeMap::new();
     let begin = processor();
     for seed in from..from + count {
         let made = Injected::new(seed);

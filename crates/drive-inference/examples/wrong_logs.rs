@@ -10,7 +10,7 @@ mod mistakes;
 #[path = "../tests/support/processor.rs"]
 mod processor;
 
-use drive_inference::{DriveOptions, Identified, Tires, identify};
+use drive_inference::{DriveOptions, Identification, Tires, identify};
 use mistakes::{CARS, MISTAKES, Mistake, TIRES};
 use processor::processor;
 use tire_inference::axles::Axle;
@@ -45,7 +45,7 @@ fn truths(tire: &TireParameters) -> [(Quantity, f64); 5] {
 }
 
 impl Row {
-    fn add(&mut self, found: &Identified, truth: &Tires, mistake: &Mistake) {
+    fn add(&mut self, found: &Identification, truth: &Tires, mistake: &Mistake) {
         self.runs += 1;
         self.named += usize::from(mistake.is_named(found));
         for axle in Axle::ALL {
@@ -80,7 +80,7 @@ impl Row {
     }
 }
 
-fn details(found: &Identified) {
+fn details(found: &Identification) {
     println!("    model {:?}: {}", found.model.verdict, found.model.sentence);
     for test in found.model.tests.iter().filter(|test| !test.passed()) {
         println!(

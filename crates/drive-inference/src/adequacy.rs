@@ -6,14 +6,14 @@
 use tire_inference::axles::Axle;
 use tire_inference::model::{Fit, FitTest, ModelVerdict};
 
-use crate::recording::Drive;
 use crate::series::Series;
+use preparation::Drive;
 
 mod over;
 pub mod plausible;
 mod stable;
 
-pub use stable::{Blocks, HOLD_OUT, Scatter};
+pub use stable::{BlockScores, HOLD_OUT, Scatter};
 
 /// Channels by name.
 pub const CHANNELS: [&str; 4] = ["v_x", "v_y", "r", "a_y"];
@@ -30,14 +30,14 @@ const DRIVEN: f64 = 0.05;
 const TAIL: (f64, f64) = (3.5, 0.005);
 
 /// What is left over of all drives.
-pub struct Leftover<'a> {
+pub struct ModelResiduals<'a> {
     /// The recordings, with their true inputs.
     pub recordings: &'a [Drive],
     /// Their columns.
     pub series: &'a [Series],
 }
 
-impl Leftover<'_> {
+impl ModelResiduals<'_> {
     /// Whitened innovations of a channel, by recording, without the row that starts the filter.
     fn whitened(&self, channel: usize) -> impl Iterator<Item = &[f64]> {
         self.series.iter().map(move |series| &series.whitened[channel][1..])
@@ -60,7 +60,11 @@ impl Leftover<'_> {
 }
 
 /// All tests together with those of parameters over blocks of the drive, and of what was estimated beside the tires.
-pub fn judge(left: &Leftover, blocks: &Blocks, plausible: Vec<FitTest>) -> ModelVerdict {
+pub fn test_model(
+    left: &ModelResiduals,
+    blocks: &BlockScores,
+    plausible: Vec<FitTest>,
+) -> ModelVerdict {
     let mut tests = vec![pushed(left)];
     tests.extend(plausible);
     for channel in 0..CHANNELS.len() {
@@ -87,7 +91,7 @@ fn worst<'a>(failed: &[&'a FitTest]) -> Option<&'a FitTest> {
 }
 
 /// What failing tests have in common.
-fn cause(left: &Leftover, failed: &[&FitTest], worst: &FitTest) -> String {
+fn cause(left: &ModelResiduals, failed: &[&FitTest], worst: &FitTest) -> String {
     if let Some(dead) = failed.iter().find(|test| test.name == "longitudinal force") {
         return lower(&dead.sentence);
     }
@@ -127,7 +131,7 @@ fn lower(sentence: &str) -> String {
 }
 
 /// A longitudinal force that never changes although the speed does was not recorded.
-fn pushed(left: &Leftover) -> FitTest {
+fn pushed(left: &ModelResiduals) -> FitTest {
     let ends = |of: fn(&Drive) -> &Vec<f64>| {
         let all = left.recordings.iter().flat_map(move |drive| of(drive).iter().copied());
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -145,7 +149,7 @@ fn pushed(left: &Leftover) -> FitTest {
 }
 
 /// Autocorrelations at lags from one row on.
-fn autocorrelations(left: &Leftover, channel: usize, lags: usize) -> Vec<f64> {
+fn autocorrelations(left: &ModelResiduals, channel: usize, lags: usize) -> Vec<f64> {
     let square: f64 = left.whitened(channel).flatten().map(|e| e * e).sum();
     let at = |lag: usize| {
         let product = |e: &[f64]| -> f64 {
@@ -156,7 +160,7 @@ fn autocorrelations(left: &Leftover, channel: usize, lags: usize) -> Vec<f64> {
     (1..=lags).map(at).collect()
 }
 
-fn white(left: &Leftover, channel: usize) -> FitTest {
+fn white(left: &ModelResiduals, channel: usize) -> FitTest {
     let found = autocorrelations(left, channel, left.lags());
     let (lag, most) = largest(&found);
     let name = CHANNELS[channel];
@@ -178,7 +182,12 @@ fn largest(values: &[f64]) -> (usize, f64) {
 }
 
 /// Correlation with what was put in before.
-fn driven(left: &Leftover, channel: usize, what: &str, of: fn(&Drive) -> &Vec<f64>) -> FitTest {
+fn driven(
+    left: &ModelResiduals,
+    channel: usize,
+    what: &str,
+    of: fn(&Drive) -> &Vec<f64>,
+) -> FitTest {
     let count = left.count();
     let all = || left.recordings.iter().flat_map(|drive| of(drive).iter());
     let mean = all().sum::<f64>() / all().count().max(1) as f64;
@@ -205,7 +214,7 @@ fn driven(left: &Leftover, channel: usize, what: &str, of: fn(&Drive) -> &Vec<f6
     }
 }
 
-fn tails(left: &Leftover, channel: usize) -> FitTest {
+fn tails(left: &ModelResiduals, channel: usize) -> FitTest {
     let (from, limit) = TAIL;
     let count = left.count();
     let far = left.whitened(channel).flatten().filter(|e| e.abs() > from).count() as f64;
@@ -222,6 +231,6 @@ fn tails(left: &Leftover, channel: usize) -> FitTest {
 }
 
 /// Slips of an axle in all drives.
-fn slips(left: &Leftover, axle: Axle) -> Vec<f64> {
+fn slips(left: &ModelResiduals, axle: Axle) -> Vec<f64> {
     left.series.iter().flat_map(|it| over::before(&it.slip[axle]).iter().copied()).collect()
 }

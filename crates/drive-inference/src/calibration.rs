@@ -5,27 +5,25 @@
 //! scatter of parts of the drive where that is wider.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
-use preparation::Interpolation;
+use preparation::{Drive, Interpolation, SystematicError, SystematicErrors};
 use serde::Serialize;
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
-use crate::adequacy::Blocks;
-use crate::cause::{Cause, Causes};
-use crate::error::Error;
-use crate::explored::inverse;
+use crate::adequacy::BlockScores;
+use crate::error::{self, Error};
+use crate::error_selection::ErrorSelection;
+use crate::laplace::inverse;
 use crate::likelihood::{DriveNoise, Unknowns};
-use crate::noises::Noise;
+use crate::noise_estimate::Noise;
 use crate::problem::{Fit, Problem};
 use crate::progress::Cancellation;
-use crate::recording::Drive;
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, Tires, corners};
-use crate::wanted::Wanted;
 
-mod judged;
+mod assessment;
 
-pub use judged::{Judged, judge};
+pub use assessment::{CalibrationAssessment, assess};
 
 /// Distance of rows [s], if the log has them closer: fast enough for the motion of a car.
 const STEP: f64 = 0.03;
@@ -45,10 +43,10 @@ const Z_95: f64 = 1.96;
 
 /// An error of a sensor that was estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Calibrated {
+pub struct CalibratedError {
     /// Which one.
     #[serde(skip)]
-    pub cause: Cause,
+    pub cause: SystematicError,
     /// Its name.
     pub name: &'static str,
     /// The error, in the unit of its cause.
@@ -63,7 +61,7 @@ pub struct Calibrated {
 #[derive(Clone, Debug)]
 pub struct Calibration {
     /// The errors that were wanted, in their order.
-    pub errors: Vec<Calibrated>,
+    pub errors: Vec<CalibratedError>,
     /// Tires that make up for nothing any more.
     pub tires: Tires,
     /// The noises.
@@ -80,19 +78,17 @@ pub struct Calibration {
 pub fn calibrate(
     car: &Vehicle,
     recordings: &[Drive],
-    wanted: &[Cause],
+    wanted: &[SystematicError],
 ) -> Result<Calibration, Error> {
-    for (i, recording) in recordings.iter().enumerate() {
-        recording.check(i)?;
-    }
+    error::check(recordings)?;
     let prior = Prior::lateral();
     let besides = USUAL.into_iter().filter(|cause| !wanted.contains(cause));
-    let active: Vec<Cause> = wanted.iter().copied().chain(besides).collect();
+    let active: Vec<SystematicError> = wanted.iter().copied().chain(besides).collect();
     // The mean of some rows has less noise; of rows far apart third differences show the motion.
-    let Some(raw) = recordings.first() else { return Err(Error::NoRecording) };
-    let rough = raw.rough_noise().map(|std| std / (every(raw) as f64).sqrt());
+    let raw = &recordings[0];
+    let rough = raw.difference_noise().map(|std| std / (every(raw) as f64).sqrt());
     // Delays that are taken out of the log; what is left of them is estimated, to first order.
-    let mut taken = Causes::default();
+    let mut taken = SystematicErrors::default();
     let mut latest: Option<(Fit, Unknowns)> = None;
     for round in 0.. {
         let rows: Vec<Drive> =
@@ -103,10 +99,10 @@ pub fn calibrate(
             car,
             recordings: &rows,
             bounds: prior.bounds,
-            expected: Expected::new(&prior, 0.0, 0.0),
+            expected: TireRegularisation::new(&prior, 0.0, 0.0),
             noise: Noise::Estimated(guess),
             std: std(),
-            search: Wanted::none(),
+            search: ErrorSelection::none(),
             cancel: Cancellation::default(),
         };
         let fit = match &latest {
@@ -115,17 +111,17 @@ pub fn calibrate(
         };
         let mut found = problem.unknowns(&fit);
         let known = inverse(&fit.minimum.model.hessian);
-        let is_left = |(place, cause): (usize, &Cause)| {
-            let left = found.causes[*cause] / cause.about().std;
+        let is_left = |(place, cause): (usize, &SystematicError)| {
+            let left = found.causes[*cause] / cause.describe().std;
             let variance = known[(SIZE + place, SIZE + place)];
-            Cause::DELAYS.contains(cause) && left.powi(2) > SETTLED * SETTLED * variance
+            SystematicError::DELAYS.contains(cause) && left.powi(2) > SETTLED * SETTLED * variance
         };
         let settled = round > 0 && !active.iter().enumerate().any(is_left);
         if settled || round + 1 == ROUNDS {
             let found = told(&problem, &fit, &taken, step, wanted.len());
             return Ok(Calibration { settled, ..found });
         }
-        for cause in Cause::DELAYS {
+        for cause in SystematicError::DELAYS {
             taken[cause] += std::mem::take(&mut found.causes[cause]);
         }
         latest = Some((fit, found));
@@ -145,21 +141,21 @@ fn lasting(sensor: [f64; 4], step: f64) -> DriveNoise {
 }
 
 /// What is estimated besides in any case, as nobody knows it exactly and no log is without it.
-const USUAL: [Cause; 5] = [
-    Cause::SideslipOffset,
-    Cause::YawRateOffset,
-    Cause::AccelerationOffset,
-    Cause::CentreOfGravity,
-    Cause::Inertia,
+const USUAL: [SystematicError; 5] = [
+    SystematicError::SideslipOffset,
+    SystematicError::YawRateOffset,
+    SystematicError::AccelerationOffset,
+    SystematicError::CentreOfGravity,
+    SystematicError::Inertia,
 ];
 
 /// Standard deviations before any data: so wide that they decide nothing, but for the car.
-fn std() -> Causes {
-    let wide = |cause: Cause| {
-        let factor = if Cause::CAR.contains(&cause) { 1.0 } else { 3.0 };
-        factor * cause.about().std
+fn std() -> SystematicErrors {
+    let wide = |cause: SystematicError| {
+        let factor = if SystematicError::CAR.contains(&cause) { 1.0 } else { 3.0 };
+        factor * cause.describe().std
     };
-    Causes(Cause::ALL.map(wide))
+    SystematicErrors(SystematicError::ALL.map(wide))
 }
 
 /// Tires to start from.
@@ -169,15 +165,21 @@ fn typical(prior: &Prior) -> Tires {
     Tires { front: tire, rear: tire }
 }
 
-fn told(problem: &Problem, fit: &Fit, taken: &Causes, step: f64, wanted: usize) -> Calibration {
+fn told(
+    problem: &Problem,
+    fit: &Fit,
+    taken: &SystematicErrors,
+    step: f64,
+    wanted: usize,
+) -> Calibration {
     let joint = problem.joint(&fit.likelihood, fit.noise, &fit.active);
-    let blocks = Blocks::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
+    let blocks = BlockScores::about(&joint, &fit.minimum, &corners(&problem.bounds), step);
     let (covariance, at) = (blocks.widest(), problem.unknowns(fit));
-    let of = |(place, &cause): (usize, &Cause)| {
-        let (value, about) = (at.causes[cause] + taken[cause], cause.about());
+    let of = |(place, &cause): (usize, &SystematicError)| {
+        let (value, about) = (at.causes[cause] + taken[cause], cause.describe());
         let std = about.std * covariance[(SIZE + place, SIZE + place)].max(0.0).sqrt();
         let interval = [value - Z_95 * std, value + Z_95 * std];
-        Calibrated { cause, name: about.name, value, std, interval }
+        CalibratedError { cause, name: about.name, value, std, interval }
     };
     let errors = fit.active[..wanted].iter().enumerate().map(of).collect();
     Calibration { errors, tires: at.tires, noise: at.noise, settled: true }
@@ -189,7 +191,7 @@ fn every(drive: &Drive) -> usize {
     every - usize::from(every.is_multiple_of(2))
 }
 
-/// Rows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
+/// ResidualRows that are about [`STEP`] apart. Sensors are means over as long a time about a row; inputs are those of the same filter, in the
 /// mean over the step that ends at the row. All channels pass one filter, so the motion stays that of the car.
 fn thinned(drive: &Drive) -> Drive {
     let every = every(drive);
@@ -223,13 +225,13 @@ fn thinned(drive: &Drive) -> Drive {
 
 /// The drive without delays of channels, and with lines in place of values that repeat the one before: a sensor that had no new one
 /// was read.
-fn without_delays(drive: &Drive, late: &Causes) -> Drive {
+fn without_delays(drive: &Drive, late: &SystematicErrors) -> Drive {
     let (first, last) = (drive.t[0], drive.t[drive.len() - 1]);
-    let moved = |time: &[f64], column: &[f64], cause: Cause| {
+    let moved = |time: &[f64], column: &[f64], cause: SystematicError| {
         let read = drive.t.iter().map(|t| (t + late[cause]).clamp(first, last));
         Interpolation::Linear.resample(time, column, &read.collect::<Vec<f64>>())
     };
-    let sensor = |column: &[f64], cause: Cause| -> Vec<f64> {
+    let sensor = |column: &[f64], cause: SystematicError| -> Vec<f64> {
         let is_new = |k: &usize| *k == 0 || *k + 1 == column.len() || column[*k] != column[k - 1];
         let new: Vec<usize> = (0..column.len()).filter(is_new).collect();
         let pick = |all: &[f64]| new.iter().map(|&k| all[k]).collect::<Vec<f64>>();
@@ -238,10 +240,10 @@ fn without_delays(drive: &Drive, late: &Causes) -> Drive {
     Drive {
         t: drive.t.clone(),
         v_x: drive.v_x.clone(),
-        v_y: sensor(&drive.v_y, Cause::SideslipDelay),
-        r: sensor(&drive.r, Cause::YawRateDelay),
-        a_y: sensor(&drive.a_y, Cause::AccelerationDelay),
-        F_x: moved(&drive.t, &drive.F_x, Cause::ForceDelay),
-        delta: moved(&drive.t, &drive.delta, Cause::SteeringDelay),
+        v_y: sensor(&drive.v_y, SystematicError::SideslipDelay),
+        r: sensor(&drive.r, SystematicError::YawRateDelay),
+        a_y: sensor(&drive.a_y, SystematicError::AccelerationDelay),
+        F_x: moved(&drive.t, &drive.F_x, SystematicError::ForceDelay),
+        delta: moved(&drive.t, &drive.delta, SystematicError::SteeringDelay),
     }
 }

@@ -1,15 +1,16 @@
-//! The car as the prediction-error filter sees it: the rates of `vehicle::Vehicle` and their first derivatives with respect to
-//! the state, for numbers that carry derivatives.
+//! The process model of the filter: the rates of `vehicle::Vehicle` on tires with steady-state slip, and their first derivatives by the
+//! state, for numbers that carry derivatives.
 //!
 //! The state is x = [v_x, v_y, r, ξ_x] in m/s, m/s, rad/s and N, where ξ_x is a longitudinal force that the inputs do not know.
 
+use kalman::augmented::{Linearised, ProcessModel};
 use numerics::scalar::Scalar;
 use tire_inference::kernel::ValueAndSlope;
 use tire_inference::parameters::TireParameters;
 use vehicle::{Body, G, Input, SLIP_SPEED_FLOOR, Vehicle};
 
-use crate::cause::{Cause, Causes};
 use crate::tires::Tires;
+use preparation::{SystematicError, SystematicErrors};
 
 /// What the filter needs of a car.
 #[derive(Clone, Copy, Debug)]
@@ -30,17 +31,17 @@ pub struct Car<T> {
 
 impl<T: Scalar> Car<T> {
     /// The car of a configuration with the errors that it may have.
-    pub fn new(car: &Vehicle, causes: &Causes<T>) -> Self {
+    pub fn new(car: &Vehicle, causes: &SystematicErrors<T>) -> Self {
         let Body { m, I_zz, l_f, l_r, h } = car.body;
-        let ahead = causes[Cause::CentreOfGravity];
-        let mass = (causes[Cause::Mass] + 1.0) * m;
-        let inertia = (causes[Cause::Inertia] + 1.0) * I_zz;
+        let ahead = causes[SystematicError::CentreOfGravity];
+        let mass = (causes[SystematicError::Mass] + 1.0) * m;
+        let inertia = (causes[SystematicError::Inertia] + 1.0) * I_zz;
         Self {
             aero: car.aero,
             wheelbase: l_f + l_r,
             l_f: -ahead + l_f,
             l_r: ahead + l_r,
-            h: causes[Cause::Height] + h,
+            h: causes[SystematicError::Height] + h,
             weight: mass * G,
             lightness: mass.recip(),
             ease: inertia.recip(),
@@ -62,7 +63,7 @@ impl<T: Scalar> Car<T> {
 
 /// An input that is held, with what depends on nothing else.
 #[derive(Clone, Copy, Debug)]
-pub struct Held<T> {
+pub struct HeldInput<T> {
     /// Steering angle [rad], its sine and cosine.
     pub delta: T,
     pub sin: T,
@@ -74,7 +75,7 @@ pub struct Held<T> {
 
 /// An input as it was recorded.
 #[derive(Clone, Copy, Debug)]
-pub struct Recorded {
+pub struct RecordedInput {
     delta: f64,
     /// Rate of the steering angle [rad/s].
     rate: f64,
@@ -86,7 +87,7 @@ pub struct Recorded {
     pushing: [f64; 2],
 }
 
-impl Recorded {
+impl RecordedInput {
     /// An input to a car, with the rates of its steering angle [rad/s] and its longitudinal force [N/s].
     pub fn new(car: &Vehicle, input: &Input, [rate, pushing]: [f64; 2]) -> Self {
         let [F_xf, F_xr] = car.split_force(input.F_x);
@@ -99,8 +100,8 @@ impl Recorded {
 
     /// The input with longitudinal forces that are a factor of the recorded ones, and no other errors.
     #[inline(always)]
-    pub fn pushed<T: Scalar>(&self, factor: T) -> Held<T> {
-        Held {
+    pub fn with_force_factor<T: Scalar>(&self, factor: T) -> HeldInput<T> {
+        HeldInput {
             delta: factor.constant(self.delta),
             sin: factor.constant(self.sin),
             cos: factor.constant(self.cos),
@@ -126,19 +127,19 @@ pub struct InputErrors<T> {
 
 impl<T: Scalar> InputErrors<T> {
     /// Those of some causes, with samples that are prepared for delays of the steering angle and the force [s].
-    pub fn new(causes: &Causes<T>, [steering, force]: [f64; 2]) -> Self {
+    pub fn new(causes: &SystematicErrors<T>, [steering, force]: [f64; 2]) -> Self {
         Self {
-            offset: causes[Cause::SteeringOffset],
-            shrink: (causes[Cause::SteeringGain] + 1.0).recip(),
-            delay: causes[Cause::SteeringDelay] + -steering,
-            force: causes[Cause::ForceGain] + 1.0,
-            force_delay: causes[Cause::ForceDelay] + -force,
+            offset: causes[SystematicError::SteeringOffset],
+            shrink: (causes[SystematicError::SteeringGain] + 1.0).recip(),
+            delay: causes[SystematicError::SteeringDelay] + -steering,
+            force: causes[SystematicError::ForceGain] + 1.0,
+            force_delay: causes[SystematicError::ForceDelay] + -force,
         }
     }
 
     /// The true input. Sine and cosine are those of the record turned by the error, whose series end at its fifth power.
     #[inline(always)]
-    pub fn correct(&self, recorded: &Recorded) -> Held<T> {
+    pub fn correct(&self, recorded: &RecordedInput) -> HeldInput<T> {
         let [push_f, push_r] = recorded.pushing;
         let read = (self.delay * recorded.rate - self.offset) + recorded.delta;
         let delta = read * self.shrink;
@@ -146,7 +147,7 @@ impl<T: Scalar> InputErrors<T> {
         let square = error * error;
         let sin = error * ((square * (square * (1.0 / 120.0) + -1.0 / 6.0)) + 1.0);
         let cos = square * (square * (1.0 / 24.0) + -0.5) + 1.0;
-        Held {
+        HeldInput {
             delta,
             sin: (cos * recorded.sin).plus_scaled(sin, recorded.cos),
             cos: (cos * recorded.cos).plus_scaled(sin, -recorded.sin),
@@ -158,7 +159,7 @@ impl<T: Scalar> InputErrors<T> {
 
 /// Rates of the first `M` of `S` states and the lateral acceleration, with their first derivatives.
 #[derive(Clone, Copy, Debug)]
-pub struct Linear<T, const M: usize = 3, const S: usize = 4> {
+pub struct CarLinearisation<T, const M: usize = 3, const S: usize = 4> {
     /// Rates of v_x, v_y [m/s²], r [rad/s²] and whatever follows.
     pub rates: [T; M],
     /// Lateral acceleration [m/s²].
@@ -167,6 +168,37 @@ pub struct Linear<T, const M: usize = 3, const S: usize = 4> {
     pub A: [[T; S]; M],
     /// Derivatives of the lateral acceleration with respect to the state.
     pub C: [T; S],
+}
+
+impl<T, const M: usize, const S: usize> Linearised<T, M, S> for CarLinearisation<T, M, S> {
+    #[inline(always)]
+    fn rates(&self) -> &[T; M] {
+        &self.rates
+    }
+
+    #[inline(always)]
+    fn jacobian(&self) -> &[[T; S]; M] {
+        &self.A
+    }
+}
+
+/// The car on tires whose slip is that of the motion.
+pub struct SteadySlip<T> {
+    /// The car.
+    pub car: Car<T>,
+    /// The tires.
+    pub tires: Tires<T>,
+}
+
+impl<T: Scalar> ProcessModel<T, 3, 4> for SteadySlip<T> {
+    type Input = HeldInput<T>;
+    type Linearised = CarLinearisation<T>;
+    const NOISY: &'static [usize] = &[0, 1, 2, 3];
+
+    #[inline(always)]
+    fn linearise(&self, x: &[T; 4], u: &HeldInput<T>) -> CarLinearisation<T> {
+        linearise(&self.car, &self.tires, x, u)
+    }
 }
 
 /// Speed that slip angles divide by, as in `vehicle`.
@@ -211,7 +243,7 @@ pub struct Loads<T> {
 impl<T: Scalar> Loads<T> {
     /// At a speed and an unknown force ξ_x, with the friction coefficient of the steered axle.
     #[inline(always)]
-    pub fn new(car: &Car<T>, u: &Held<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
+    pub fn new(car: &Car<T>, u: &HeldInput<T>, [v_x, xi_x]: [T; 2], mu_f: T) -> Self {
         let Car { aero, wheelbase: L, .. } = car;
         let zero = v_x.constant(0.0);
         let drag = 0.5 * aero.rho * aero.area * aero.C_d;
@@ -245,12 +277,12 @@ impl<T: Scalar> Loads<T> {
 #[inline(always)]
 pub fn motion<T: Scalar, const M: usize, const S: usize>(
     car: &Car<T>,
-    u: &Held<T>,
+    u: &HeldInput<T>,
     [v_x, v_y, r]: [T; 3],
     loads: &Loads<T>,
     [F_yf, F_yr]: [T; 2],
     changes: &[(T, T); S],
-) -> Linear<T, M, S> {
+) -> CarLinearisation<T, M, S> {
     let zero = v_x.constant(0.0);
     // Yaw accelerations by a lateral force of each axle.
     let [turn_f, turn_r] = [car.l_f * u.cos * car.ease, car.l_r * car.ease];
@@ -275,7 +307,7 @@ pub fn motion<T: Scalar, const M: usize, const S: usize>(
     rates[0] = (loads.long.minus(F_yf, u.sin) * car.lightness).plus(v_y, r);
     rates[1] = a_y.minus(v_x, r);
     rates[2] = (F_yf * turn_f).minus(F_yr, turn_r).plus(braking, car.l_f * car.ease);
-    Linear { rates, a_y, A, C }
+    CarLinearisation { rates, a_y, A, C }
 }
 
 /// Friction coefficient and its slope at a slip angle.
@@ -286,7 +318,12 @@ pub fn curve<T: Scalar>(TireParameters { B, C, D, E }: &TireParameters<T>, slip:
 
 /// Rates of v_x, v_y and r and the lateral acceleration, with their derivatives with respect to the state.
 #[inline(always)]
-pub fn linearise<T: Scalar>(car: &Car<T>, tires: &Tires<T>, x: &[T; 4], u: &Held<T>) -> Linear<T> {
+pub fn linearise<T: Scalar>(
+    car: &Car<T>,
+    tires: &Tires<T>,
+    x: &[T; 4],
+    u: &HeldInput<T>,
+) -> CarLinearisation<T> {
     let [v_x, v_y, r, xi_x] = *x;
     let slowness = slip_speed(v_x).recip();
     let [q_f, alpha_f, by_f] = slip(v_y.plus(r, car.l_f) * slowness, slowness);

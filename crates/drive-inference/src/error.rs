@@ -1,6 +1,7 @@
 //! Says why tires could not be identified from drives.
 
 use kalman::EmError;
+use preparation::{Drive, DriveError};
 use thiserror::Error;
 
 /// Why tires could not be identified from recordings.
@@ -9,58 +10,13 @@ pub enum Error {
     /// There is nothing to identify from.
     #[error("expected at least one recording, found none")]
     NoRecording,
-    /// Columns differ in length.
-    #[error(
-        "recording {recording}: expected {expected} rows as in column t, found {found} in column {column}"
-    )]
-    Length {
+    /// The columns of a recording cannot be used.
+    #[error("recording {recording}: {source}")]
+    Drive {
         /// Number of the recording, from 0.
         recording: usize,
-        /// Name of the column.
-        column: &'static str,
-        /// Rows of the time.
-        expected: usize,
-        /// Rows of the column.
-        found: usize,
-    },
-    /// A value is no number.
-    #[error(
-        "recording {recording}: expected numbers in column {column}, found {found} in row {row}; leave such rows out, as the \
-         end of one recording and the start of another"
-    )]
-    NotFinite {
-        /// Number of the recording, from 0.
-        recording: usize,
-        /// Name of the column.
-        column: &'static str,
-        /// Number of the row, from 0.
-        row: usize,
-        /// The value.
-        found: f64,
-    },
-    /// Time stands still or runs back.
-    #[error(
-        "recording {recording}: expected rising times, found {found} s in row {row} after {before} s"
-    )]
-    Time {
-        /// Number of the recording, from 0.
-        recording: usize,
-        /// Number of the row, from 0.
-        row: usize,
-        /// Time of the row [s].
-        found: f64,
-        /// Time of the row before [s].
-        before: f64,
-    },
-    /// There are too few rows.
-    #[error("recording {recording}: expected {expected} rows or more, found {found}")]
-    TooShort {
-        /// Number of the recording, from 0.
-        recording: usize,
-        /// Fewest rows.
-        expected: usize,
-        /// Rows that there are.
-        found: usize,
+        /// What is wrong.
+        source: DriveError,
     },
     /// The nominal car could not be smoothed along a recording.
     #[error(
@@ -84,4 +40,19 @@ pub enum Error {
         /// How many there were.
         starts: usize,
     },
+}
+
+/// Checks the columns of all recordings.
+///
+/// # Errors
+///
+/// [`Error::NoRecording`] and [`Error::Drive`].
+pub fn check(recordings: &[Drive]) -> Result<(), Error> {
+    if recordings.is_empty() {
+        return Err(Error::NoRecording);
+    }
+    for (recording, drive) in recordings.iter().enumerate() {
+        drive.check().map_err(|source| Error::Drive { recording, source })?;
+    }
+    Ok(())
 }

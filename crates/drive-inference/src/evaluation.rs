@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use numerics::simd_batch::{SimdBatch, WIDTH};
 use numerics::tangent::{DIRECTIONS, Products, Tangent};
 
-use crate::filter::{Belief, Innovation};
+use crate::filter_pass::{InnovationVisitor, RowInnovations};
 
 /// The likelihood at one point, with its derivatives.
 #[derive(Clone, Debug)]
@@ -50,42 +50,17 @@ pub fn whitened<S: pulp::Simd, const N: usize>(
     (residual * inverse.sqrt(), variance * (0.5_f64.sqrt() * inverse))
 }
 
-/// Takes what a pass gives.
-pub trait Visit<T> {
-    /// The recording, its row, the innovation and the state after it.
-    fn visit(
-        &mut self,
-        recording: usize,
-        row: usize,
-        innovation: &Innovation<T>,
-        belief: &Belief<T>,
-    );
-}
-
-impl<T, F: FnMut(usize, usize, &Innovation<T>, &Belief<T>)> Visit<T> for F {
-    #[inline(always)]
-    fn visit(
-        &mut self,
-        recording: usize,
-        row: usize,
-        innovation: &Innovation<T>,
-        belief: &Belief<T>,
-    ) {
-        self(recording, row, innovation, belief);
-    }
-}
-
 /// The costs of several parameter vectors while they grow.
 pub struct Costs(pub [f64; WIDTH]);
 
-impl Visit<SimdBatch> for Costs {
+impl InnovationVisitor<SimdBatch> for Costs {
     #[inline(always)]
     fn visit(
         &mut self,
         _: usize,
         _: usize,
-        innovation: &Innovation<SimdBatch>,
-        _: &Belief<SimdBatch>,
+        innovation: &RowInnovations<SimdBatch>,
+        _: &[SimdBatch; 4],
     ) {
         let [e, s] = [innovation.residual, innovation.variance];
         for index in 0..WIDTH {
@@ -127,14 +102,14 @@ impl<S: pulp::Simd, const N: usize> Sums<S, N> {
     }
 }
 
-impl<S: pulp::Simd, const N: usize> Visit<Tangent<S, N>> for Sums<S, N> {
+impl<S: pulp::Simd, const N: usize> InnovationVisitor<Tangent<S, N>> for Sums<S, N> {
     #[inline(always)]
     fn visit(
         &mut self,
         _: usize,
         _: usize,
-        innovation: &Innovation<Tangent<S, N>>,
-        _: &Belief<Tangent<S, N>>,
+        innovation: &RowInnovations<Tangent<S, N>>,
+        _: &[Tangent<S, N>; 4],
     ) {
         let mut determinant = 1.0;
         for i in 0..4 {

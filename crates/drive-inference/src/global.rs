@@ -9,9 +9,9 @@ use tire_inference::bounds::Bounds;
 use tire_inference::parameters::TireParameters;
 
 use crate::error::Error;
-use crate::joint::Joint;
+use crate::joint_posterior::JointPosterior;
 use crate::likelihood::{DriveNoise, Likelihood};
-use crate::noises::Noise;
+use crate::noise_estimate::Noise;
 use crate::ridge::{Features, reshaped};
 use crate::search::different;
 use crate::tires::{Tires, from_vector, to_vector};
@@ -38,7 +38,7 @@ const OTHER_NOISE: f64 = 10.0;
 /// A search for tires.
 pub struct Search<'a> {
     /// The cost; its causes are held.
-    pub joint: Joint<'a>,
+    pub joint: JointPosterior<'a>,
     /// The box of each axle.
     pub bounds: Bounds,
     /// How the noises are found.
@@ -113,7 +113,7 @@ impl<'a> Search<'a> {
     where
         'a: 'b,
     {
-        let joint = Joint { likelihood, noise, ..self.joint.clone() };
+        let joint = JointPosterior { likelihood, noise, ..self.joint.clone() };
         Search { joint, bounds: self.bounds, noise: self.noise }
     }
 
@@ -162,7 +162,7 @@ impl<'a> Search<'a> {
 
     /// From one start; through more process noise if the filter cannot follow.
     fn from(&self, start: &Tires) -> Minimum {
-        let Joint { likelihood, noise, .. } = self.joint;
+        let JointPosterior { likelihood, noise, .. } = self.joint;
         let mut x = to_vector(start);
         let at_start = likelihood.of_tires(&self.joint.unknowns(&x)).mean_square;
         let follows = at_start.iter().all(|square| *square < EXPLODED);

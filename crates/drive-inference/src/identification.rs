@@ -1,4 +1,4 @@
-//! Runs an identification from its recordings to what is reported: states, fits, posterior, verdicts.
+//! Identification of both tires from drives: smoothed states, fits, posterior, verdicts, in this order.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics and estimation")]
 
 use std::time::Instant;
@@ -6,6 +6,7 @@ use std::time::Instant;
 use nalgebra::DMatrix;
 use numerics::convergence::Convergence;
 use numerics::sqp::{self, Minimum, Objective};
+use preparation::{Drive, SystematicError};
 use rayon::prelude::*;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
@@ -15,29 +16,26 @@ use tire_inference::prior::Prior;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::ActiveBounds;
 
-use crate::adequacy::{self, Blocks, Leftover};
-use crate::cause::Cause;
+use crate::adequacy::{self, BlockScores, ModelResiduals, Scatter};
 use crate::error::Error;
-use crate::explored::{Explored, inverse};
 use crate::global::{COARSE, FINE};
-use crate::identified::{Fitted, Identified, Innovations};
-use crate::joint::{Joint, Marginal};
+use crate::joint_posterior::{JointPosterior, MarginalPosterior};
+use crate::laplace::{LaplaceApproximation, inverse};
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
-use crate::noises::Noise;
+use crate::model_selection::ModelExtension;
+use crate::noise_estimate::Noise;
 use crate::options::{DriveOptions, Formulation, Noises};
 use crate::pem::Optimum;
 use crate::points::{self, Point};
-use crate::posterior_samples::{self, Drawn, Request};
+use crate::posterior_samples::{self, DrawSettings, TireDraws};
 use crate::problem::Problem;
 use crate::progress::{Progress, with_progress};
-use crate::recording::Drive;
 use crate::regression::Target;
-use crate::selection::Addition;
+use crate::result::{FormulationFit, Identification, Innovations};
 use crate::series::Series;
-use crate::smoothing::{self, Explained};
+use crate::smoothing::{self, SmoothedDrive};
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector};
-use crate::told::Estimated;
-use crate::{pem, search, series, told, verdict};
+use crate::{error, pem, search, series, summary, verdict};
 
 /// What prediction errors start from.
 const START: Formulation = Formulation::Points(Target::AccelerationAndYaw);
@@ -52,23 +50,21 @@ pub fn identify(
     recordings: &[Drive],
     options: &DriveOptions,
     progress: &mut dyn FnMut(f64, &str) -> bool,
-) -> Result<Identified, Error> {
+) -> Result<Identification, Error> {
     let begin = Instant::now();
-    for (i, recording) in recordings.iter().enumerate() {
-        recording.check(i)?;
-    }
-    let Some(first) = recordings.first() else { return Err(Error::NoRecording) };
+    error::check(recordings)?;
     let noise = match options.noises {
         Noises::Known(noise) => noise,
-        Noises::Estimated => DriveNoise::of_sensors(first.rough_noise()),
+        Noises::Estimated => DriveNoise::of_sensors(recordings[0].difference_noise()),
     };
     with_progress(progress, |progress| {
         progress.report(0.0, "smoothing")?;
-        let explained = explain(recordings, options, &noise, progress)?;
-        let points = |(recording, explained)| points::points(&options.car, recording, explained);
-        let states = explained.iter().map(|explained| &explained.smoothed);
-        let points = recordings.iter().zip(states).map(points).collect();
-        let mut run = Run { recordings, options, noise, points, fitted: Vec::new(), progress };
+        let smoothed = smooth_all(recordings, options, &noise, progress)?;
+        let both = recordings.iter().zip(&smoothed);
+        let points = both.map(|(drive, it)| points::points(&options.car, drive, &it.states));
+        let points = points.collect();
+        let mut run =
+            IdentificationRun { recordings, options, noise, points, fitted: Vec::new(), progress };
         let mut decisive = None;
         for formulation in run.formulations() {
             progress.report(0.2, formulation.title())?;
@@ -80,48 +76,48 @@ pub fn identify(
         run.fitted.sort_by_key(|fitted| fitted.formulation == options.method);
         let Some(decisive) = decisive else { return Err(Error::NoStart { starts: 0 }) };
         progress.report(0.3, "drawing from the posterior")?;
-        run.identified(decisive, explained, begin)
+        run.report(&decisive, smoothed, begin)
     })
 }
 
 /// The nominal car along each recording.
-fn explain(
+fn smooth_all(
     recordings: &[Drive],
     options: &DriveOptions,
     noise: &DriveNoise,
     progress: &Progress,
-) -> Result<Vec<Explained>, Error> {
+) -> Result<Vec<SmoothedDrive>, Error> {
     let of = |(recording, drive)| {
         let go_on = || !progress.cancel.is_cancelled();
-        smoothing::explain(&options.car, drive, noise, &options.smoothing, go_on)
+        smoothing::smooth_states(&options.car, drive, noise, &options.smoothing, go_on)
             .map_err(|source| Error::Smoothing { recording, source })
     };
     recordings.par_iter().enumerate().map(of).collect()
 }
 
-struct Run<'a> {
+struct IdentificationRun<'a> {
     recordings: &'a [Drive],
     options: &'a DriveOptions,
     noise: DriveNoise,
     points: Vec<Vec<Point>>,
-    fitted: Vec<Fitted>,
+    fitted: Vec<FormulationFit>,
     progress: &'a Progress,
 }
 
 /// A minimum with what belongs to it.
-struct Best {
+struct SelectedFit {
     unknowns: Unknowns,
     /// Errors that are variables of the minimum, after the tires.
-    active: Vec<Cause>,
+    active: Vec<SystematicError>,
     /// Gain of what the data asked for [nat].
-    gains: Vec<(Addition, f64)>,
+    gains: Vec<(ModelExtension, f64)>,
     minimum: Minimum,
     optima: Vec<Optimum>,
     convergence: Convergence,
     likelihood: Likelihood,
 }
 
-impl Run<'_> {
+impl IdentificationRun<'_> {
     /// All formulations to fit, each once: that which prediction errors start from, those to compare, the deciding one.
     fn formulations(&self) -> Vec<Formulation> {
         let wanted = self.options.compare.iter().copied().chain([self.options.method]);
@@ -138,14 +134,14 @@ impl Run<'_> {
         once
     }
 
-    fn fit(&mut self, formulation: Formulation) -> Result<Best, Error> {
+    fn fit(&mut self, formulation: Formulation) -> Result<SelectedFit, Error> {
         let begin = Instant::now();
         let (best, odd, residual_std) = match formulation {
             Formulation::Points(target) => {
                 let found = self.search(target).run(&self.options.car.body, &self.points)?;
                 let mut likelihood = Likelihood::new(&self.options.car, self.recordings);
                 likelihood.cancel = self.progress.cancel.clone();
-                let best = Best {
+                let best = SelectedFit {
                     unknowns: Unknowns::new(&found.tires, &self.noise),
                     active: Vec::new(),
                     gains: Vec::new(),
@@ -166,13 +162,20 @@ impl Run<'_> {
                     optima,
                     convergence,
                 } = self.problem().maximise(&self.starts())?;
-                let best =
-                    Best { unknowns, active, gains, minimum, optima, convergence, likelihood };
+                let best = SelectedFit {
+                    unknowns,
+                    active,
+                    gains,
+                    minimum,
+                    optima,
+                    convergence,
+                    likelihood,
+                };
                 (best, [0.0; 3], None)
             }
         };
         let (minimum, covariance) = (&best.minimum, covariance(&best.minimum));
-        self.fitted.push(Fitted {
+        self.fitted.push(FormulationFit {
             formulation,
             tires: best.unknowns.tires,
             std: from_vector(&covariance.diagonal().map(|variance| variance.max(0.0).sqrt())),
@@ -218,122 +221,185 @@ impl Run<'_> {
 
     /// What fits to points ended with.
     fn starts(&self) -> Vec<Tires> {
-        let is_start = |fitted: &&Fitted| fitted.formulation == START;
+        let is_start = |fitted: &&FormulationFit| fitted.formulation == START;
         self.fitted.iter().filter(is_start).map(|fitted| fitted.tires).collect()
     }
 
-    fn identified(
+    /// Everything that is reported of the deciding fit.
+    fn report(
         self,
-        best: Best,
-        explained: Vec<Explained>,
+        fit: &SelectedFit,
+        smoothed: Vec<SmoothedDrive>,
         begin: Instant,
-    ) -> Result<Identified, Error> {
-        let Best { unknowns, active, gains, minimum, optima, convergence, ref likelihood } = best;
-        let (options, tires, noise) = (self.options, unknowns.tires, unknowns.noise);
-        let (expected, std, held) = (options.expected(), options.error_std(), unknowns.causes);
-        let series = series::series(&options.car, self.recordings, likelihood, &unknowns);
-        let joint = Joint { likelihood, noise, expected, active, held, std };
-        let corners = corners(&options.prior.bounds);
-        let objective = Marginal::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
-        let explored = objective.explored(&minimum, corners);
-        let step = Drive::shortest_step(self.recordings);
-        // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
-        let likely = options.method == Formulation::PredictionError;
-        let blocks = likely.then(|| Blocks::about(&joint, &minimum, &explored.corners, step));
-        let scatter = blocks.as_ref().and_then(Blocks::scatter);
-        let scatter = scatter.as_ref();
-        let covariance = scatter.map_or_else(|| covariance(&minimum), |it| it.blocks.clone());
-        let causes = told::causes(&minimum, &joint, &gains, &unknowns, (&options.car, step));
-        let (model, causes) = self.judged(causes, &unknowns, &series, blocks.as_ref());
-        let slip_range = Axles::new(|axle| series::slip_range(&series, axle));
-        let noise_std = noise.sensor[3] / vehicle::G;
-        let DriveOptions { prior, svi, seed, .. } = *options;
-        let request = Request { prior, slip_range, svi, noise_std, scatter, seed };
-        // A filter with more states takes ten times as long, and scatter decides on intervals of what does not fit.
-        let is_rough = scatter.is_some() && unknowns.is_wide();
-        let drawn = self.draw(&explored, &joint, &optima, (&request, is_rough))?;
-        self.progress.report(0.7, "judging")?;
-        // Draws of the posterior are as wide already; profiles go along the likelihood.
-        let wide =
-            scatter.filter(|_| drawn.exact().is_none()).map(|it| explored.scattering(&it.blocks));
-        let judge = verdict::Judge {
-            explored: wide.as_ref().unwrap_or(&explored),
-            model: &model,
-            pressed: &pressed(&joint, &minimum, &prior, likely.then_some(is_rough)),
-            drawn: &drawn,
-            covariance: &covariance,
-            profile: options.profile && likely,
-            prior,
-            slip_range,
-            samples: likelihood.samples(),
-            noise_std,
-            convergence: convergence.clone(),
-            seconds: begin.elapsed().as_secs_f64(),
+    ) -> Result<Identification, Error> {
+        let SelectedFit { unknowns, minimum, likelihood, .. } = fit;
+        let options = self.options;
+        let series = series::series(&options.car, self.recordings, likelihood, unknowns);
+        let joint = JointPosterior {
+            likelihood,
+            noise: unknowns.noise,
+            expected: options.expected(),
+            active: fit.active.clone(),
+            held: unknowns.causes,
+            std: options.error_std(),
         };
-        let estimates = judge.estimates();
-        Ok(Identified {
-            tires: published(&estimates, tires),
+        let corners = corners(&options.prior.bounds);
+        let marginal = MarginalPosterior::new(&joint, &minimum.x, &minimum.model.hessian, &corners);
+        let laplace = marginal.laplace(minimum, corners);
+        // Fits to points do not maximise the likelihood, so that its residuals say nothing of them.
+        let blocks = self.has_likelihood().then(|| {
+            let step = Drive::shortest_step(self.recordings);
+            BlockScores::about(&joint, minimum, &laplace.corners, step)
+        });
+        let scatter = blocks.as_ref().and_then(BlockScores::scatter);
+        let (model, causes) = self.test_model(fit, &joint, &series, blocks.as_ref());
+        let evidence = Evidence {
+            fit,
+            joint: &joint,
+            laplace: &laplace,
+            scatter: scatter.as_ref(),
+            slip_range: Axles::new(|axle| series::slip_range(&series, axle)),
+        };
+        let draws = self.draw(&evidence)?;
+        self.progress.report(0.7, "judging")?;
+        let covariance = evidence.covariance();
+        let estimates = self.estimates(&evidence, &model, &draws, &covariance, begin);
+        Ok(Identification {
+            tires: published(&estimates, unknowns.tires),
             estimates,
             covariance: covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
-            noise,
+            noise: unknowns.noise,
             causes,
             model,
             errors: unknowns.causes,
-            convergence,
+            convergence: fit.convergence.clone(),
             innovations: Innovations::of(&series),
             formulations: self.fitted,
-            posterior: drawn.axles,
-            gaussian: drawn.svi.map(|(gaussian, _)| gaussian),
+            posterior: draws.axles,
+            gaussian: draws.svi.map(|(gaussian, _)| gaussian),
             samples: points::samples(&self.points),
             series,
-            explained,
+            smoothed,
             seconds: begin.elapsed().as_secs_f64(),
         })
     }
 
-    /// Whether tires, errors and noises describe the drives, and the errors as that has them.
-    fn judged(
-        &self,
-        causes: Vec<Estimated>,
-        at: &Unknowns,
-        series: &[Series],
-        blocks: Option<&Blocks>,
-    ) -> (ModelVerdict, Vec<CauseEstimate>) {
-        let Some(blocks) = blocks else { return told::judged(ModelVerdict::default(), causes) };
-        let inputs = self.recordings.iter().map(|drive| at.causes.inputs(drive));
-        let recordings = &inputs.collect::<Vec<_>>();
-        let plausible = causes.iter().map(|it| it.test.clone()).collect();
-        let model = adequacy::judge(&Leftover { recordings, series }, blocks, plausible);
-        told::judged(model, causes)
+    /// Whether the deciding fit maximises the likelihood.
+    fn has_likelihood(&self) -> bool {
+        self.options.method == Formulation::PredictionError
     }
 
-    /// Draws from the posterior where there is a likelihood, else what the curvature of the cost has it.
-    fn draw(
+    /// Whether tires, errors and noises describe the drives, and the errors as that has them.
+    fn test_model(
         &self,
-        explored: &Explored,
-        joint: &Joint,
-        optima: &[Optimum],
-        (request, is_rough): (&Request, bool),
-    ) -> Result<Drawn, Error> {
-        let DriveOptions { method, posterior, .. } = *self.options;
-        if posterior && !is_rough && method == Formulation::PredictionError {
+        fit: &SelectedFit,
+        joint: &JointPosterior,
+        series: &[Series],
+        blocks: Option<&BlockScores>,
+    ) -> (ModelVerdict, Vec<CauseEstimate>) {
+        let SelectedFit { unknowns, gains, minimum, .. } = fit;
+        let step = Drive::shortest_step(self.recordings);
+        let errors =
+            summary::summarise_errors(minimum, joint, gains, unknowns, &self.options.car, step);
+        let Some(blocks) = blocks else {
+            return summary::apply_model_verdict(ModelVerdict::default(), errors);
+        };
+        let inputs = self.recordings.iter().map(|drive| unknowns.causes.true_inputs(drive));
+        let recordings = &inputs.collect::<Vec<_>>();
+        let plausible = errors.iter().map(|it| it.test.clone()).collect();
+        let model = adequacy::test_model(&ModelResiduals { recordings, series }, blocks, plausible);
+        summary::apply_model_verdict(model, errors)
+    }
+
+    /// Draws from the posterior where there is a likelihood, else as the curvature of the cost has it.
+    fn draw(&self, evidence: &Evidence) -> Result<TireDraws, Error> {
+        let Evidence { fit, joint, laplace, scatter, slip_range } = *evidence;
+        let DriveOptions { prior, svi, seed, posterior, .. } = *self.options;
+        let settings =
+            DrawSettings { prior, slip_range, svi, noise_std: evidence.noise_std(), scatter, seed };
+        if posterior && !evidence.is_rough() && self.has_likelihood() {
             let go_on = || !self.progress.cancel.is_cancelled();
-            let drawn = posterior_samples::posterior(explored, joint, optima, request, go_on);
+            let draws = posterior_samples::posterior(laplace, joint, &fit.optima, &settings, go_on);
             if self.progress.cancel.is_cancelled() {
                 return Err(Error::Cancelled);
             }
-            if let Some(drawn) = drawn {
-                return Ok(drawn);
+            if let Some(draws) = draws {
+                return Ok(draws);
             }
         }
-        Ok(posterior_samples::normal(explored, request.scatter, request.seed))
+        Ok(posterior_samples::normal(laplace, scatter, seed))
+    }
+
+    /// The estimates of both axles with their verdicts.
+    fn estimates(
+        &self,
+        evidence: &Evidence,
+        model: &ModelVerdict,
+        draws: &TireDraws,
+        covariance: &DMatrix<f64>,
+        begin: Instant,
+    ) -> Axles<Estimate> {
+        let Evidence { fit, joint, laplace, scatter, slip_range } = *evidence;
+        let prior = self.options.prior;
+        // Draws of the posterior are as wide already; profiles go along the likelihood.
+        let scattering =
+            scatter.filter(|_| draws.exact().is_none()).map(|it| laplace.scattering(&it.blocks));
+        let is_rough = self.has_likelihood().then(|| evidence.is_rough());
+        let judge = verdict::Judge {
+            laplace: scattering.as_ref().unwrap_or(laplace),
+            model,
+            pressed: &pressed(joint, &fit.minimum, &prior, is_rough),
+            draws,
+            covariance,
+            profile: self.options.profile && self.has_likelihood(),
+            prior,
+            slip_range,
+            samples: fit.likelihood.samples(),
+            noise_std: evidence.noise_std(),
+            convergence: fit.convergence.clone(),
+            seconds: begin.elapsed().as_secs_f64(),
+        };
+        judge.estimates()
+    }
+}
+
+/// What the deciding fit says of the tires.
+#[derive(Clone, Copy)]
+struct Evidence<'a> {
+    fit: &'a SelectedFit,
+    joint: &'a JointPosterior<'a>,
+    laplace: &'a LaplaceApproximation<'a>,
+    /// What intervals are widened to, if parts of the drives that were not fitted ask for it.
+    scatter: Option<&'a Scatter>,
+    /// Slips that were reached [rad].
+    slip_range: Axles<[f64; 2]>,
+}
+
+impl Evidence<'_> {
+    /// Covariance of B, C, D, E of both axles.
+    fn covariance(&self) -> DMatrix<f64> {
+        match self.scatter {
+            Some(scatter) => scatter.blocks.clone(),
+            None => covariance(&self.fit.minimum),
+        }
+    }
+
+    /// Standard deviation of the noise of the friction coefficient [-].
+    fn noise_std(&self) -> f64 {
+        self.fit.unknowns.noise.sensor[3] / vehicle::G
+    }
+
+    /// Whether rough answers are good enough: a filter with more states takes ten times as long, and scatter decides on intervals of what
+    /// does not fit.
+    fn is_rough(&self) -> bool {
+        self.scatter.is_some() && self.fit.unknowns.is_augmented()
     }
 }
 
 /// What the bounds do to both tires: where one stands on a bound, both are looked for in a wider box, roughly or with
 /// all digits, if they are those of the likelihood.
 fn pressed(
-    joint: &Joint,
+    joint: &JointPosterior,
     minimum: &Minimum,
     prior: &Prior,
     likely: Option<bool>,

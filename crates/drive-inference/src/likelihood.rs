@@ -1,6 +1,6 @@
 //! How probable recordings are, given tires and noises: the likelihood of prediction errors, with exact derivatives.
 //!
-//! The cost is ½ Σ (e²/s + ln s) over all residuals e of variance s that `filter` gives, the negative logarithm of the
+//! The cost is ½ Σ (e²/s + ln s) over all residuals e of variance s that the filter gives, the negative logarithm of the
 //! likelihood but for a constant. Its second derivatives are replaced by what they are on average if the model is right, Fisher's
 //! information Σ (e_i e_j / s + ½ s_i s_j / s²), which needs first derivatives only.
 
@@ -10,17 +10,15 @@ use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use vehicle::Vehicle;
 
-use crate::cause::Causes;
 use crate::evaluation::{Costs, Evaluation, Sums};
-use crate::filter::{Belief, Innovation, Variances};
-use crate::passes::{Pass, Sweep};
+use crate::filter_pass::{AnyPass, BasePass, RowInnovations};
+use crate::prepared_drive::{Delays, PreparedDrive, PreparedDrives, prepare};
 use crate::progress::Cancellation;
-use crate::recording::Drive;
-use crate::rows::{Group, Rows};
-use crate::samples::{Course, Delays, Prepared, prepare};
+use crate::residual_rows::{ResidualGroup, ResidualRows};
 use crate::tires::{self, SIZE, Tires};
 pub use crate::unknowns::{Direction, DriveNoise, Unknowns};
-use crate::unknowns::{Numbers, Width};
+use crate::unknowns::{FilterParameters, FilterVariant, NoiseVariances};
+use preparation::{Drive, SystematicErrors};
 
 /// Samples of a stretch that starts are compared on, and length of recordings from which on that is done.
 const STRETCH: usize = 200;
@@ -29,7 +27,7 @@ const THIN_FROM: usize = 16 * STRETCH;
 /// The likelihood of recordings of one car; evaluations share nothing, so several threads may make them.
 #[derive(Clone)]
 pub struct Likelihood {
-    course: Course,
+    drives: PreparedDrives,
     samples: usize,
     /// Once set, evaluations end at once, with an infinite cost.
     pub cancel: Cancellation,
@@ -42,7 +40,7 @@ impl Likelihood {
     }
 
     /// The same for channels with the delays among some causes: the likelihood may be evaluated at delays near these.
-    pub fn delayed(car: &Vehicle, recordings: &[Drive], causes: &Causes) -> Self {
+    pub fn delayed(car: &Vehicle, recordings: &[Drive], causes: &SystematicErrors) -> Self {
         Self::with(car, recordings, Delays::near(causes, recordings))
     }
 
@@ -51,21 +49,21 @@ impl Likelihood {
             recordings.iter().map(|recording| prepare(car, recording, &delays)).collect();
         Self {
             samples: prepared.iter().map(|part| part.samples.len()).sum(),
-            course: Course { car: *car, recordings: prepared, delays },
+            drives: PreparedDrives { car: *car, drives: prepared, delays },
             cancel: Cancellation::default(),
         }
     }
 
     /// Whether it may be evaluated at some causes of these recordings.
-    pub fn serves(&self, causes: &Causes, recordings: &[Drive]) -> bool {
-        self.course.delays.serve(causes, recordings)
+    pub fn serves(&self, causes: &SystematicErrors, recordings: &[Drive]) -> bool {
+        self.drives.delays.serve(causes, recordings)
     }
 
     /// A quarter of long recordings, in stretches, as recordings of their own: to compare starts on.
     pub fn thinned(&self) -> Self {
         let mut parts = Vec::new();
-        for part in &self.course.recordings {
-            let Prepared { samples, .. } = part;
+        for part in &self.drives.drives {
+            let PreparedDrive { samples, .. } = part;
             if samples.len() < THIN_FROM {
                 parts.push(part.clone());
                 continue;
@@ -73,12 +71,16 @@ impl Likelihood {
             for from in (0..samples.len()).step_by(4 * STRETCH) {
                 let stretch = &samples[from..(from + STRETCH).min(samples.len())];
                 let (first, rest) = (stretch[0].measured, stretch[1..].to_vec());
-                parts.push(Prepared { first, samples: rest, first_row: part.first_row + from + 1 });
+                parts.push(PreparedDrive {
+                    first,
+                    samples: rest,
+                    first_row: part.first_row + from + 1,
+                });
             }
         }
         let samples = parts.iter().map(|part| part.samples.len()).sum();
-        let course = Course { recordings: parts, ..self.course };
-        Self { course, samples, cancel: self.cancel.clone() }
+        let drives = PreparedDrives { drives: parts, ..self.drives };
+        Self { drives, samples, cancel: self.cancel.clone() }
     }
 
     /// Number of samples that are predicted: all but the first of each recording.
@@ -119,13 +121,13 @@ impl Likelihood {
         at: &Unknowns,
         directions: &[Direction],
     ) -> Evaluation {
-        let (unknowns, visit) = (at.seeded::<S, N>(simd, directions), Sums::new(simd));
-        let pass = Pass::<_, _, false> { course: &self.course, unknowns, visit };
+        let parameters = at.seeded::<S, N>(simd, directions);
+        let pass = BasePass::new(&self.drives, parameters, Sums::new(simd));
         simd.vectorize(pass).evaluation(self.samples)
     }
 
     /// Every residual with its derivatives along any number of directions.
-    pub fn rows(&self, at: &Unknowns, directions: &[Direction]) -> Rows {
+    pub fn rows(&self, at: &Unknowns, directions: &[Direction]) -> ResidualRows {
         let group = |directions: &[Direction]| match pulp::Arch::new() {
             #[cfg(target_arch = "x86_64")]
             pulp::Arch::V4(simd) => self.group::<_, 1>(simd, at, directions),
@@ -134,16 +136,16 @@ impl Likelihood {
             _ => self.one_by_one(at, directions),
         };
         if self.cancel.is_cancelled() {
-            return Rows::cancelled(directions.len());
+            return ResidualRows::cancelled(directions.len());
         }
         let groups = directions.par_chunks(DIRECTIONS).map(group).collect();
-        Rows::new(groups, directions.len())
+        ResidualRows::new(groups, directions.len())
     }
 
     /// Without vectors each direction has a pass of its own: all in one would be eight times the code.
-    pub(crate) fn one_by_one(&self, at: &Unknowns, directions: &[Direction]) -> Group {
+    pub(crate) fn one_by_one(&self, at: &Unknowns, directions: &[Direction]) -> ResidualGroup {
         let alone = |direction| self.group::<_, 1>(pulp::Scalar::new(), at, &[direction]);
-        Group::side_by_side(directions.iter().copied().map(alone))
+        ResidualGroup::side_by_side(directions.iter().copied().map(alone))
     }
 
     fn group<S: Simd, const N: usize>(
@@ -151,10 +153,13 @@ impl Likelihood {
         simd: S,
         at: &Unknowns,
         directions: &[Direction],
-    ) -> Group {
-        let (unknowns, visit) = (at.seeded::<S, N>(simd, directions), Group::new(self.samples));
-        let width = Width::of(&at.causes, &at.noise, directions);
-        simd.vectorize(Sweep { course: &self.course, unknowns, visit, width })
+    ) -> ResidualGroup {
+        simd.vectorize(AnyPass {
+            drives: &self.drives,
+            parameters: at.seeded::<S, N>(simd, directions),
+            visitor: ResidualGroup::new(self.samples),
+            variant: FilterVariant::of(&at.causes, &at.noise, directions),
+        })
     }
 
     /// The cost alone.
@@ -163,7 +168,11 @@ impl Likelihood {
     }
 
     /// The costs of several tires and causes, in hardly more time than that of one.
-    pub fn costs(&self, several: &[(Tires, Causes); WIDTH], noise: &DriveNoise) -> [f64; WIDTH] {
+    pub fn costs(
+        &self,
+        several: &[(Tires, SystematicErrors); WIDTH],
+        noise: &DriveNoise,
+    ) -> [f64; WIDTH] {
         if self.cancel.is_cancelled() {
             return [f64::INFINITY; WIDTH];
         }
@@ -171,30 +180,31 @@ impl Likelihood {
         let parameter = |i: usize| SimdBatch(std::array::from_fn(|index| all_tires[index][i]));
         let error = |i: usize| SimdBatch(std::array::from_fn(|index| several[index].1.0[i]));
         let all = |variance: f64| SimdBatch([variance; WIDTH]);
-        let Variances { process, sensor } = noise.variances();
-        let unknowns = Numbers {
+        let NoiseVariances { process, sensor } = noise.variances();
+        let parameters = FilterParameters {
             tires: tires::from_array(std::array::from_fn(parameter)),
-            causes: Causes(std::array::from_fn(error)),
-            noise: Variances { process: process.map(all), sensor: sensor.map(all) },
-            colours: noise.colours().map(|colour| colour.map(all)),
+            causes: SystematicErrors(std::array::from_fn(error)),
+            noise: NoiseVariances { process: process.map(all), sensor: sensor.map(all) },
+            coloured_noise: noise.coloured_noise().map(|colour| colour.map(all)),
         };
-        let visit = Costs([0.0; WIDTH]);
-        let widths = several.iter().map(|(_, causes)| Width::of(causes, noise, &[]));
-        let width = widths.fold(Width::Narrow, Width::widest);
-        let sweep = Sweep { course: &self.course, unknowns, visit, width };
-        pulp::Arch::new().dispatch(sweep).0
+        let variants = several.iter().map(|(_, causes)| FilterVariant::of(causes, noise, &[]));
+        let variant = variants.fold(FilterVariant::Base, FilterVariant::covering);
+        let visitor = Costs([0.0; WIDTH]);
+        let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };
+        pulp::Arch::new().dispatch(pass).0
     }
 
-    /// Shows all innovations, and the state after each: (recording, row, innovation, belief).
+    /// Shows all innovations, and v_x, v_y, r and ξ_x after each: (recording, row, innovations, state).
     pub(crate) fn run(
         &self,
         at: &Unknowns,
-        visit: impl FnMut(usize, usize, &Innovation<f64>, &Belief<f64>),
+        visitor: impl FnMut(usize, usize, &RowInnovations<f64>, &[f64; 4]),
     ) {
         let Unknowns { tires, causes, noise } = *at;
-        let width = Width::of(&causes, &noise, &[]);
-        let (noise, colours) = (noise.variances(), noise.colours());
-        let unknowns = Numbers { tires, causes, noise, colours };
-        Sweep { course: &self.course, unknowns, visit, width }.with_simd(pulp::Scalar::new());
+        let variant = FilterVariant::of(&causes, &noise, &[]);
+        let (noise, coloured_noise) = (noise.variances(), noise.coloured_noise());
+        let parameters = FilterParameters { tires, causes, noise, coloured_noise };
+        let pass = AnyPass { drives: &self.drives, parameters, visitor, variant };
+        pass.with_simd(pulp::Scalar::new());
     }
 }

@@ -8,13 +8,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use tire_inference::prior::Prior;
 use vehicle::Vehicle;
 
-use crate::cause::{Cause, Causes};
 use crate::likelihood::DriveNoise;
+use crate::model_selection::ErrorSelection;
 use crate::regression::{Target, Weights};
-use crate::regularisation::Expected;
-use crate::selection::Wanted;
+use crate::regularisation::TireRegularisation;
 use crate::smoothing::SmootherOptions;
 use crate::uncertainty::CarUncertainty;
+use preparation::{SystematicError, SystematicErrors};
 
 /// How tires are found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,17 +127,17 @@ pub enum Noises {
 
 /// What is known of errors of sensors and car.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CauseOptions {
+pub struct ErrorOptions {
     /// Which are estimated.
-    pub wanted: Wanted,
+    pub wanted: ErrorSelection,
     /// Their standard deviations before any data; 0 where there is no error.
-    pub std: Causes,
+    pub std: SystematicErrors,
 }
 
-impl Default for CauseOptions {
+impl Default for ErrorOptions {
     fn default() -> Self {
-        let std = Causes(Cause::ALL.map(|cause| cause.about().std));
-        Self { wanted: Wanted::default(), std }
+        let std = SystematicErrors(SystematicError::ALL.map(|cause| cause.describe().std));
+        Self { wanted: ErrorSelection::default(), std }
     }
 }
 
@@ -177,30 +177,30 @@ pub struct DriveOptions {
     /// weighted draws start.
     pub svi: bool,
     /// Errors of sensors and car.
-    pub causes: CauseOptions,
+    pub causes: ErrorOptions,
     /// Whether intervals come from profiles of the likelihood; else from its curvature. Takes longer than the fit.
     pub profile: bool,
 }
 
 impl DriveOptions {
     /// Standard deviations of all errors before any data; those of the car are its own.
-    pub fn error_std(&self) -> Causes {
+    pub fn error_std(&self) -> SystematicErrors {
         let CarUncertainty { m, cg, I_zz, h, F_x_gain } = self.uncertainty;
         let mut std = self.causes.std;
         let of_car = [
-            (Cause::Mass, m),
-            (Cause::CentreOfGravity, cg),
-            (Cause::Inertia, I_zz),
-            (Cause::Height, h),
-            (Cause::ForceGain, F_x_gain),
+            (SystematicError::Mass, m),
+            (SystematicError::CentreOfGravity, cg),
+            (SystematicError::Inertia, I_zz),
+            (SystematicError::Height, h),
+            (SystematicError::ForceGain, F_x_gain),
         ];
         of_car.into_iter().for_each(|(cause, known)| std[cause] = known);
         std
     }
 
     /// What is expected of both tires.
-    pub fn expected(&self) -> Expected {
-        Expected::new(&self.prior, self.regularisation, self.axle_coupling)
+    pub fn expected(&self) -> TireRegularisation {
+        TireRegularisation::new(&self.prior, self.regularisation, self.axle_coupling)
     }
 }
 
@@ -222,7 +222,7 @@ impl Default for DriveOptions {
             smoothing: SmootherOptions::default(),
             posterior: true,
             svi: false,
-            causes: CauseOptions::default(),
+            causes: ErrorOptions::default(),
             profile: false,
         }
     }

@@ -4,14 +4,14 @@ use nalgebra::{DMatrix, DVector};
 use numerics::convergence::Convergence;
 use numerics::sqp::{self, Minimum};
 
-use crate::cause::{Cause, Causes};
 use crate::error::Error;
 use crate::global::{FINE, Optima};
 use crate::likelihood::{Likelihood, Unknowns};
+use crate::model_selection::{self, ModelExtension};
 use crate::problem::{Fit, Problem};
 use crate::search::{convergence, different};
-use crate::selection::{self, Addition};
 use crate::tires::{Tires, from_vector};
+use preparation::{SystematicError, SystematicErrors};
 
 /// The maximum.
 #[derive(Clone)]
@@ -21,9 +21,9 @@ pub struct Maximum {
     /// Tires, errors and noises, estimated or as given.
     pub unknowns: Unknowns,
     /// Errors that were estimated, in the order of the minimum's variables.
-    pub active: Vec<Cause>,
+    pub active: Vec<SystematicError>,
     /// Gain of what the data asked for [nat].
-    pub gains: Vec<(Addition, f64)>,
+    pub gains: Vec<(ModelExtension, f64)>,
     /// The minimum of the negative logarithm, for its second derivatives.
     pub minimum: Minimum,
     /// Different optima, best first.
@@ -51,17 +51,17 @@ impl Problem<'_> {
     /// [`Error::NoStart`] if no start gave a finite cost.
     pub fn maximise(&self, starts: &[Tires]) -> Result<Maximum, Error> {
         let plain = self.likelihood(None);
-        let first = self.search(&plain, self.noise.first(), Causes::default(), starts)?;
+        let first = self.search(&plain, self.noise.first(), SystematicErrors::default(), starts)?;
         let Optima { noise, mut starts, mut evaluations, minima } = first;
         let tires: Vec<Tires> = minima.iter().map(|m| from_vector(&m.x)).collect();
         let active = self.always();
-        let mut start = Unknowns { tires: tires[0], causes: Causes::default(), noise };
-        if active.iter().any(|cause| Cause::TIRES.contains(cause)) {
-            start.causes.relax();
+        let mut start = Unknowns { tires: tires[0], causes: SystematicErrors::default(), noise };
+        if active.iter().any(|cause| SystematicError::TIRES.contains(cause)) {
+            start.causes.start_relaxation();
         }
         let first = self.fit(active, start);
         evaluations += first.minimum.evaluations;
-        let (fit, gains) = selection::select(self, first);
+        let (fit, gains) = model_selection::select(self, first);
         let mut fits = vec![self.finish(&fit, self.unknowns(&fit))];
         evaluations += fits[0].minimum.evaluations;
         let mut others = tires[1..].to_vec();
@@ -87,7 +87,7 @@ impl Problem<'_> {
     fn best(
         &self,
         fits: Vec<Fit>,
-        gains: Vec<(Addition, f64)>,
+        gains: Vec<(ModelExtension, f64)>,
         starts: usize,
         evaluations: usize,
     ) -> Maximum {

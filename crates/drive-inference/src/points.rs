@@ -7,12 +7,12 @@ use preparation::samples::Samples;
 use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, NominalCar, SLIP_SPEED_FLOOR, Vehicle};
 
-use crate::recording::Drive;
 use crate::smoothing::nominal;
+use preparation::Drive;
 
 /// What is known at one instant under one input.
 #[derive(Clone, Copy, Debug)]
-pub struct Side {
+pub struct InputSide {
     /// Front slip angle [rad].
     pub alpha_f: f64,
     /// Loads of the front and the rear axle [N].
@@ -27,9 +27,9 @@ pub struct Side {
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// Under the input that acted until this sample.
-    pub before: Side,
+    pub before: InputSide,
     /// Under the input that acts from this sample on; that of the last one is the one before.
-    pub after: Side,
+    pub after: InputSide,
     /// Rear slip angle [rad].
     pub alpha_r: f64,
     /// Time until the next sample [s].
@@ -74,7 +74,7 @@ pub fn points(car: &Vehicle, recording: &Drive, smoothed: &Smoothed<6>) -> Vec<P
 pub fn samples(points: &[Vec<Point>]) -> Axles<Samples> {
     let mut axles = Axles::<Samples>::default();
     for point in points.iter().flatten() {
-        let Side { alpha_f, F_z, cos, braking } = point.before;
+        let InputSide { alpha_f, F_z, cos, braking } = point.before;
         let [front, rear] = point.forces.map(|[force, _]| force);
         let [load_f, load_r] = F_z;
         let front = (alpha_f, (front - braking) / cos, load_f);
@@ -90,13 +90,13 @@ pub fn samples(points: &[Vec<Point>]) -> Axles<Samples> {
     axles
 }
 
-fn side(car: &Vehicle, [v_x, xi_x]: [f64; 2], turned: f64, F_x: f64, delta: f64) -> Side {
+fn side(car: &Vehicle, [v_x, xi_x]: [f64; 2], turned: f64, F_x: f64, delta: f64) -> InputSide {
     // ξ_x holds drag and the steered tires' resistance, so this is m a_x.
     let F_long = F_x + xi_x;
     let [F_xf, _] = car.split_force(Input { F_x, delta }.F_x);
     let (sin, cos) = delta.sin_cos();
     let F_z = car.body.axle_loads(car.aero.downforce(v_x), F_long, 0.0, 0.0);
-    Side { alpha_f: delta - turned, F_z, cos, braking: F_xf * sin }
+    InputSide { alpha_f: delta - turned, F_z, cos, braking: F_xf * sin }
 }
 
 fn acceleration(car: &NominalCar, recording: &Drive, smoothed: &Smoothed<6>, k: usize) -> [f64; 2] {

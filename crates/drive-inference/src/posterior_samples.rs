@@ -16,8 +16,8 @@ use tire_inference::variational;
 
 use crate::adequacy::Scatter;
 use crate::coordinates::Coordinates;
-use crate::explored::{Explored, inverse, of_axle};
-use crate::joint::Joint;
+use crate::joint_posterior::JointPosterior;
+use crate::laplace::{LaplaceApproximation, inverse, of_axle};
 use crate::pem::Optimum;
 use crate::tires::{SIZE, Tires, block, from_vector};
 use crate::variational::{DriveDensity, Variational};
@@ -35,7 +35,7 @@ const COMPETITIVE: f64 = 10.0;
 
 /// Draws of both axles.
 #[derive(Clone, Debug, Default)]
-pub struct Drawn {
+pub struct TireDraws {
     /// Of each axle; a draw of both has the same index in both.
     pub axles: Axles<PosteriorSamples>,
     /// What the draws are; absent where nobody asked for the posterior.
@@ -44,7 +44,7 @@ pub struct Drawn {
     pub svi: Option<(Axles<PosteriorSamples>, Axles<variational::report::VariationalReport>)>,
 }
 
-impl Drawn {
+impl TireDraws {
     /// Draws that are from the posterior.
     pub fn exact(&self) -> Option<&Axles<PosteriorSamples>> {
         self.reports.as_ref().filter(|reports| reports.front.is_exact()).map(|_| &self.axles)
@@ -53,7 +53,7 @@ impl Drawn {
 
 /// What draws are to be like.
 #[derive(Clone, Copy)]
-pub struct Request<'a> {
+pub struct DrawSettings<'a> {
     /// What is known of each tire before any data.
     pub prior: Prior,
     /// Slips of the bands [rad]: smallest and largest of each axle.
@@ -72,27 +72,27 @@ pub struct Request<'a> {
 /// costs. Where these do not come close to it, as with slip so low that only the stiffness is known, the status says so and the draws
 /// are from the normal distribution. `None` if the work was called off, or the cost has no curvature.
 pub fn posterior(
-    explored: &Explored,
-    joint: &Joint,
+    laplace: &LaplaceApproximation,
+    joint: &JointPosterior,
     optima: &[Optimum],
-    &Request { prior, slip_range, svi, noise_std, scatter, seed }: &Request,
+    &DrawSettings { prior, slip_range, svi, noise_std, scatter, seed }: &DrawSettings,
     go_on: impl Fn() -> bool,
-) -> Option<Drawn> {
-    let best = from_vector(&explored.x);
-    let coordinates = Coordinates::new(&explored.corners, &best);
-    let (errors, cost) = (joint.active.len(), explored.cost);
+) -> Option<TireDraws> {
+    let best = from_vector(&laplace.x);
+    let coordinates = Coordinates::new(&laplace.corners, &best);
+    let (errors, cost) = (joint.active.len(), laplace.cost);
     let coordinates = &coordinates;
     let density = DriveDensity { objective: joint, errors, cost, coordinates };
     let log_density = |points: &[DVector<f64>]| density.logs(points);
-    let competitive = |optimum: &&Optimum| optimum.cost < explored.cost + COMPETITIVE;
+    let competitive = |optimum: &&Optimum| optimum.cost < laplace.cost + COMPETITIVE;
     let mut starts: Vec<_> = optima
         .iter()
         .filter(competitive)
         .map(|optimum| density.about(&optimum.x, &optimum.hessian))
         .collect();
     // Of the tires alone: errors follow them.
-    let of_tires = DriveDensity { objective: explored.objective, errors: 0, cost, coordinates };
-    let start = of_tires.about(&explored.x, &explored.information);
+    let of_tires = DriveDensity { objective: laplace.objective, errors: 0, cost, coordinates };
+    let start = of_tires.about(&laplace.x, &laplace.information);
     let variational = if svi { Variational::fit(&of_tires, start, seed) } else { None };
     if let (Some(variational), 0) = (&variational, errors) {
         starts[0] = variational.moments();
@@ -103,7 +103,7 @@ pub fn posterior(
         choose(&density, &sampled, &best, scatter, seed)
     } else {
         // A handful of draws would look like certainty.
-        normal(explored, scatter, seed).axles
+        normal(laplace, scatter, seed).axles
     };
     let report = |axle: Axle| {
         let posterior = &axles[axle];
@@ -127,7 +127,7 @@ pub fn posterior(
     let reports = Some(Axles::new(report));
     let svi = variational.map(|variational| {
         let correction = sampled.diagnosis;
-        let known = (explored, &prior);
+        let known = (laplace, &prior);
         let report = |axle| {
             let counts = [starts.len(), errors];
             variational.report(axle, known, noise_std, correction, counts)
@@ -135,7 +135,7 @@ pub fn posterior(
         let reports = Axles::new(report);
         (variational.gaussian, reports)
     });
-    Some(Drawn { axles, reports, svi })
+    Some(TireDraws { axles, reports, svi })
 }
 
 /// Draws with equal weights, widened where blocks of the drives scatter more than the curvature says.
@@ -174,17 +174,17 @@ fn widening(scatter: &Scatter, coordinates: &Coordinates, best: &Tires) -> Optio
 
 /// From the normal distribution about the best parameters, as far as it is in the box; none if its covariance is not positive
 /// definite.
-pub fn normal(explored: &Explored, scatter: Option<&Scatter>, seed: u64) -> Drawn {
+pub fn normal(laplace: &LaplaceApproximation, scatter: Option<&Scatter>, seed: u64) -> TireDraws {
     let mut rng = Pcg64::seed_from_u64(seed);
-    let covariance = scatter.map_or_else(|| explored.in_box(), |it| it.blocks.clone());
-    let [lower, upper] = &explored.corners;
+    let covariance = scatter.map_or_else(|| laplace.in_box(), |it| it.blocks.clone());
+    let [lower, upper] = &laplace.corners;
     let axles = Axles::new(|axle| {
         let Some(factor) = Cholesky::new(of_axle(&covariance, axle)) else {
             return PosteriorSamples::default();
         };
         let at = block(axle);
         let part = |x: &DVector<f64>| x.rows_range(at.clone()).into_owned();
-        let (best, lower, upper) = (part(&explored.x), part(lower), part(upper));
+        let (best, lower, upper) = (part(&laplace.x), part(lower), part(upper));
         let inside = |x: &DVector<f64>| (0..x.len()).all(|i| (lower[i]..=upper[i]).contains(&x[i]));
         let mut normal = || {
             let z = DVector::from_fn(best.len(), |_, _| rng.sample::<f64, _>(StandardNormal));
@@ -203,5 +203,5 @@ pub fn normal(explored: &Explored, scatter: Option<&Scatter>, seed: u64) -> Draw
         };
         PosteriorSamples { samples: (0..DRAWS).map(&mut draw).collect() }
     });
-    Drawn { axles, ..Drawn::default() }
+    TireDraws { axles, ..TireDraws::default() }
 }

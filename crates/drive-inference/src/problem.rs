@@ -4,17 +4,16 @@ use numerics::sqp::{self, Limits, Minimum};
 use tire_inference::bounds::Bounds;
 use vehicle::Vehicle;
 
-use crate::cause::{Cause, Causes};
 use crate::error::Error;
+use crate::error_selection::{ErrorSelection, Mode};
 use crate::global::{COARSE, FINE, Optima, Search};
-use crate::joint::Joint;
+use crate::joint_posterior::JointPosterior;
 use crate::likelihood::{DriveNoise, Likelihood, Unknowns};
-use crate::noises::Noise;
+use crate::noise_estimate::Noise;
 use crate::progress::Cancellation;
-use crate::recording::Drive;
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::Tires;
-use crate::wanted::{Mode, Wanted};
+use preparation::{Drive, SystematicError, SystematicErrors};
 
 /// Most rounds of noises after all else.
 const ROUNDS: usize = 3;
@@ -30,13 +29,13 @@ pub struct Problem<'a> {
     /// The box of each axle.
     pub bounds: Bounds,
     /// What is expected of the tires.
-    pub expected: Expected,
+    pub expected: TireRegularisation,
     /// How the noises are found.
     pub noise: Noise,
     /// Standard deviations of errors before any data; 0 where there are none.
-    pub std: Causes,
+    pub std: SystematicErrors,
     /// Which errors are estimated.
-    pub search: Wanted,
+    pub search: ErrorSelection,
     /// Ends the work.
     pub cancel: Cancellation,
 }
@@ -45,7 +44,7 @@ pub struct Problem<'a> {
 #[derive(Clone)]
 pub struct Fit {
     /// Errors that are estimated.
-    pub active: Vec<Cause>,
+    pub active: Vec<SystematicError>,
     /// The likelihood near their delays.
     pub likelihood: Likelihood,
     /// The noises.
@@ -58,13 +57,14 @@ pub struct Fit {
 
 impl Problem<'_> {
     /// Errors that are estimated in any case.
-    pub fn always(&self) -> Vec<Cause> {
-        let on = |cause: &Cause| self.search.of(*cause) == Mode::On && self.std[*cause] > 0.0;
-        Cause::ALL.into_iter().filter(on).collect()
+    pub fn always(&self) -> Vec<SystematicError> {
+        let on =
+            |cause: &SystematicError| self.search.of(*cause) == Mode::On && self.std[*cause] > 0.0;
+        SystematicError::ALL.into_iter().filter(on).collect()
     }
 
     /// The likelihood, with channels moved by the delays among some causes.
-    pub fn likelihood(&self, delayed: Option<&Causes>) -> Likelihood {
+    pub fn likelihood(&self, delayed: Option<&SystematicErrors>) -> Likelihood {
         let mut likelihood = match delayed {
             Some(causes) => Likelihood::delayed(self.car, self.recordings, causes),
             None => Likelihood::new(self.car, self.recordings),
@@ -78,11 +78,11 @@ impl Problem<'_> {
         &self,
         likelihood: &'b Likelihood,
         noise: DriveNoise,
-        active: &[Cause],
-    ) -> Joint<'b> {
+        active: &[SystematicError],
+    ) -> JointPosterior<'b> {
         let (expected, std) = (self.expected, self.std);
-        let held = Causes::default();
-        Joint { likelihood, noise, expected, active: active.to_vec(), held, std }
+        let held = SystematicErrors::default();
+        JointPosterior { likelihood, noise, expected, active: active.to_vec(), held, std }
     }
 
     /// Looks for all optima over the tires, with errors held.
@@ -94,10 +94,10 @@ impl Problem<'_> {
         &self,
         likelihood: &Likelihood,
         noise: DriveNoise,
-        held: Causes,
+        held: SystematicErrors,
         starts: &[Tires],
     ) -> Result<Optima, Error> {
-        let joint = Joint { held, ..self.joint(likelihood, noise, &[]) };
+        let joint = JointPosterior { held, ..self.joint(likelihood, noise, &[]) };
         Search { joint, bounds: self.bounds, noise: self.noise }.run(starts)
     }
 
@@ -107,18 +107,18 @@ impl Problem<'_> {
     }
 
     /// Fits tires and some causes roughly, and the noises in turn with them: on all rows, if no sensor errs.
-    pub fn fit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
-        let of_car = active.iter().all(|cause| Cause::CAR.contains(cause));
+    pub fn fit(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
+        let of_car = active.iter().all(|cause| SystematicError::CAR.contains(cause));
         self.fit_rows(active, start, !of_car, (ROUNDS, COARSE))
     }
 
     /// The same on the rows that are left with any delay.
-    pub fn refit(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
+    pub fn refit(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
         self.fit_rows(active, start, true, (ROUNDS, COARSE))
     }
 
     /// The same under the noises of the start, as well as a comparison needs it.
-    pub fn trial(&self, active: Vec<Cause>, start: Unknowns) -> Fit {
+    pub fn trial(&self, active: Vec<SystematicError>, start: Unknowns) -> Fit {
         self.fit_rows(active, start, true, (0, COARSE))
     }
 
@@ -129,7 +129,7 @@ impl Problem<'_> {
 
     fn fit_rows(
         &self,
-        active: Vec<Cause>,
+        active: Vec<SystematicError>,
         start: Unknowns,
         delayed: bool,
         (rounds, limits): (usize, Limits),

@@ -8,22 +8,25 @@ use tire_inference::axles::Axle;
 use tire_inference::profile::{Point, Profile, ProfileLikelihood, profile};
 use tire_inference::quantity::Quantity;
 
-use crate::explored::{Explored, WithStiffness};
+use crate::laplace::{LaplaceApproximation, WithStiffness};
 use crate::tires::indices;
 
 const LIMITS: Limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3, damping: 1e-5 };
 
 /// Profiles quantities of axles, several at once; `None` for what is no parameter and not the stiffness.
-pub fn profiles(explored: &Explored, quantities: &[(Axle, Quantity)]) -> Vec<Option<Profile>> {
+pub fn profiles(
+    laplace: &LaplaceApproximation,
+    quantities: &[(Axle, Quantity)],
+) -> Vec<Option<Profile>> {
     let one = |(axle, quantity): &(Axle, Quantity)| match quantity {
         Quantity::Parameter(parameter) => {
             let index = *indices(*axle).into_array().get(*parameter as usize)?;
-            Some(profile(&Variables::new(explored), index))
+            Some(profile(&Variables::new(laplace), index))
         }
         Quantity::K => {
-            let objective = WithStiffness { objective: explored.objective, axle: *axle };
-            let explored = explored.with_stiffness(&objective, *axle);
-            Some(profile(&Variables::new(&explored), indices(*axle).B))
+            let objective = WithStiffness { objective: laplace.objective, axle: *axle };
+            let laplace = laplace.with_stiffness(&objective, *axle);
+            Some(profile(&Variables::new(&laplace), indices(*axle).B))
         }
         _ => None,
     };
@@ -32,13 +35,13 @@ pub fn profiles(explored: &Explored, quantities: &[(Axle, Quantity)]) -> Vec<Opt
 
 /// The variables of a cost, each of which can be held.
 struct Variables<'a> {
-    explored: &'a Explored<'a>,
+    laplace: &'a LaplaceApproximation<'a>,
     covariance: DMatrix<f64>,
 }
 
 impl<'a> Variables<'a> {
-    fn new(explored: &'a Explored<'a>) -> Self {
-        Self { explored, covariance: explored.in_box() }
+    fn new(laplace: &'a LaplaceApproximation<'a>) -> Self {
+        Self { laplace, covariance: laplace.in_box() }
     }
 }
 
@@ -48,7 +51,7 @@ impl ProfileLikelihood for Variables<'_> {
     type Quantity = usize;
 
     fn best(&self, index: usize) -> Point<DVector<f64>> {
-        let Explored { x, cost, .. } = self.explored;
+        let LaplaceApproximation { x, cost, .. } = self.laplace;
         Point { value: x[index], x: x.clone(), cost: *cost, converged: true }
     }
 
@@ -57,7 +60,7 @@ impl ProfileLikelihood for Variables<'_> {
     }
 
     fn range(&self, index: usize) -> [f64; 2] {
-        [self.explored.corners[0][index], self.explored.corners[1][index]]
+        [self.laplace.corners[0][index], self.laplace.corners[1][index]]
     }
 
     fn spread(&self, index: usize) -> f64 {
@@ -74,8 +77,8 @@ impl ProfileLikelihood for Variables<'_> {
 
     /// From a neighbour moved along the ridge.
     fn hold(&self, index: usize, target: f64, _: f64, from: &DVector<f64>) -> Point<DVector<f64>> {
-        let objective = self.explored.objective;
-        let [mut lower, mut upper] = self.explored.corners.clone();
+        let objective = self.laplace.objective;
+        let [mut lower, mut upper] = self.laplace.corners.clone();
         (lower[index], upper[index]) = (target, target);
         let within =
             |x: DVector<f64>| DVector::from_fn(x.len(), |i, _| x[i].clamp(lower[i], upper[i]));

@@ -11,8 +11,8 @@ use tire_inference::kernel::value_and_gradient;
 use tire_inference::parameters::Theta;
 use vehicle::Body;
 
-use crate::points::{Point, Side};
-use crate::regularisation::Expected;
+use crate::points::{InputSide, Point};
+use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, block, from_vector};
 
 /// Parameters of both tires and three odd residual terms of the lateral acceleration.
@@ -66,7 +66,7 @@ pub struct Regression<'a> {
     /// Whether the odd terms are free.
     pub odd_terms: bool,
     /// What is expected of the tires.
-    pub expected: Expected,
+    pub expected: TireRegularisation,
 }
 
 /// Sums of squares while they grow.
@@ -201,7 +201,7 @@ impl pulp::WithSimd for Block<'_> {
 
 /// Yaw acceleration [rad/s²].
 #[inline(always)]
-fn yaw_rate(body: &Body, side: &Side, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
+fn yaw_rate(body: &Body, side: &InputSide, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
     let share_f = body.l_f * side.F_z[0] * side.cos / body.I_zz;
     let (value, by) = combined(share_f, -body.l_r * side.F_z[1] / body.I_zz, f, r);
     (value + body.l_f * side.braking / body.I_zz, by)

@@ -11,12 +11,12 @@ use crate::tires::{Tires, from_vector, indices};
 
 /// What is expected of both tires.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expected {
+pub struct TireRegularisation {
     regularisation: Option<Regularisation>,
     coupling: AxleCoupling,
 }
 
-impl Expected {
+impl TireRegularisation {
     /// In the units of a prior: λ_reg draws each tire to its typical values, λ_sim both to each other.
     pub fn new(prior: &Prior, regularisation: f64, axle_coupling: f64) -> Self {
         Self {

@@ -4,8 +4,8 @@ use serde::Serialize;
 use vehicle::{Input, State, Vehicle};
 
 use crate::likelihood::DriveNoise;
-use crate::recording::Drive;
 use crate::smoothing::rmse;
+use preparation::Drive;
 
 /// Longest step of the integrator [s].
 const SUBSTEP: f64 = 0.002;

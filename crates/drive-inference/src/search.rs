@@ -13,7 +13,7 @@ use tire_inference::parameters::{Parameter, TireParameters};
 use crate::error::Error;
 use crate::points::Point;
 use crate::regression::{COLUMNS, Regression, Target, Weights};
-use crate::regularisation::Expected;
+use crate::regularisation::TireRegularisation;
 use crate::tires::{SIZE, Tires, corners, from_array, from_vector, to_vector};
 
 /// Of each stretch of `THIN_PERIOD` samples, starts are compared on the first `THIN_LENGTH`.
@@ -32,7 +32,7 @@ pub struct PointFit {
     /// How residuals are weighed.
     pub weights: Weights,
     /// What is expected of the tires.
-    pub expected: Expected,
+    pub expected: TireRegularisation,
     /// Whether three odd terms are added to the lateral acceleration.
     pub odd_terms: bool,
     /// Number of starts.
@@ -47,7 +47,7 @@ pub struct PointFit {
 
 /// What was found.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct PointFitResult {
     /// Parameters.
     pub tires: Tires,
     /// Factors of the odd terms [m/s², m²/s², 1/m], 0 unless they were free.
@@ -85,7 +85,11 @@ impl PointFit {
     /// # Errors
     ///
     /// [`Error::NoStart`] if no start gave a finite cost.
-    pub fn run(&self, body: &vehicle::Body, points: &[Vec<Point>]) -> Result<Found, Error> {
+    pub fn run(
+        &self,
+        body: &vehicle::Body,
+        points: &[Vec<Point>],
+    ) -> Result<PointFitResult, Error> {
         let (mut regression, whole) = self.regression(body, points);
         let [lower, upper] = self.corners();
         let coarse = Limits { iterations: 60, target: 1e-4, tolerance: 1e-3, ..Limits::default() };
@@ -112,7 +116,7 @@ impl PointFit {
         let Some(minimum) = minima.first().cloned() else {
             return Err(Error::NoStart { starts: self.starts });
         };
-        Ok(Found {
+        Ok(PointFitResult {
             tires: from_vector(&minimum.x),
             odd: std::array::from_fn(|i| if self.odd_terms { minimum.x[SIZE + i] } else { 0.0 }),
             optima: minima.iter().map(|m| from_vector(&m.x)).collect(),

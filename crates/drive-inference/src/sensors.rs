@@ -1,14 +1,16 @@
-//! What erring sensors measure at a state, with derivatives: errors of scale, offset, delay and place.
+//! The measurement model of the filter: sensors of v_x, v_y, r and a_y with errors of scale, offset, delay and place.
 #![allow(non_snake_case, reason = "symbols as in estimation")]
 
+use kalman::augmented::MeasurementModel;
 use numerics::scalar::Scalar;
 
-use crate::car::Linear;
-use crate::cause::{Cause, Causes};
+use crate::car::CarLinearisation;
+use preparation::{SystematicError, SystematicErrors};
 
-/// Errors of the sensors of v_x, v_y, r and a_y: a sensor gives `(1 + gain) y(t − delay) + offset`.
+/// Sensors of v_x, v_y, r and a_y: one with errors gives `(1 + gain) y(t − delay) + offset`. Without `BIASED` they have none, which is
+/// faster.
 #[derive(Clone, Copy, Debug)]
-pub struct Sensors<T> {
+pub struct SensorModel<T, const BIASED: bool> {
     scale: [T; 4],
     offset: [T; 4],
     /// Delay beyond that of the prepared samples [s].
@@ -19,31 +21,36 @@ pub struct Sensors<T> {
     lever: [T; 2],
 }
 
-/// Something measured: its value at a state, and its derivatives by that state.
-pub type Measured<T, const S: usize> = (T, [T; S]);
-
-impl<T: Scalar> Sensors<T> {
+impl<T: Scalar, const BIASED: bool> SensorModel<T, BIASED> {
     /// Those of some causes, with samples that are prepared for delays of v_x, v_y, r and a_y [s].
-    pub fn new(causes: &Causes<T>, prepared: &[f64; 4]) -> Self {
+    pub fn new(causes: &SystematicErrors<T>, prepared: &[f64; 4]) -> Self {
         let none = causes.0[0].constant(0.0);
         let gain = [
-            causes[Cause::SpeedGain],
+            causes[SystematicError::SpeedGain],
             none,
-            causes[Cause::YawRateGain],
-            causes[Cause::AccelerationGain],
+            causes[SystematicError::YawRateGain],
+            causes[SystematicError::AccelerationGain],
         ];
         let delay = [
             none,
-            causes[Cause::SideslipDelay],
-            causes[Cause::YawRateDelay],
-            causes[Cause::AccelerationDelay],
+            causes[SystematicError::SideslipDelay],
+            causes[SystematicError::YawRateDelay],
+            causes[SystematicError::AccelerationDelay],
         ];
         Self {
             scale: gain.map(|gain| gain + 1.0),
-            offset: [none, none, causes[Cause::YawRateOffset], causes[Cause::AccelerationOffset]],
+            offset: [
+                none,
+                none,
+                causes[SystematicError::YawRateOffset],
+                causes[SystematicError::AccelerationOffset],
+            ],
             delay: std::array::from_fn(|i| delay[i] + -prepared[i]),
-            angle: causes[Cause::SideslipOffset],
-            lever: [causes[Cause::SideslipLever], causes[Cause::AccelerationLever]],
+            angle: causes[SystematicError::SideslipOffset],
+            lever: [
+                causes[SystematicError::SideslipLever],
+                causes[SystematicError::AccelerationLever],
+            ],
         }
     }
 
@@ -54,30 +61,40 @@ impl<T: Scalar> Sensors<T> {
         let v_y = self.angle.constant(measured[1]).minus(self.angle, v_x);
         [v_x, v_y.minus(self.lever[0], r), r]
     }
+}
 
-    /// What sensor `i` gives at a motion v_x, v_y, r with its rates. A delay acts as its first-order series.
+impl<T: Scalar, const BIASED: bool, const M: usize, const S: usize>
+    MeasurementModel<T, CarLinearisation<T, M, S>, S> for SensorModel<T, BIASED>
+{
+    const DIRECT: usize = if BIASED { 0 } else { 3 };
+
+    /// A delay acts as its first-order series.
     #[inline(always)]
-    pub fn measure<const M: usize, const S: usize>(
+    fn expect(
         &self,
         i: usize,
-        [v_x, v_y, r]: &[T; 3],
-        Linear { rates, a_y, A, C }: &Linear<T, M, S>,
-    ) -> Measured<T, S> {
+        x: &[T; S],
+        CarLinearisation { rates, a_y, A, C }: &CarLinearisation<T, M, S>,
+    ) -> (T, [T; S]) {
+        if !BIASED {
+            return (*a_y, *C);
+        }
+        let (v_x, v_y, r) = (x[0], x[1], x[2]);
         let zero = self.angle.constant(0.0);
         let one = zero + 1.0;
         let mut by = [zero; S];
         let y = match i {
             0 => {
                 by[0] = one;
-                *v_x
+                v_x
             }
             1 => {
                 (by[0], by[1], by[2]) = (self.angle, one, self.lever[0]);
-                v_y.plus(self.angle, *v_x).plus(self.lever[0], *r)
+                v_y.plus(self.angle, v_x).plus(self.lever[0], r)
             }
             2 => {
                 by[2] = one;
-                *r
+                r
             }
             _ => {
                 for j in 0..S {

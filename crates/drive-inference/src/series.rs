@@ -4,7 +4,7 @@ use tire_inference::axles::{Axle, Axles};
 use vehicle::{Input, State, Vehicle};
 
 use crate::likelihood::{Likelihood, Unknowns};
-use crate::recording::Drive;
+use preparation::Drive;
 
 /// Columns of one recording, with a value for each of its rows. The first row, which starts the filter, has zero innovations.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -65,18 +65,18 @@ pub fn series(
     at: &Unknowns,
 ) -> Vec<Series> {
     let Unknowns { tires, causes, .. } = at;
-    let car = causes.car(car).with_tires(tires.front.curve(), tires.rear.curve());
+    let car = causes.true_car(car).with_tires(tires.front.curve(), tires.rear.curve());
     let mut all: Vec<Series> = recordings.iter().map(Series::measured).collect();
-    likelihood.run(at, |i, k, innovation, belief| {
+    likelihood.run(at, |i, k, innovation, state| {
         for j in 0..4 {
             let residual = innovation.residual[j];
-            all[i].states[j][k] = belief.x[j];
+            all[i].states[j][k] = state[j];
             all[i].innovations[j][k] = residual;
             all[i].whitened[j][k] = residual / innovation.variance[j].sqrt();
         }
     });
     for (series, recording) in all.iter_mut().zip(recordings) {
-        series.complete(&car, &causes.inputs(recording));
+        series.complete(&car, &causes.true_inputs(recording));
     }
     all
 }

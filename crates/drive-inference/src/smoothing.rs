@@ -1,4 +1,5 @@
-//! Smooths the states of a drive with the nominal car; lumped disturbances stand for the errors of its linear tires.
+//! Smoothed states of a drive by the nominal car (Rauch–Tung–Striebel, with noises by EM); lumped disturbances stand for the errors of its
+//! linear tires.
 
 use kalman::{
     Em, EmError, Estimate, Gaussian, Model, Parameters, Smoothed, extended, forward, linearise,
@@ -9,7 +10,7 @@ use serde::Serialize;
 use vehicle::{NominalCar, Vehicle};
 
 use crate::likelihood::DriveNoise;
-use crate::recording::Drive;
+use preparation::Drive;
 
 /// Stiffness per load of the nominal car [1/rad]: a guess, which only decides what ξ has to make up for.
 const NOMINAL_STIFFNESS: f64 = 50.0;
@@ -64,9 +65,9 @@ impl Default for SmootherOptions {
 
 /// A recording as the nominal car explains it: v_x, v_y [m/s], r [rad/s], ξ_x, ξ_y [N] and ξ_ψ [N m].
 #[derive(Clone, Debug)]
-pub struct Explained {
+pub struct SmoothedDrive {
     /// States, given all of the recording.
-    pub smoothed: Smoothed<6>,
+    pub states: Smoothed<6>,
     /// Lateral acceleration that the smoothed states mean, with ξ_y as a virtual force sensor [m/s²].
     pub a_y: Vec<f64>,
     /// What is reported of it.
@@ -121,13 +122,13 @@ impl From<&Estimate<6, 4>> for Tuning {
 /// # Errors
 ///
 /// [`EmError::Pass`] if a covariance is lost on the way.
-pub fn explain(
+pub fn smooth_states(
     car: &Vehicle,
     recording: &Drive,
     noise: &DriveNoise,
     options: &SmootherOptions,
     go_on: impl FnMut() -> bool,
-) -> Result<Explained, EmError> {
+) -> Result<SmoothedDrive, EmError> {
     let drive = DriveModel { car: nominal(car), recording };
     let measured: Vec<SVector<f64, 4>> =
         (0..recording.len()).map(|k| recording.measured(k).into()).collect();
@@ -158,7 +159,7 @@ pub fn explain(
         a_y_rmse: rmse(&a_y, &recording.a_y),
         em,
     };
-    Ok(Explained { smoothed, a_y, report })
+    Ok(SmoothedDrive { states: smoothed, a_y, report })
 }
 
 /// Root mean square of the differences of two columns.

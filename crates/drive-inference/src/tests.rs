@@ -1,6 +1,7 @@
-//! Compares the filter's car with the plant's, its derivatives with differences, and its innovations with a textbook filter.
+//! Compares the filter's car with the plant's, its derivatives with differences, and its innovations with a filter of matrices.
 
 use kalman::Gaussian;
+use kalman::augmented::{AugmentedFilter, StateEstimate};
 use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
 use proptest::prelude::*;
@@ -8,13 +9,12 @@ use tire_inference::parameters::TireParameters;
 use vehicle::{Aero, Body, Input, State, Vehicle};
 
 use super::*;
-use crate::car::{Car, Held, Recorded, linearise};
-use crate::cause::{COUNT, Cause, Causes};
-use crate::filter::{Belief, Filter};
+use crate::car::{Car, HeldInput, RecordedInput, SteadySlip, linearise};
 use crate::likelihood::{Direction, DriveNoise, Likelihood, Unknowns};
-use crate::rows::Rows;
-use crate::sensors::Sensors;
+use crate::residual_rows::ResidualRows;
+use crate::sensors::SensorModel;
 use crate::tires::from_array;
+use preparation::{ESTIMATED, SystematicError, SystematicErrors};
 
 const TIRES: Tires = Tires {
     front: TireParameters { B: 18.0, C: 1.6, D: 1.5, E: 0.5 },
@@ -26,17 +26,25 @@ fn winged() -> Vehicle {
 }
 
 /// What holding an input does.
-fn held(car: &Vehicle, F_x: f64, delta: f64) -> Held<f64> {
-    Recorded::new(car, &Input { F_x, delta }, [0.0; 2]).pushed(1.0)
+fn held(car: &Vehicle, F_x: f64, delta: f64) -> HeldInput<f64> {
+    RecordedInput::new(car, &Input { F_x, delta }, [0.0; 2]).with_force_factor(1.0)
 }
 
 fn exact(car: &Vehicle) -> Car<f64> {
-    Car::new(car, &Causes::default())
+    Car::new(car, &SystematicErrors::default())
 }
 
-fn filter(car: &Vehicle, noise: &DriveNoise) -> Filter<f64, false> {
-    let sensors = Sensors::new(&Causes::default(), &[0.0; 4]);
-    Filter { car: exact(car), tires: TIRES, noise: noise.variances(), sensors }
+fn filter(
+    car: &Vehicle,
+    noise: &DriveNoise,
+) -> AugmentedFilter<SteadySlip<f64>, SensorModel<f64, false>, f64, 4, 4> {
+    AugmentedFilter {
+        process: SteadySlip { car: exact(car), tires: TIRES },
+        measurement: SensorModel::new(&SystematicErrors::default(), &[0.0; 4]),
+        process_noise: noise.variances().process,
+        sensor_noise: noise.variances().sensor,
+        coloured_noise: noise.coloured_noise(),
+    }
 }
 
 /// Rates of v_x, v_y and r, and a_y, by the plant's own equations.
@@ -159,10 +167,10 @@ fn gradients_are_those_of_central_differences() {
 }
 
 /// Errors that a careful engineer would not make, all at once.
-fn errors() -> Causes {
-    let mut causes = Causes::default();
-    for cause in Cause::ALL {
-        causes[cause] = 0.3 * cause.about().std;
+fn errors() -> SystematicErrors {
+    let mut causes = SystematicErrors::default();
+    for cause in SystematicError::ALL {
+        causes[cause] = 0.3 * cause.describe().std;
     }
     causes
 }
@@ -171,16 +179,16 @@ fn errors() -> Causes {
 #[test]
 fn derivatives_by_errors_and_colours_are_those_of_differences() {
     let (car, mut rigid) = (winged(), errors());
-    Cause::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
+    SystematicError::TIRES.iter().for_each(|cause| rigid[*cause] = 0.0);
     let coloured = DriveNoise { colour: [[0.0; 2], [0.6, 0.3], [0.9, 0.5], [0.8, 0.7]], ..NOISE };
     let recordings = [recording(&car, 3.0)];
     for (causes, noise) in [(rigid, NOISE), (rigid, coloured), (errors(), coloured)] {
         let at = Unknowns { causes, noise, ..Unknowns::new(&TIRES, &NOISE) };
         let likelihood = Likelihood::delayed(&car, &recordings, &causes);
-        let errors = Cause::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
+        let errors = SystematicError::ALL.into_iter().filter(|cause| causes[*cause] != 0.0);
         let colours = (0..4).filter(|i| noise.colour[*i][1] > 0.0);
         let directions: Vec<Direction> = errors
-            .map(Direction::Cause)
+            .map(Direction::Error)
             .chain(colours.flat_map(|i| [0, 1].map(|j| Direction::Colour(i, j))))
             .collect();
         let found = likelihood.rows(&at, &directions).whole();
@@ -188,7 +196,7 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
             let moved = |share: f64| {
                 let mut at = at;
                 match *direction {
-                    Direction::Cause(cause) => at.causes[cause] += share * cause.about().std,
+                    Direction::Error(cause) => at.causes[cause] += share * cause.describe().std,
                     Direction::Colour(i, j) => at.noise.colour[i][j] += share,
                     Direction::Tire(_) | Direction::Noise(_) => {}
                 }
@@ -208,38 +216,35 @@ fn derivatives_by_errors_and_colours_are_those_of_differences() {
 
 /// Slips that follow within a hand's breadth and noises of which nothing lasts are hardly any.
 #[test]
-fn wide_filters_end_in_the_narrow_one() {
+fn augmented_filters_end_in_the_base_one() {
     let car = winged();
     let recordings = [recording(&car, 3.0)];
     let likelihood = Likelihood::new(&car, &recordings);
     let at = Unknowns::new(&TIRES, &NOISE);
-    let narrow = likelihood.cost(&at);
+    let base = likelihood.cost(&at);
     let mut white = at;
     white.noise.colour = [[0.5, 1e-12]; 4];
-    assert!((likelihood.cost(&white) - narrow).abs() < 1e-6 * narrow.abs());
+    assert!((likelihood.cost(&white) - base).abs() < 1e-6 * base.abs());
     let mut short = at;
-    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);
+    SystematicError::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.03);
     let shorter = likelihood.cost(&short);
-    Cause::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.06);
+    SystematicError::TIRES.iter().for_each(|cause| short.causes[*cause] = 0.06);
     let longer = likelihood.cost(&short);
-    assert!(
-        (shorter - narrow).abs() < 0.7 * (longer - narrow).abs(),
-        "{narrow} {shorter} {longer}"
-    );
+    assert!((shorter - base).abs() < 0.7 * (longer - base).abs(), "{base} {shorter} {longer}");
 }
 
 #[test]
 fn every_error_has_its_own_effect() {
     let car = winged();
     let recordings = [recording(&car, 4.0)];
-    let likelihood = Likelihood::delayed(&car, &recordings, &Causes::default());
+    let likelihood = Likelihood::delayed(&car, &recordings, &SystematicErrors::default());
     let at = Unknowns::new(&TIRES, &NOISE);
-    let rigid: Vec<_> = Cause::ALL
+    let rigid: Vec<_> = SystematicError::ALL
         .into_iter()
-        .filter(|cause| !Cause::TIRES.contains(cause))
-        .map(Direction::Cause)
+        .filter(|cause| !SystematicError::TIRES.contains(cause))
+        .map(Direction::Error)
         .collect();
-    assert_eq!(rigid.len(), COUNT - 2);
+    assert_eq!(rigid.len(), ESTIMATED - 2);
     let information = likelihood.rows(&at, &rigid).whole().information;
     for i in 0..rigid.len() {
         assert!(information[(i, i)] > 0.0, "{:?}", rigid[i]);
@@ -259,8 +264,8 @@ fn innovations_are_those_of_a_textbook_filter() {
     let (filter, its) = (filter(&car, &NOISE), exact(&car));
     let start = [0.05f64, 0.01, 0.01, 300.0].map(|s| s * s);
     let [v_x, v_y, r, _] = recording.measured(0);
-    let mut belief = Belief { x: [v_x, v_y, r, 0.0], P: [[0.0; 4]; 4] };
-    for (i, row) in belief.P.iter_mut().enumerate() {
+    let mut estimate = StateEstimate { x: [v_x, v_y, r, 0.0], P: [[0.0; 4]; 4] };
+    for (i, row) in estimate.P.iter_mut().enumerate() {
         row[i] = start[i];
     }
     let mut textbook = Gaussian {
@@ -296,7 +301,7 @@ fn innovations_are_those_of_a_textbook_filter() {
         let residual = SVector::from(recording.measured(k)) - expected;
         let (after, corrected) = kalman::update(&prior, &residual, &H, &R).expect("a covariance");
         textbook = after;
-        let innovation = filter.step(&mut belief, &held, 0.01, 1, &recording.measured(k));
+        let innovation = filter.step(&mut estimate, &held, 0.01, 1, &recording.measured(k));
         let squares = (0..4).map(|i| innovation.residual[i].powi(2) / innovation.variance[i]);
         let nis: f64 = squares.sum();
         assert!(
@@ -318,14 +323,14 @@ fn predictions_are_those_of_short_steps() {
         for slide in [-0.25, -0.1, 0.0, 0.05, 0.15] {
             let held = held(&car, -2000.0, 0.12);
             let x = [v_x, slide * v_x, 0.8, 150.0];
-            let mut belief = Belief { x, P: [[0.0; 4]; 4] };
-            filter.step(&mut belief, &held, 0.01, steps, &[0.0; 4]);
+            let mut estimate = StateEstimate { x, P: [[0.0; 4]; 4] };
+            filter.step(&mut estimate, &held, 0.01, steps, &[0.0; 4]);
             let mut expected = SVector::from(x);
             for _ in 0..100 {
                 expected = vehicle::rk4(&expected, 1e-4, |x| rate(&its, x, &held));
             }
             for i in 0..3 {
-                let off = belief.x[i] - expected[i];
+                let off = estimate.x[i] - expected[i];
                 assert!(off.abs() < 6e-5, "{v_x} {slide} {i}: {off}");
             }
         }
@@ -338,13 +343,13 @@ fn all_vectors_give_the_same_bits() {
     let at = Unknowns::new(&TIRES, &NOISE);
     let directions: [Direction; 8] = std::array::from_fn(Direction::Tire);
     let wide = likelihood.rows(&at, &directions).evaluation();
-    let scalar = Rows::new(vec![likelihood.one_by_one(&at, &directions)], 8).evaluation();
+    let scalar = ResidualRows::new(vec![likelihood.one_by_one(&at, &directions)], 8).evaluation();
     assert_eq!(wide.cost, scalar.cost);
     assert_eq!(wide.gradient, scalar.gradient);
     assert_eq!(wide.information, scalar.information);
 }
 
-fn rate(car: &Car<f64>, x: &SVector<f64, 4>, held: &Held<f64>) -> SVector<f64, 4> {
+fn rate(car: &Car<f64>, x: &SVector<f64, 4>, held: &HeldInput<f64>) -> SVector<f64, 4> {
     let [v_x, v_y, r] = linearise(car, &TIRES, &(*x).into(), held).rates;
     SVector::from([v_x, v_y, r, 0.0])
 }

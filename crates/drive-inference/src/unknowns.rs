@@ -1,14 +1,22 @@
 //! Holds what a likelihood depends on: tires, errors of sensors and car, and noises, plain or with derivatives.
 
+use kalman::augmented::ColouredNoise;
 use numerics::tangent::Tangent;
 
-use crate::cause::{Cause, Causes};
-use crate::filter::Variances;
 use crate::tires::{self, Tires};
-use crate::wide::Colour;
+use preparation::{SystematicError, SystematicErrors};
 
 /// Shortest relaxation length that is looked at [m].
 pub const SHORTEST: f64 = 0.03;
+
+/// Variances of the noises.
+#[derive(Clone, Copy, Debug)]
+pub struct NoiseVariances<T> {
+    /// Growth of the variances of v_x, v_y, r and ξ_x [their squares per second].
+    pub process: [T; 4],
+    /// Of the measured v_x, v_y, r and a_y [their squares].
+    pub sensor: [T; 4],
+}
 
 /// Noises of a recording, as standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -34,14 +42,14 @@ impl DriveNoise {
     }
 
     /// How much of each sensor's noise lasts.
-    pub fn colours(&self) -> [Colour<f64>; 4] {
-        self.colour.map(|[correlation, share]| Colour { correlation, share })
+    pub fn coloured_noise(&self) -> [ColouredNoise<f64>; 4] {
+        self.colour.map(|[correlation, share]| ColouredNoise { correlation, share })
     }
 
     /// As variances.
-    pub fn variances(&self) -> Variances<f64> {
+    pub fn variances(&self) -> NoiseVariances<f64> {
         let square = |std: f64| std * std;
-        Variances { process: self.process.map(square), sensor: self.sensor.map(square) }
+        NoiseVariances { process: self.process.map(square), sensor: self.sensor.map(square) }
     }
 }
 
@@ -51,7 +59,7 @@ pub struct Unknowns {
     /// The tires.
     pub tires: Tires,
     /// Errors of sensors and car.
-    pub causes: Causes,
+    pub causes: SystematicErrors,
     /// The noises.
     pub noise: DriveNoise,
 }
@@ -59,17 +67,20 @@ pub struct Unknowns {
 impl Unknowns {
     /// Tires and noises, where nothing else is wrong.
     pub fn new(tires: &Tires, noise: &DriveNoise) -> Self {
-        Self { tires: *tires, causes: Causes::default(), noise: *noise }
+        Self { tires: *tires, causes: SystematicErrors::default(), noise: *noise }
     }
 
-    /// Whether sensors are right and their noises white.
+    /// Whether sensors are right, their noises white and slips those of the motion.
     pub fn is_plain(&self) -> bool {
-        Width::of(&self.causes, &self.noise, &[]) == Width::Narrow
+        FilterVariant::of(&self.causes, &self.noise, &[]) == FilterVariant::Base
     }
 
     /// Whether the filter needs more states than those of the car.
-    pub fn is_wide(&self) -> bool {
-        !matches!(Width::of(&self.causes, &self.noise, &[]), Width::Narrow | Width::Erring)
+    pub fn is_augmented(&self) -> bool {
+        !matches!(
+            FilterVariant::of(&self.causes, &self.noise, &[]),
+            FilterVariant::Base | FilterVariant::SensorBias
+        )
     }
 
     /// As numbers with derivatives along up to eight directions.
@@ -77,7 +88,7 @@ impl Unknowns {
         &self,
         simd: S,
         directions: &[Direction],
-    ) -> Numbers<Tangent<S, N>> {
+    ) -> FilterParameters<Tangent<S, N>> {
         let seed = |value: f64, direction: Direction, rate: f64| match directions
             .iter()
             .position(|known| *known == direction)
@@ -92,22 +103,24 @@ impl Unknowns {
             seed(variance, Direction::Noise(i), 2.0 * variance)
         };
         let process = |i: usize| seed(noise.process[i].powi(2), Direction::Noise(4 + i), 1.0);
-        let error = |cause: Cause| seed(causes[cause], Direction::Cause(cause), cause.about().std);
+        let error = |cause: SystematicError| {
+            seed(causes[cause], Direction::Error(cause), cause.describe().std)
+        };
         let colour = |i: usize| {
             let [correlation, share] =
                 std::array::from_fn(|j| seed(noise.colour[i][j], Direction::Colour(i, j), 1.0));
-            Colour { correlation, share }
+            ColouredNoise { correlation, share }
         };
-        Numbers {
+        FilterParameters {
             tires: tires::from_array(std::array::from_fn(|i| {
                 seed(theta[i], Direction::Tire(i), 1.0)
             })),
-            causes: Causes(Cause::ALL.map(error)),
-            noise: Variances {
+            causes: SystematicErrors(SystematicError::ALL.map(error)),
+            noise: NoiseVariances {
                 sensor: std::array::from_fn(sensor),
                 process: std::array::from_fn(process),
             },
-            colours: std::array::from_fn(colour),
+            coloured_noise: std::array::from_fn(colour),
         }
     }
 }
@@ -119,69 +132,69 @@ pub enum Direction {
     /// A parameter of the tires, by its number in [`crate::tires`].
     Tire(usize),
     /// An error, in its standard deviations before any data.
-    Cause(Cause),
+    Error(SystematicError),
     /// A noise: those of sensors before those of the process.
     Noise(usize),
     /// Correlation or share of the lasting noise of a sensor.
     Colour(usize, usize),
 }
 
-/// [`Unknowns`] as numbers of some kind.
-pub struct Numbers<T> {
+/// [`Unknowns`] as the filter takes them, in numbers of some kind.
+pub struct FilterParameters<T> {
     /// The tires.
     pub tires: Tires<T>,
     /// Errors of sensors and car.
-    pub causes: Causes<T>,
+    pub causes: SystematicErrors<T>,
     /// The noises.
-    pub noise: Variances<T>,
+    pub noise: NoiseVariances<T>,
     /// How much of them lasts.
-    pub colours: [Colour<T>; 4],
+    pub coloured_noise: [ColouredNoise<T>; 4],
 }
 
-/// Which filter a point needs.
+/// The variant of the augmented filter that some unknowns need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Width {
-    /// That of four states.
-    Narrow,
+pub enum FilterVariant {
+    /// The states of the car: v_x, v_y, r, ξ_x.
+    Base,
     /// The same with errors of sensors and inputs.
-    Erring,
-    /// One with noises that last.
-    Coloured,
+    SensorBias,
+    /// One with coloured noises of the sensors.
+    ColouredNoise,
     /// One with slips that relax.
-    Relaxed,
+    TransientSlip,
     /// One with both.
-    Full,
+    ColouredTransientSlip,
 }
 
-impl Width {
+impl FilterVariant {
     /// For some unknowns, and derivatives along these directions.
-    pub fn of(causes: &Causes, noise: &DriveNoise, directions: &[Direction]) -> Self {
+    pub fn of(causes: &SystematicErrors, noise: &DriveNoise, directions: &[Direction]) -> Self {
         let along = directions.iter().any(|it| matches!(it, Direction::Colour(..)));
         let lasts = noise.colour.iter().any(|[_, share]| *share > 0.0);
-        let of_sensor = |cause: &Cause| !Cause::CAR.contains(cause);
-        let errs = Cause::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
-        let sought = |direction: &Direction| matches!(direction, Direction::Cause(cause) if of_sensor(cause));
-        if Cause::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
-            if along || lasts { Self::Full } else { Self::Relaxed }
+        let of_sensor = |cause: &SystematicError| !SystematicError::CAR.contains(cause);
+        let errs = SystematicError::ALL.iter().any(|it| of_sensor(it) && causes[*it] != 0.0);
+        let sought = |direction: &Direction| matches!(direction, Direction::Error(cause) if of_sensor(cause));
+        if SystematicError::TIRES.iter().any(|cause| causes[*cause] > 0.0) {
+            if along || lasts { Self::ColouredTransientSlip } else { Self::TransientSlip }
         } else if along || lasts {
-            Self::Coloured
+            Self::ColouredNoise
         } else if errs || directions.iter().any(sought) {
-            Self::Erring
+            Self::SensorBias
         } else {
-            Self::Narrow
+            Self::Base
         }
     }
 
     /// The one that serves two points.
-    pub fn widest(self, other: Self) -> Self {
-        let coloured = |it| matches!(it, Self::Coloured | Self::Full);
-        let relaxed = |it| matches!(it, Self::Relaxed | Self::Full);
+    pub fn covering(self, other: Self) -> Self {
+        let coloured = |it| matches!(it, Self::ColouredNoise | Self::ColouredTransientSlip);
+        let relaxed = |it| matches!(it, Self::TransientSlip | Self::ColouredTransientSlip);
         let any = |is: fn(Self) -> bool| is(self) || is(other);
         match (any(relaxed), any(coloured)) {
-            (true, true) => Self::Full,
-            (true, false) => Self::Relaxed,
-            (false, true) => Self::Coloured,
-            (false, false) if self == Self::Narrow => other,
+            (true, true) => Self::ColouredTransientSlip,
+            (true, false) => Self::TransientSlip,
+            (false, true) => Self::ColouredNoise,
+            (false, false) if self == Self::Base => other,
             (false, false) => self,
         }
     }

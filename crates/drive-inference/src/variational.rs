@@ -17,7 +17,7 @@ use tire_inference::prior::Prior;
 use tire_inference::variational::report::{Suspicion, VariationalReport};
 
 use crate::coordinates::Coordinates;
-use crate::explored::{Explored, inverse};
+use crate::laplace::{LaplaceApproximation, inverse};
 use crate::tires::{SIZE, Tires, from_vector, indices, to_vector};
 
 /// Points that stand for the standard normal distribution: with their exact covariance they find a normal posterior exactly.
@@ -27,7 +27,7 @@ const DRAWS: usize = 2048;
 const LIMITS: Limits = Limits { tolerance: 1e-2, steps: 15 };
 
 /// The posterior of both axles and of the errors that were estimated with them: the prior of the tires is flat in the box,
-/// noises are held. A point is that of the tires, then the errors as [`crate::joint::Joint`] has them.
+/// noises are held. A point is that of the tires, then the errors as [`crate::joint_posterior::JointPosterior`] has them.
 pub struct DriveDensity<'a> {
     /// The cost.
     pub objective: &'a dyn Objective,
@@ -45,8 +45,8 @@ impl DriveDensity<'_> {
         Some(self.coordinates.parameters(&head(z))?.0)
     }
 
-    /// Where the cost is to be evaluated, and the logarithm of the volume there.
-    fn place(&self, z: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
+    /// The parameters at which the cost is to be evaluated, and the logarithm of the volume there.
+    fn parameters_at(&self, z: &DVector<f64>) -> Option<(DVector<f64>, f64)> {
         let (tires, log_volume) = self.coordinates.parameters(&head(z))?;
         let mut x = z.clone();
         x.rows_mut(0, SIZE).copy_from(&to_vector(&tires));
@@ -82,7 +82,7 @@ impl LogDensity for DriveDensity<'_> {
     }
 
     fn at(&self, z: &DVector<f64>) -> (f64, DVector<f64>) {
-        let Some((x, log_volume)) = self.place(z) else {
+        let Some((x, log_volume)) = self.parameters_at(z) else {
             return (f64::NEG_INFINITY, DVector::zeros(z.len()));
         };
         let model = self.objective.model(&x);
@@ -94,7 +94,7 @@ impl LogDensity for DriveDensity<'_> {
 
     /// Less that of the likelihood at the best; −∞ where there is none.
     fn logs(&self, points: &[DVector<f64>]) -> Vec<f64> {
-        let found: Vec<_> = points.iter().map(|z| self.place(z)).collect();
+        let found: Vec<_> = points.iter().map(|z| self.parameters_at(z)).collect();
         let places: Vec<_> = found.iter().flatten().map(|(x, _)| x.clone()).collect();
         let mut costs = self.objective.costs(&places).into_iter();
         let mut log = |log_volume: f64| costs.next().map(|cost| self.cost - cost + log_volume);
@@ -146,12 +146,12 @@ impl Variational {
     pub fn report(
         &self,
         axle: Axle,
-        (explored, prior): (&Explored, &Prior),
+        (laplace, prior): (&LaplaceApproximation, &Prior),
         noise_std: f64,
         correction: Diagnosis,
         [modes, errors]: [usize; 2],
     ) -> VariationalReport {
-        let at_bound = explored.at_bound(indices(axle));
+        let at_bound = laplace.at_bound(indices(axle));
         let at_bound = at_bound.into_array().into_iter().zip(TireParameters::<f64>::PARAMETERS);
         let at_bound = at_bound.filter_map(|(stands, parameter)| stands.then_some(parameter));
         let suspicion = Suspicion { at_bound: at_bound.collect(), modes, errors };

@@ -18,8 +18,8 @@ use tire_inference::verdict::{
     ActiveBounds, Judgement, QuantityStatistics, Verdict, prior_shift, width, width_of_std,
 };
 
-use crate::explored::{Explored, of_axle};
-use crate::posterior_samples::Drawn;
+use crate::laplace::{LaplaceApproximation, of_axle};
+use crate::posterior_samples::TireDraws;
 use crate::profile::profiles;
 use crate::tires::{block, from_vector, indices};
 
@@ -31,13 +31,13 @@ const BETTER: f64 = 1.0;
 /// Both axles' results.
 pub struct Judge<'a> {
     /// The maximum, its cost and its surroundings.
-    pub explored: &'a Explored<'a>,
+    pub laplace: &'a LaplaceApproximation<'a>,
     /// Whether the model fits, which every verdict inherits.
     pub model: &'a ModelVerdict,
     /// What the bounds do to each tire.
     pub pressed: &'a Axles<ActiveBounds>,
     /// Draws, of the posterior if there is one.
-    pub drawn: &'a Drawn,
+    pub draws: &'a TireDraws,
     /// The bound of Cramér and Rao: inverse second derivatives of the likelihood alone.
     pub covariance: &'a DMatrix<f64>,
     /// Whether profiles are followed.
@@ -79,7 +79,7 @@ impl Judge<'_> {
             let mut narrowed: Vec<&mut QuantityStatistics> =
                 known[axle].iter_mut().filter(|known| narrowed(known)).collect();
             let quantities: Vec<_> = narrowed.iter().map(|known| (axle, known.quantity)).collect();
-            let found = profiles(self.explored, &quantities);
+            let found = profiles(self.laplace, &quantities);
             for (known, profile) in narrowed.iter_mut().zip(found) {
                 let Some(profile) = profile else { continue };
                 better = better.max(profile.improvement);
@@ -104,11 +104,11 @@ impl Judge<'_> {
 
     /// The draws of an axle, if they are from the posterior.
     fn exact(&self, axle: Axle) -> Option<&PosteriorSamples> {
-        self.drawn.exact().map(|axles| &axles[axle])
+        self.draws.exact().map(|axles| &axles[axle])
     }
 
     fn known(&self, axle: Axle, before: &PosteriorSamples) -> Vec<QuantityStatistics> {
-        let theta = from_vector(&self.explored.x)[axle].theta();
+        let theta = from_vector(&self.laplace.x)[axle].theta();
         let one = |quantity: Quantity| {
             let mean = quantity.value(&theta);
             match self.exact(axle) {
@@ -156,11 +156,11 @@ impl Judge<'_> {
                 let index = indices(axle).into_array()[parameter as usize];
                 self.covariance[(index, index)].max(0.0).sqrt()
             }
-            Quantity::K => self.explored.stiffness_std(axle),
+            Quantity::K => self.laplace.stiffness_std(axle),
             _ => {
-                let theta = from_vector(&self.explored.x)[axle].theta();
+                let theta = from_vector(&self.laplace.x)[axle].theta();
                 let gradient = DVector::from_column_slice(&quantity.gradient(&theta)[..4]);
-                let covariance = of_axle(&self.explored.in_box(), axle);
+                let covariance = of_axle(&self.laplace.in_box(), axle);
                 gradient.dot(&(covariance * &gradient)).max(0.0).sqrt()
             }
         }
@@ -169,7 +169,7 @@ impl Judge<'_> {
     fn estimate(&self, axle: Axle, known: &[QuantityStatistics]) -> Estimate {
         let judgements = self.judgements(axle, known);
         let free: Vec<_> = self.prior.free().collect();
-        let at_bound = self.explored.at_bound(indices(axle)).into_array();
+        let at_bound = self.laplace.at_bound(indices(axle)).into_array();
         let at_bound = TireParameters::<f64>::PARAMETERS.iter().zip(at_bound).filter(|(_, is)| *is);
         let rows = || block(axle);
         let of_likelihood =
@@ -195,8 +195,8 @@ impl Judge<'_> {
             source: self
                 .exact(axle)
                 .map_or(UncertaintySource::Likelihood, |_| UncertaintySource::Importance),
-            posterior: self.drawn.reports.as_ref().map(|reports| reports[axle].clone()),
-            svi: self.drawn.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
+            posterior: self.draws.reports.as_ref().map(|reports| reports[axle].clone()),
+            svi: self.draws.svi.as_ref().map(|(_, reports)| reports[axle].clone()),
         }
     }
 
@@ -211,10 +211,10 @@ impl Judge<'_> {
             };
             known.iter().map(judge).collect()
         };
-        let best = from_vector(&self.explored.x)[axle].theta();
+        let best = from_vector(&self.laplace.x)[axle].theta();
         let judgements = about(&best);
-        let band = self.drawn.reports.as_ref().and_then(|reports| reports[axle].band.as_ref());
-        let posterior = &self.drawn.axles[axle];
+        let band = self.draws.reports.as_ref().and_then(|reports| reports[axle].band.as_ref());
+        let posterior = &self.draws.axles[axle];
         let agreement = Agreement { judgements: &judgements, band, posterior, prior: &self.prior };
         let published = agreement.published(best);
         if published == best { judgements } else { about(&published) }
@@ -231,7 +231,7 @@ impl Judge<'_> {
     /// How far the slip went, in words. The peak is that of the estimate where the data know it, else that of a typical tire of
     /// this stiffness.
     fn reach(&self, axle: Axle, known: &[QuantityStatistics]) -> String {
-        let tire = from_vector(&self.explored.x)[axle];
+        let tire = from_vector(&self.laplace.x)[axle];
         let parameters = known.iter().filter(|known| known.quantity.parameter().is_some());
         let mut verdicts = parameters.map(QuantityStatistics::verdict);
         let (curve, whose) = if verdicts.all(|verdict| verdict != Verdict::NotIdentifiable) {

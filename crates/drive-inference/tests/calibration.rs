@@ -8,10 +8,10 @@ mod injected;
 #[path = "../../drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use drive_inference::calibration::{calibrate, judge};
-use drive_inference::cause::Cause;
-use drive_inference::{Drive, Error};
+use drive_inference::calibration::{assess, calibrate};
+use drive_inference::{Drive, DriveError, Error};
 use injected::{Injected, TIRES, car, clean, tolerance};
+use preparation::SystematicError;
 use tire_inference::verdict::Verdict;
 
 #[test]
@@ -34,9 +34,9 @@ fn verdicts_ask_for_both_sides_and_for_halves_that_agree() {
     let clean = clean(&TIRES);
     let made = Injected::new(1);
     let log = made.log(&clean, 1);
-    let wanted = [Cause::SteeringOffset, Cause::SideslipLever];
+    let wanted = [SystematicError::SteeringOffset, SystematicError::SideslipLever];
     let said = |drive: &Drive| {
-        let found = judge(&car(), std::slice::from_ref(drive), &wanted).expect("a drive");
+        let found = assess(&car(), std::slice::from_ref(drive), &wanted).expect("a drive");
         found.into_iter().map(|it| (it.verdict, it.reason)).collect::<Vec<_>>()
     };
     let whole = said(&log);
@@ -69,5 +69,8 @@ fn verdicts_ask_for_both_sides_and_for_halves_that_agree() {
 #[test]
 fn what_is_no_drive_is_told() {
     assert!(matches!(calibrate(&car(), &[], &[]), Err(Error::NoRecording)));
-    assert!(matches!(calibrate(&car(), &[Drive::default()], &[]), Err(Error::TooShort { .. })));
+    assert!(matches!(
+        calibrate(&car(), &[Drive::default()], &[]),
+        Err(Error::Drive { source: DriveError::TooShort { .. }, .. })
+    ));
 }

@@ -6,14 +6,14 @@ mod drive;
 
 use std::sync::LazyLock;
 
+use drive_inference::model_selection::ErrorSelection;
 use drive_inference::regression::{Target, Weights};
-use drive_inference::selection::Wanted;
 use drive_inference::smoothing::SmootherOptions;
 use drive_inference::tires::to_array;
 use drive_inference::validation::{Manoeuvre, compare};
 use drive_inference::{
-    CarUncertainty, CauseOptions, Drive, DriveNoise, DriveOptions, Formulation, Identified, Noises,
-    Tires, identify,
+    CarUncertainty, Drive, DriveNoise, DriveOptions, ErrorOptions, Formulation, Identification,
+    Noises, Tires, identify,
 };
 use numerics::convergence::Status;
 use tire_inference::axles::Axle;
@@ -39,11 +39,11 @@ static LIMIT: LazyLock<Drive> = LazyLock::new(|| {
     drive::drive(&car, &drive::limit(&[20.0, 35.0], 6.0), &drive::USUAL, 1)
 });
 
-fn of(recording: &Drive, options: &DriveOptions) -> Identified {
+fn of(recording: &Drive, options: &DriveOptions) -> Identification {
     identify(std::slice::from_ref(recording), options, &mut |_, _| true).expect("tires")
 }
 
-fn tires(found: &Identified) -> Tires {
+fn tires(found: &Identification) -> Tires {
     found.formulations.last().expect("one formulation").tires
 }
 
@@ -61,7 +61,7 @@ fn curve_error(found: &Tires, axle: Axle) -> f64 {
 fn prediction_errors_recover_unequal_tires() {
     // In a wider box the rear axle's E of 0.9 is so close to its bound that no normal distribution of its logit fits.
     let prior = Prior::lateral().within(Bounds::GOBLIRSCH);
-    let causes = CauseOptions { wanted: Wanted::none(), ..CauseOptions::default() };
+    let causes = ErrorOptions { wanted: ErrorSelection::none(), ..ErrorOptions::default() };
     let uncertainty = CarUncertainty::NONE;
     let options = DriveOptions { svi: true, prior, causes, uncertainty, ..DriveOptions::default() };
     let found = of(&LIMIT, &options);
@@ -158,7 +158,7 @@ fn slip_far_below_the_peak_is_not_enough() {
 }
 
 /// Numbers of a tire that are outside of their intervals, and slips at which its curve is outside of the band.
-fn disagreements(found: &Identified, axle: Axle, tire: &TireParameters) -> Vec<String> {
+fn disagreements(found: &Identification, axle: Axle, tire: &TireParameters) -> Vec<String> {
     let estimate = &found.estimates[axle];
     // Sines of the processor and of the library differ in their last digit.
     let outside =

@@ -6,10 +6,12 @@ mod drive;
 #[path = "support/mistakes.rs"]
 mod mistakes;
 
-use drive_inference::cause::Cause;
-use drive_inference::selection::{Mode, Wanted};
-use drive_inference::{CauseOptions, Drive, DriveOptions, Identified, SmootherOptions, identify};
+use drive_inference::model_selection::{ErrorSelection, Mode};
+use drive_inference::{
+    Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify,
+};
 use mistakes::{MISTAKES, TIRES};
+use preparation::SystematicError;
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;
 use tire_inference::quantity::Quantity;
@@ -23,14 +25,14 @@ fn spoilt(name: &str) -> Drive {
     mistake.drive(&Vehicle::default(), &TIRES[1].1, &reference, 1)
 }
 
-fn found(recording: &Drive, causes: CauseOptions, posterior: bool) -> Identified {
+fn found(recording: &Drive, causes: ErrorOptions, posterior: bool) -> Identification {
     let smoothing = SmootherOptions { em_passes: 0 };
     let options = DriveOptions { causes, smoothing, posterior, ..DriveOptions::default() };
     identify(std::slice::from_ref(recording), &options, &mut |_, _| true).expect("tires")
 }
 
 /// K of both axles is within 4 standard deviations of the truth, and known.
-fn knows_the_stiffness(found: &Identified) {
+fn knows_the_stiffness(found: &Identification) {
     for axle in Axle::ALL {
         let (estimate, truth) = (&found.estimates[axle], TIRES[1].1[axle].stiffness());
         let off = (estimate.mean[&Quantity::K] - truth) / estimate.std[&Quantity::K];
@@ -46,7 +48,7 @@ fn knows_the_stiffness(found: &Identified) {
 
 #[test]
 fn an_offset_of_the_steering_is_found_and_corrected() {
-    let found = found(&spoilt("steering +0.3 deg"), CauseOptions::default(), true);
+    let found = found(&spoilt("steering +0.3 deg"), ErrorOptions::default(), true);
     let first = &found.causes[0];
     assert_eq!(first.name, "steering_offset");
     let off = (first.value - 0.3_f64.to_radians()) / first.std;
@@ -61,11 +63,15 @@ fn an_offset_of_the_steering_is_found_and_corrected() {
 fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
     let recording = spoilt("nothing");
     let with = |mode: Mode| {
-        let mut wanted = Wanted::none();
-        for cause in [Cause::SteeringOffset, Cause::RelaxationFront, Cause::RelaxationRear] {
+        let mut wanted = ErrorSelection::none();
+        for cause in [
+            SystematicError::SteeringOffset,
+            SystematicError::RelaxationFront,
+            SystematicError::RelaxationRear,
+        ] {
             wanted.0[cause as usize] = mode;
         }
-        found(&recording, CauseOptions { wanted, ..CauseOptions::default() }, false)
+        found(&recording, ErrorOptions { wanted, ..ErrorOptions::default() }, false)
     };
     let on = with(Mode::On);
     let names: Vec<&str> = on.causes.iter().map(|cause| cause.name.as_str()).collect();
@@ -77,7 +83,7 @@ fn errors_are_estimated_when_they_are_on_and_not_when_they_are_off() {
 
 #[test]
 fn a_force_that_was_not_recorded_is_refused() {
-    let wanted = CauseOptions { wanted: Wanted::none(), ..CauseOptions::default() };
+    let wanted = ErrorOptions { wanted: ErrorSelection::none(), ..ErrorOptions::default() };
     let found = found(&spoilt("F_x = 0"), wanted, false);
     assert_eq!(found.model.verdict, Fit::DoesNotFit);
     assert!(found.model.sentence.contains("F_x is 0 N throughout"), "{}", found.model.sentence);

@@ -9,9 +9,9 @@ use std::time::Instant;
 
 use drive_prediction::baseline::baselines;
 use drive_prediction::car::parameters::NAMES;
-use drive_prediction::car::{Car, Predicting};
+use drive_prediction::car::{Car, CarPredictor};
 use drive_prediction::score::{lateral, open_loop};
-use drive_prediction::{Drive, Predictor};
+use drive_prediction::{EvenDrive, Predictor};
 
 fn main() {
     let folder = std::env::args().nth(1).map_or_else(support::folder, Into::into);
@@ -23,25 +23,25 @@ fn main() {
         "free_moderate",
         "free_fast",
     ];
-    let dart: Option<Vec<Drive>> =
+    let dart: Option<Vec<EvenDrive>> =
         names.into_iter().map(|name| support::dart_in(&folder, name)).collect();
     for held in ["free_fast", "free_moderate"] {
         let Some(dart) = &dart else { break };
-        let (judged, fitted): (Vec<Drive>, Vec<Drive>) =
+        let (judged, fitted): (Vec<EvenDrive>, Vec<EvenDrive>) =
             dart.iter().cloned().partition(|drive| drive.name == held);
         report(&fitted, &judged[0], &support::dart_car(), support::DART_LAG);
     }
     if let Some(drive) = support::lm_in(&folder) {
-        let first = drive.time[0];
+        let first = drive.motion.t[0];
         let fitted = [drive.between(first, first + 220.0)];
         report(&fitted, &drive.between(first + 220.0, f64::INFINITY), &support::lm_car(), 0.0);
     }
 }
 
-fn report(fitted: &[Drive], judged: &Drive, car: &Car, lag: f64) {
+fn report(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, lag: f64) {
     println!("\n{}", judged.name);
     let begin = Instant::now();
-    let found = match Predicting::new(fitted, car) {
+    let found = match CarPredictor::new(fitted, car) {
         Ok(found) => found,
         Err(error) => return println!("{error}"),
     };
@@ -62,27 +62,33 @@ fn report(fitted: &[Drive], judged: &Drive, car: &Car, lag: f64) {
 }
 
 /// The car without what the log's past says.
-struct Without(Predicting);
+struct Without(CarPredictor);
 
 impl Predictor for Without {
     fn name(&self) -> &str {
         "identified, without past"
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
         self.0.steering(drive)
     }
 
-    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<[f64; 2]> {
+    fn roll(
+        &self,
+        drive: &EvenDrive,
+        steering: &[f64],
+        start: usize,
+        rows: usize,
+    ) -> Vec<[f64; 2]> {
         self.0.roll(drive, steering, start, rows)
     }
 
-    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
+    fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         self.0.a_y(drive, steering, row)
     }
 }
 
-fn line(model: &dyn Predictor, judged: &[Drive]) {
+fn line(model: &dyn Predictor, judged: &[EvenDrive]) {
     let share = |it: Option<f64>| it.map_or(String::new(), |it| format!("{it:.3}"));
     let a_y = lateral(model, judged);
     print!(

@@ -3,7 +3,7 @@
 use rating::{Grade, Rating, rating};
 use serde::Serialize;
 
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::Predictor;
 use crate::rollout::rollouts;
 
@@ -51,8 +51,9 @@ pub struct Ratings {
 
 /// Rates a model on the rows that count; predictions over `horizon` [s].
 #[must_use]
-pub fn ratings(model: &dyn Predictor, drives: &[Drive], horizon: f64) -> Ratings {
-    let [mut v_y, mut r] = [Pieces::of(drives, |it| &it.v_y), Pieces::of(drives, |it| &it.r)];
+pub fn ratings(model: &dyn Predictor, drives: &[EvenDrive], horizon: f64) -> Ratings {
+    let [mut v_y, mut r] =
+        [Pieces::of(drives, |it| &it.motion.v_y), Pieces::of(drives, |it| &it.motion.r)];
     for drive in drives {
         let mut free = 0;
         for rollout in rollouts(model, drive, horizon) {
@@ -62,15 +63,15 @@ pub fn ratings(model: &dyn Predictor, drives: &[Drive], horizon: f64) -> Ratings
             let rows = rollout.start..rollout.start + rollout.predicted.len();
             free = rows.end - 1;
             let predicted = |i: usize| rollout.predicted.iter().map(|it| it[i]).collect();
-            v_y.add(&drive.v_y[rows.clone()], predicted(0), drive.step);
-            r.add(&drive.r[rows], predicted(1), drive.step);
+            v_y.add(&drive.motion.v_y[rows.clone()], predicted(0), drive.step);
+            r.add(&drive.motion.r[rows], predicted(1), drive.step);
         }
     }
     Ratings { a_y: lateral(model, drives), v_y: v_y.mean(), r: r.mean() }
 }
 
-fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<Agreement> {
-    let mut pieces = Pieces::of(drives, |it| &it.a_y);
+fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<Agreement> {
+    let mut pieces = Pieces::of(drives, |it| &it.motion.a_y);
     for drive in drives {
         let along = model.along(drive);
         let model = along.as_deref().unwrap_or(model);
@@ -85,7 +86,7 @@ fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<Agreement> {
             }
             let predicted: Option<Vec<f64>> =
                 rows.clone().map(|row| model.a_y(drive, &steering, row)).collect();
-            pieces.add(&drive.a_y[rows], predicted?, drive.step);
+            pieces.add(&drive.motion.a_y[rows], predicted?, drive.step);
             row += length;
         }
     }
@@ -100,7 +101,7 @@ struct Pieces {
 }
 
 impl Pieces {
-    fn of(drives: &[Drive], channel: impl Fn(&Drive) -> &Vec<f64>) -> Self {
+    fn of(drives: &[EvenDrive], channel: impl Fn(&EvenDrive) -> &Vec<f64>) -> Self {
         let sizes = drives.iter().flat_map(|it| it.counted(channel(it)).map(f64::abs));
         let mut sizes: Vec<f64> = sizes.filter(|it| it.is_finite()).collect();
         sizes.sort_by(f64::total_cmp);
@@ -153,24 +154,29 @@ impl Pieces {
 
 #[cfg(test)]
 mod tests {
+    use preparation::Drive;
+
     use super::*;
     use crate::predictor::{Persistence, State};
 
     /// A slalom of 60 s with a straight before it.
-    fn slalom() -> Drive {
+    fn slalom() -> EvenDrive {
         let n = 9000;
         let time: Vec<f64> = (0..n).map(|k| f64::from(k) * 0.01).collect();
         let wave = |t: &f64| if *t < 30.0 { 0.001 } else { (2.0 * t).sin() };
-        Drive {
+        EvenDrive {
             step: 0.01,
-            v_x: vec![20.0; n as usize],
-            v_y: time.iter().map(|t| 0.1 * wave(t)).collect(),
-            r: time.iter().map(|t| 0.3 * wave(t)).collect(),
-            a_y: time.iter().map(|t| 6.0 * wave(t)).collect(),
-            delta: vec![0.0; n as usize],
             counts: vec![true; n as usize],
-            time,
-            ..Drive::default()
+            motion: Drive {
+                v_x: vec![20.0; n as usize],
+                v_y: time.iter().map(|t| 0.1 * wave(t)).collect(),
+                r: time.iter().map(|t| 0.3 * wave(t)).collect(),
+                a_y: time.iter().map(|t| 6.0 * wave(t)).collect(),
+                delta: vec![0.0; n as usize],
+                t: time,
+                ..Drive::default()
+            },
+            ..EvenDrive::default()
         }
     }
 
@@ -187,14 +193,14 @@ mod tests {
         fn name(&self) -> &str {
             "late"
         }
-        fn steering(&self, drive: &Drive) -> Vec<f64> {
-            drive.delta.clone()
+        fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+            drive.motion.delta.clone()
         }
-        fn a_y(&self, drive: &Drive, _: &[f64], row: usize) -> Option<f64> {
-            Some(self.at(&drive.a_y, row))
+        fn a_y(&self, drive: &EvenDrive, _: &[f64], row: usize) -> Option<f64> {
+            Some(self.at(&drive.motion.a_y, row))
         }
-        fn roll(&self, drive: &Drive, _: &[f64], start: usize, ahead: usize) -> Vec<State> {
-            let state = |row| [self.at(&drive.v_y, row), self.at(&drive.r, row)];
+        fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, ahead: usize) -> Vec<State> {
+            let state = |row| [self.at(&drive.motion.v_y, row), self.at(&drive.motion.r, row)];
             (start..=start + ahead).map(state).collect()
         }
     }

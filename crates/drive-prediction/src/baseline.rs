@@ -6,7 +6,7 @@ use numerics::sqp::{self, Limits, Model, Objective};
 use vehicle::Body;
 
 use crate::curve::AxleCurve;
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::lag::lag;
 use crate::predictor::{Kinematic, Persistence, Predictor};
 use crate::single_track::SingleTrack;
@@ -23,16 +23,16 @@ pub struct AxlePoints {
 /// The points of both axles in the rows that count:
 /// F_yf = (l_r m a_y + I_zz r') / (L cos δ), F_yr = (l_f m a_y − I_zz r') / L.
 #[must_use]
-pub fn axle_points(drives: &[Drive], body: &Body, steering_lag: f64) -> [AxlePoints; 2] {
+pub fn axle_points(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> [AxlePoints; 2] {
     let mut points: [AxlePoints; 2] = Default::default();
     let Body { m, I_zz, l_f, l_r, .. } = *body;
     let loads = body.static_loads();
     for drive in drives {
-        let steering = lag(&drive.delta, steering_lag, drive.step);
+        let steering = lag(&drive.motion.delta, steering_lag, drive.step);
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
-            let (a_y, r_dot, delta) = (drive.a_y[row], drive.r_dot[row], steering[row]);
-            let state = [drive.v_y[row], drive.r[row]];
-            let slips = SingleTrack::slip_angles(body, drive.v_x[row], state, delta);
+            let (a_y, r_dot, delta) = (drive.motion.a_y[row], drive.r_dot[row], steering[row]);
+            let state = [drive.motion.v_y[row], drive.motion.r[row]];
+            let slips = SingleTrack::slip_angles(body, drive.motion.v_x[row], state, delta);
             let front = (l_r * m * a_y + I_zz * r_dot) / (body.wheelbase() * delta.cos());
             let rear = (l_f * m * a_y - I_zz * r_dot) / body.wheelbase();
             for (axle, force) in [front, rear].into_iter().enumerate() {
@@ -48,7 +48,7 @@ pub fn axle_points(drives: &[Drive], body: &Body, steering_lag: f64) -> [AxlePoi
 ///
 /// `steering_lag` [s] is that of the car, known beforehand; 0 where the angle was measured at the wheels.
 #[must_use]
-pub fn baselines(drives: &[Drive], body: &Body, steering_lag: f64) -> Vec<Box<dyn Predictor>> {
+pub fn baselines(drives: &[EvenDrive], body: &Body, steering_lag: f64) -> Vec<Box<dyn Predictor>> {
     let kinematic = Kinematic { wheelbase: body.wheelbase(), l_r: body.l_r, steering_lag };
     let points = axle_points(drives, body, steering_lag);
     let linear = points.each_ref().map(line);
@@ -57,36 +57,36 @@ pub fn baselines(drives: &[Drive], body: &Body, steering_lag: f64) -> Vec<Box<dy
     vec![
         Box::new(Persistence),
         Box::new(kinematic),
-        Box::new(Banded::new(car("linear", linear), drives)),
-        Box::new(Banded::new(car("least squares", magic), drives)),
+        Box::new(BaselineWithBand::new(car("linear", linear), drives)),
+        Box::new(BaselineWithBand::new(car("least squares", magic), drives)),
     ]
 }
 
 /// A car whose band has the scatter of the data that it was fitted to.
-struct Banded {
+struct BaselineWithBand {
     car: SingleTrack,
     spread: f64,
 }
 
-impl Banded {
-    fn new(car: SingleTrack, drives: &[Drive]) -> Self {
+impl BaselineWithBand {
+    fn new(car: SingleTrack, drives: &[EvenDrive]) -> Self {
         let score = crate::score::lateral(&car, drives);
         Self { car, spread: score.map_or(0.0, |score| score.rmse) }
     }
 }
 
-impl Predictor for Banded {
+impl Predictor for BaselineWithBand {
     fn name(&self) -> &str {
         self.car.name()
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
         self.car.steering(drive)
     }
 
     fn roll(
         &self,
-        drive: &Drive,
+        drive: &EvenDrive,
         steering: &[f64],
         start: usize,
         rows: usize,
@@ -94,11 +94,11 @@ impl Predictor for Banded {
         self.car.roll(drive, steering, start, rows)
     }
 
-    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
+    fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
         self.car.a_y(drive, steering, row)
     }
 
-    fn a_y_spread(&self, _: &Drive, _: usize) -> Option<f64> {
+    fn a_y_spread(&self, _: &EvenDrive, _: usize) -> Option<f64> {
         Some(self.spread)
     }
 }

@@ -4,23 +4,23 @@
 //! longitudinal force that the measured speed demands. Loads move with the longitudinal acceleration. The steering is late and has an offset.
 //!
 //! The parameters of a log are θ + b, where θ is common to all logs and b ~ N(0, s_b²) is its own: tires, floors and steering differ from
-//! day to day. [`fit`] finds θ from several logs by their errors in open loop. On a log that it never saw, [`past`] estimates b
+//! day to day. [`fit`] finds θ from several logs by their errors in open loop. On a log that it never saw, [`parameter_track`] estimates b
 //! from predictions that have ended already, so a prediction knows nothing that lies behind its start. [`bands`] says how far
 //! predictions are off, calibrated on logs that were left out of the fit.
 
+pub mod adaptive_predictor;
 pub mod bands;
 pub mod calibration;
-pub mod course;
+pub mod car_predictor;
 pub mod fit;
 pub mod hierarchy;
 pub mod information;
 pub mod motion;
+pub mod parameter_track;
 pub mod parameters;
-pub mod past;
-pub mod predicting;
 pub mod section;
 
-pub use course::Course;
-pub use fit::{Fitted, fit};
+pub use adaptive_predictor::AdaptivePredictor;
+pub use fit::{FittedCar, fit};
 pub use parameters::{Car, Steering, Variation};
-pub use predicting::Predicting;
+pub use car_predictor::CarPredictor;

@@ -1,28 +1,20 @@
-//! Holds a drive at even instants: the motion that models are judged by, and what sensors say of it.
+//! A drive at even instants: the motion that models are judged by, which rows of it count, and what sensors say of it.
+
+use preparation::Drive;
 
 /// A drive at even instants. All channels have one length.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Drive {
+pub struct EvenDrive {
     /// Where it comes from, for people.
     pub name: String,
     /// The number of its log, from 1; 0 where nobody counts.
     pub log: usize,
     /// Time between two rows [s].
     pub step: f64,
-    /// Time of the log [s].
-    pub time: Vec<f64>,
-    /// Forward velocity of the centre of gravity [m/s].
-    pub v_x: Vec<f64>,
-    /// Its velocity to the left [m/s]; NaN where nobody measured it.
-    pub v_y: Vec<f64>,
-    /// Yaw rate [rad/s].
-    pub r: Vec<f64>,
-    /// Lateral acceleration, inertial [m/s²].
-    pub a_y: Vec<f64>,
+    /// Motion of the centre of gravity and angle of the road wheels, over the time of the log; without a longitudinal force.
+    pub motion: Drive,
     /// Yaw acceleration [rad/s²].
     pub r_dot: Vec<f64>,
-    /// Steering angle that the road wheels were told or measured to have [rad].
-    pub delta: Vec<f64>,
     /// Which rows count: fast enough, without a gap, not at an edge.
     pub counts: Vec<bool>,
     /// Number of the lap, where it is known.
@@ -48,18 +40,18 @@ pub struct Sensors {
     pub ground_speed: Option<Vec<f64>>,
 }
 
-impl Drive {
+impl EvenDrive {
     /// Number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
-        self.time.len()
+        self.motion.len()
     }
 
     /// The same drive, of which only the rows from `from` [s] to before `to` [s] count.
     #[must_use]
     pub fn between(&self, from: f64, to: f64) -> Self {
         let mut part = self.clone();
-        for (counts, time) in part.counts.iter_mut().zip(&self.time) {
+        for (counts, time) in part.counts.iter_mut().zip(&self.motion.t) {
             *counts &= (from..to).contains(time);
         }
         part

@@ -19,6 +19,6 @@ mod track;
 pub use bank::BankMap;
 pub use fit::{Error, Fit, Interval, fit};
 pub use parameters::{AxleTire, NAMES, Parameters};
-pub use setup::{Disturbances, Setup, Wander};
+pub use setup::{Disturbances, GaussMarkov, Setup};
 pub use signals::{Channel, Signals};
 pub use track::{Estimate, estimate, smoothed};

@@ -14,12 +14,12 @@ pub mod drive;
 pub mod hidden;
 pub mod lag;
 pub mod predictor;
-pub mod recorded;
+pub mod resampling;
 pub mod rollout;
 pub mod score;
 pub mod single_track;
 pub mod steering_map;
 pub mod zero_phase;
 
-pub use drive::{Drive, Sensors};
+pub use drive::{EvenDrive, Sensors};
 pub use predictor::Predictor;

@@ -1,6 +1,6 @@
 //! What can predict a drive, and the two models that need no tires.
 
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::lag::lag;
 
 /// Velocity to the left [m/s] and yaw rate [rad/s].
@@ -12,27 +12,27 @@ pub trait Predictor: Sync {
     fn name(&self) -> &str;
 
     /// The steering angle of the road wheels [rad], one for each row: what the model makes of the recorded one.
-    fn steering(&self, drive: &Drive) -> Vec<f64>;
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64>;
 
     /// The states at `start` and the `rows` after it. It begins with the measured state; after it, it sees speed and steering alone.
     /// What the drive says before `start` may be used.
-    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<State>;
+    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State>;
 
     /// The lateral acceleration [m/s²] in a row from its measured state; of a model without forces none.
-    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64>;
+    fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64>;
 
     /// Standard deviations of [`Predictor::roll`] at the same instants, where the model says any.
-    fn spread(&self, _drive: &Drive, _start: usize, _rows: usize) -> Option<Vec<State>> {
+    fn spread(&self, _drive: &EvenDrive, _start: usize, _rows: usize) -> Option<Vec<State>> {
         None
     }
 
     /// The model along one drive, if it learns from the past of it. Then that is asked in its place.
-    fn along<'a>(&'a self, _drive: &Drive) -> Option<Box<dyn Predictor + 'a>> {
+    fn along<'a>(&'a self, _drive: &EvenDrive) -> Option<Box<dyn Predictor + 'a>> {
         None
     }
 
     /// Standard deviation of [`Predictor::a_y`] [m/s²], where the model says any.
-    fn a_y_spread(&self, _drive: &Drive, _row: usize) -> Option<f64> {
+    fn a_y_spread(&self, _drive: &EvenDrive, _row: usize) -> Option<f64> {
         None
     }
 }
@@ -46,15 +46,15 @@ impl Predictor for Persistence {
         "persistence"
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
-        drive.delta.clone()
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+        drive.motion.delta.clone()
     }
 
-    fn roll(&self, drive: &Drive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
-        vec![[drive.v_y[start], drive.r[start]]; rows + 1]
+    fn roll(&self, drive: &EvenDrive, _: &[f64], start: usize, rows: usize) -> Vec<State> {
+        vec![[drive.motion.v_y[start], drive.motion.r[start]]; rows + 1]
     }
 
-    fn a_y(&self, _: &Drive, _: &[f64], _: usize) -> Option<f64> {
+    fn a_y(&self, _: &EvenDrive, _: &[f64], _: usize) -> Option<f64> {
         None
     }
 }
@@ -75,20 +75,20 @@ impl Predictor for Kinematic {
         "kinematic"
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
-        lag(&drive.delta, self.steering_lag, drive.step)
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+        lag(&drive.motion.delta, self.steering_lag, drive.step)
     }
 
-    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
         let state = |row: usize| {
-            let r = drive.v_x[row] * steering[row].tan() / self.wheelbase;
+            let r = drive.motion.v_x[row] * steering[row].tan() / self.wheelbase;
             [self.l_r * r, r]
         };
-        let first = [drive.v_y[start], drive.r[start]];
+        let first = [drive.motion.v_y[start], drive.motion.r[start]];
         std::iter::once(first).chain((start + 1..=start + rows).map(state)).collect()
     }
 
-    fn a_y(&self, _: &Drive, _: &[f64], _: usize) -> Option<f64> {
+    fn a_y(&self, _: &EvenDrive, _: &[f64], _: usize) -> Option<f64> {
         None
     }
 }

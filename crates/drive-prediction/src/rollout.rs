@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::{Predictor, State};
 
 /// Time between two starts [s].
@@ -23,7 +23,7 @@ pub struct Rollout {
 
 /// The rows at which predictions over `horizon` [s] start: all their rows count. Also the number of rows ahead.
 #[must_use]
-pub fn starts(drive: &Drive, horizon: f64) -> (Vec<usize>, usize) {
+pub fn starts(drive: &EvenDrive, horizon: f64) -> (Vec<usize>, usize) {
     let ahead = (horizon / drive.step).round() as usize;
     let mut wrong = vec![0_usize];
     wrong.extend(drive.counts.iter().scan(0, |sum, counts| {
@@ -38,7 +38,7 @@ pub fn starts(drive: &Drive, horizon: f64) -> (Vec<usize>, usize) {
 
 /// All predictions of a model over `horizon` [s].
 #[must_use]
-pub fn rollouts(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Vec<Rollout> {
+pub fn rollouts(model: &dyn Predictor, drive: &EvenDrive, horizon: f64) -> Vec<Rollout> {
     let (starts, ahead) = starts(drive, horizon);
     let along = model.along(drive);
     let model = along.as_deref().unwrap_or(model);
@@ -47,9 +47,10 @@ pub fn rollouts(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Vec<Rollo
         let start = *start;
         let predicted = model.roll(drive, &steering, start, ahead);
         let spread = model.spread(drive, start, ahead);
-        let measured: Vec<State> =
-            (start..=start + ahead).map(|row| [drive.v_y[row], drive.r[row]]).collect();
-        let v_x = &drive.v_x[start..=start + ahead];
+        let measured: Vec<State> = (start..=start + ahead)
+            .map(|row| [drive.motion.v_y[row], drive.motion.r[row]])
+            .collect();
+        let v_x = &drive.motion.v_x[start..=start + ahead];
         let [a, b] = [&predicted, &measured].map(|states| displacement(v_x, states, drive.step));
         Rollout { start, predicted, spread, distance: (a[0] - b[0]).hypot(a[1] - b[1]) }
     };
@@ -79,20 +80,25 @@ fn displacement(v_x: &[f64], states: &[State], step: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use preparation::Drive;
+
     use super::*;
     use crate::predictor::Persistence;
 
-    fn circle() -> Drive {
+    fn circle() -> EvenDrive {
         let n = 1000;
-        Drive {
+        EvenDrive {
             step: 0.01,
-            time: (0..n).map(|i| f64::from(i) * 0.01).collect(),
-            v_x: vec![2.0; n as usize],
-            v_y: vec![0.1; n as usize],
-            r: vec![0.5; n as usize],
-            delta: vec![0.1; n as usize],
             counts: vec![true; n as usize],
-            ..Drive::default()
+            motion: Drive {
+                t: (0..n).map(|i| f64::from(i) * 0.01).collect(),
+                v_x: vec![2.0; n as usize],
+                v_y: vec![0.1; n as usize],
+                r: vec![0.5; n as usize],
+                delta: vec![0.1; n as usize],
+                ..Drive::default()
+            },
+            ..EvenDrive::default()
         }
     }
 

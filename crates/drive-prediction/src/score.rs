@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::Predictor;
 use crate::rollout::{Rollout, rollouts};
 
@@ -51,7 +51,7 @@ pub const BAND: [f64; 2] = [1.959_964, 0.674_490];
 
 /// Scores a model on the rows that count; none without forces or rows.
 #[must_use]
-pub fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<LateralScore> {
+pub fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<LateralScore> {
     let mut errors = Vec::new();
     let mut inside = [0_usize; 2];
     let mut banded = 0_usize;
@@ -60,7 +60,7 @@ pub fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<LateralScore> 
         let model = along.as_deref().unwrap_or(model);
         let steering = model.steering(drive);
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
-            let error = model.a_y(drive, &steering, row)? - drive.a_y[row];
+            let error = model.a_y(drive, &steering, row)? - drive.motion.a_y[row];
             if let Some(spread) = model.a_y_spread(drive, row) {
                 banded += 1;
                 for (inside, band) in inside.iter_mut().zip(BAND) {
@@ -85,7 +85,11 @@ pub fn lateral(model: &dyn Predictor, drives: &[Drive]) -> Option<LateralScore> 
 
 /// Scores the open-loop predictions over `horizon` [s]; none if no stretch is as long.
 #[must_use]
-pub fn open_loop(model: &dyn Predictor, drives: &[Drive], horizon: f64) -> Option<RolloutScore> {
+pub fn open_loop(
+    model: &dyn Predictor,
+    drives: &[EvenDrive],
+    horizon: f64,
+) -> Option<RolloutScore> {
     let mut sums = Sums::default();
     for drive in drives {
         rollouts(model, drive, horizon).iter().for_each(|rollout| sums.add(rollout, drive));
@@ -127,12 +131,12 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, rollout: &Rollout, drive: &Drive) {
+    fn add(&mut self, rollout: &Rollout, drive: &EvenDrive) {
         let mut squares = [0.0; 2];
         let ahead = rollout.predicted.len() - 1;
         for (k, state) in rollout.predicted.iter().enumerate().skip(1) {
             let row = rollout.start + k;
-            let errors = [state[0] - drive.v_y[row], state[1] - drive.r[row]];
+            let errors = [state[0] - drive.motion.v_y[row], state[1] - drive.motion.r[row]];
             for (square, error) in squares.iter_mut().zip(errors) {
                 *square += error * error / ahead as f64;
             }
@@ -145,8 +149,8 @@ impl Sums {
             }
         }
         let end = rollout.start + ahead;
-        let wrong = (rollout.predicted[ahead][0] - drive.v_y[end]).abs();
-        self.spun += usize::from(wrong > 0.25 * drive.v_x[end]);
+        let wrong = (rollout.predicted[ahead][0] - drive.motion.v_y[end]).abs();
+        self.spun += usize::from(wrong > 0.25 * drive.motion.v_x[end]);
         let all = [squares[0], squares[1], rollout.distance * rollout.distance];
         self.squares.iter_mut().zip(all).for_each(|(of, square)| of.push(square));
     }

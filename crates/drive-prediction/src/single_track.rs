@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 use vehicle::{Body, rk4};
 
 use crate::curve::AxleCurve;
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::lag::lag;
 use crate::predictor::{Predictor, State};
 
@@ -51,23 +51,23 @@ impl Predictor for SingleTrack {
         self.name
     }
 
-    fn steering(&self, drive: &Drive) -> Vec<f64> {
-        lag(&drive.delta, self.steering_lag, drive.step)
+    fn steering(&self, drive: &EvenDrive) -> Vec<f64> {
+        lag(&drive.motion.delta, self.steering_lag, drive.step)
     }
 
-    fn roll(&self, drive: &Drive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
+    fn roll(&self, drive: &EvenDrive, steering: &[f64], start: usize, rows: usize) -> Vec<State> {
         // At low speed the yaw damping of a small car is 300/s: one step of 0.01 s would not be stable.
         let substeps = ((drive.step / 5e-3).ceil() as usize).max(2);
         let h = drive.step / substeps as f64;
         let mut states = Vec::with_capacity(rows + 1);
-        let mut x = Vector2::new(drive.v_y[start], drive.r[start]);
+        let mut x = Vector2::new(drive.motion.v_y[start], drive.motion.r[start]);
         states.push(x.into());
         for row in start..start + rows {
             for part in 0..substeps {
                 // The middle of the sub-step stands for all of it.
                 let share = (part as f64 + 0.5) / substeps as f64;
                 let at = |channel: &[f64]| channel[row] + share * (channel[row + 1] - channel[row]);
-                let (v_x, delta) = (at(&drive.v_x), at(steering));
+                let (v_x, delta) = (at(&drive.motion.v_x), at(steering));
                 x = rk4(&x, h, |x| Vector2::from(self.rates(v_x, (*x).into(), delta)));
                 x = Vector2::from_fn(|i, _| x[i].clamp(-SPUN[i], SPUN[i]));
             }
@@ -76,9 +76,9 @@ impl Predictor for SingleTrack {
         states
     }
 
-    fn a_y(&self, drive: &Drive, steering: &[f64], row: usize) -> Option<f64> {
-        let state = [drive.v_y[row], drive.r[row]];
-        let [front, rear] = self.forces(drive.v_x[row], state, steering[row]);
+    fn a_y(&self, drive: &EvenDrive, steering: &[f64], row: usize) -> Option<f64> {
+        let state = [drive.motion.v_y[row], drive.motion.r[row]];
+        let [front, rear] = self.forces(drive.motion.v_x[row], state, steering[row]);
         Some((front + rear) / self.body.m)
     }
 }

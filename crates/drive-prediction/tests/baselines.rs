@@ -6,13 +6,13 @@ use std::slice;
 
 use drive_prediction::baseline::baselines;
 use drive_prediction::score::{LateralScore, RolloutScore, lateral, open_loop};
-use drive_prediction::{Drive, Predictor};
+use drive_prediction::{EvenDrive, Predictor};
 
 fn named<'a>(models: &'a [Box<dyn Predictor>], name: &str) -> &'a dyn Predictor {
     models.iter().find(|model| model.name() == name).expect("there is such a baseline").as_ref()
 }
 
-fn scores(model: &dyn Predictor, drive: &Drive) -> (LateralScore, RolloutScore) {
+fn scores(model: &dyn Predictor, drive: &EvenDrive) -> (LateralScore, RolloutScore) {
     let a_y = lateral(model, slice::from_ref(drive)).expect("rows count");
     (a_y, open_loop(model, slice::from_ref(drive), 3.0).expect("stretches are long enough"))
 }
@@ -26,7 +26,7 @@ fn near(found: f64, sheet: f64, name: &str) {
 fn a_small_car_that_drives_fast() {
     let names =
         ["circles_rubber_left", "circles_rubber_right", "ramp_rubber_left", "ramp_rubber_right"];
-    let fitted: Option<Vec<Drive>> =
+    let fitted: Option<Vec<EvenDrive>> =
         names.into_iter().chain(["free_moderate"]).map(support::dart).collect();
     let (Some(fitted), Some(judged)) = (fitted, support::dart("free_fast")) else { return };
     let models = baselines(&fitted, &support::dart_body(), support::DART_LAG);
@@ -50,7 +50,7 @@ fn a_small_car_that_drives_fast() {
 #[test]
 fn a_race_car_of_1964() {
     let Some(drive) = support::lm() else { return };
-    let first = drive.time[0];
+    let first = drive.motion.t[0];
     let fitted = [drive.between(first, first + 220.0)];
     let judged = drive.between(first + 220.0, f64::INFINITY);
     let models = baselines(&fitted, &support::lm_body(), 0.0);

@@ -6,11 +6,12 @@ use std::f64::consts::TAU;
 use std::slice;
 
 use approx::assert_relative_eq;
-use drive_prediction::car::motion::{Driven, Dual, Inputs, forces};
+use drive_prediction::car::motion::{DriveWithRates, Dual, Inputs, forces};
 use drive_prediction::car::parameters::{COUNT, Parameters, Prior, Vector};
-use drive_prediction::car::{Car, Course, Predicting, fit};
+use drive_prediction::car::{Car, AdaptivePredictor, CarPredictor, fit};
 use drive_prediction::score::{lateral, open_loop};
-use drive_prediction::{Drive, Predictor};
+use drive_prediction::{EvenDrive, Predictor};
+use preparation::Drive;
 
 /// θ of the simulated logs, in the order of `Vector`: not the prior's mean.
 fn truth(car: &Car) -> Vector {
@@ -23,34 +24,40 @@ fn truth(car: &Car) -> Vector {
 }
 
 /// A log that a car with these parameters drives: both ways, speed and steering of several frequencies.
-fn simulated(car: &Car, x: &Vector, seconds: f64, phase: f64) -> Drive {
+fn simulated(car: &Car, x: &Vector, seconds: f64, phase: f64) -> EvenDrive {
     let rows = (seconds / 0.01) as usize;
     let time: Vec<f64> = (0..rows).map(|i| i as f64 * 0.01).collect();
     let wave = |t: f64, hz: f64| (TAU * (hz * t + phase)).sin();
-    let mut drive = Drive {
+    let mut drive = EvenDrive {
         name: "simulated".to_owned(),
         step: 0.01,
-        v_x: time.iter().map(|t| 2.2 + 0.8 * wave(*t, 0.11)).collect(),
-        delta: time
-            .iter()
-            .map(|t| 0.25 * wave(*t, 0.31) * (1.0 + 0.5 * wave(*t, 0.05)) + 0.05 * wave(*t, 1.3))
-            .collect(),
-        v_y: vec![0.0; rows],
-        r: vec![0.0; rows],
-        a_y: vec![0.0; rows],
         r_dot: vec![0.0; rows],
         counts: vec![true; rows],
-        time,
-        ..Drive::default()
+        motion: Drive {
+            v_x: time.iter().map(|t| 2.2 + 0.8 * wave(*t, 0.11)).collect(),
+            delta: time
+                .iter()
+                .map(|t| {
+                    0.25 * wave(*t, 0.31) * (1.0 + 0.5 * wave(*t, 0.05)) + 0.05 * wave(*t, 1.3)
+                })
+                .collect(),
+            v_y: vec![0.0; rows],
+            r: vec![0.0; rows],
+            a_y: vec![0.0; rows],
+            t: time,
+            ..Drive::default()
+        },
+        ..EvenDrive::default()
     };
-    let driven = Driven::new(&drive);
+    let driven = DriveWithRates::new(&drive);
     for (row, [v_y, r]) in driven.roll::<f64>(car, x, 0, rows - 1).into_iter().enumerate() {
-        drive.v_y[row] = v_y;
-        drive.r[row] = r;
+        drive.motion.v_y[row] = v_y;
+        drive.motion.r[row] = r;
     }
-    drive.r_dot = drive_prediction::zero_phase::derivative(&drive.r, 0.01);
-    let v_y_dot = drive_prediction::zero_phase::derivative(&drive.v_y, 0.01);
-    drive.a_y = (0..rows).map(|i| v_y_dot[i] + drive.v_x[i] * drive.r[i]).collect();
+    drive.r_dot = drive_prediction::zero_phase::derivative(&drive.motion.r, 0.01);
+    let v_y_dot = drive_prediction::zero_phase::derivative(&drive.motion.v_y, 0.01);
+    drive.motion.a_y =
+        (0..rows).map(|i| v_y_dot[i] + drive.motion.v_x[i] * drive.motion.r[i]).collect();
     drive
 }
 
@@ -58,7 +65,7 @@ fn simulated(car: &Car, x: &Vector, seconds: f64, phase: f64) -> Drive {
 fn parameters_of_simulated_logs_are_found() {
     let car = support::dart_car();
     let x = truth(&car);
-    let logs: Vec<Drive> =
+    let logs: Vec<EvenDrive> =
         [0.0, 0.3, 0.7].into_iter().map(|phase| simulated(&car, &x, 60.0, phase)).collect();
     let found = fit(&logs, &car).expect("it can be fitted");
     for (i, truth) in x.iter().enumerate().take(4) {
@@ -85,14 +92,15 @@ fn a_log_is_followed_but_its_future_is_not_known() {
     other[2] -= 0.1;
     other[3] -= 0.1;
     let log = simulated(&car, &other, 60.0, 0.2);
-    let course = Course::new(&fitted, None, &log);
+    let course = AdaptivePredictor::new(&fitted, None, &log);
     let last = course.past().at(5990);
     assert!((last.x[5] - other[5]).abs() < 5e-3, "offset {}", last.x[5]);
     assert!((last.x[7] - other[7]).abs() < 8e-3, "lag {}", last.x[7]);
-    let without = Predicting { fitted: fitted.clone(), bands: None };
+    let without = CarPredictor { fitted: fitted.clone(), bands: None };
     let start = 4000;
     let error = |states: Vec<[f64; 2]>| {
-        let squares = states.iter().enumerate().map(|(k, it)| (it[1] - log.r[start + k]).powi(2));
+        let squares =
+            states.iter().enumerate().map(|(k, it)| (it[1] - log.motion.r[start + k]).powi(2));
         (squares.sum::<f64>() / states.len() as f64).sqrt()
     };
     let [before, followed] = [&without as &dyn Predictor, &course]
@@ -101,10 +109,10 @@ fn a_log_is_followed_but_its_future_is_not_known() {
     // What comes after the start changes nothing of what was known there.
     let mut changed = log.clone();
     for row in 3001..changed.rows() {
-        changed.r[row] *= 1.5;
-        changed.v_y[row] += 0.2;
+        changed.motion.r[row] *= 1.5;
+        changed.motion.v_y[row] += 0.2;
     }
-    let again = Course::new(&fitted, None, &changed);
+    let again = AdaptivePredictor::new(&fitted, None, &changed);
     assert_eq!(course.past().at(3000).x, again.past().at(3000).x);
     assert_ne!(course.past().at(4000).x, again.past().at(4000).x);
 }
@@ -114,7 +122,7 @@ fn derivatives_are_those_of_the_rollout() {
     let car = support::dart_car();
     let x = truth(&car);
     let log = simulated(&car, &x, 20.0, 0.1);
-    let driven = Driven::new(&log);
+    let driven = DriveWithRates::new(&log);
     let ends = driven.roll::<Dual>(&car, &x, 300, 60)[60];
     for i in 0..COUNT {
         let step = 1e-5;
@@ -162,11 +170,11 @@ fn forces_are_those_of_the_equations() {
 fn what_cannot_be_fitted_is_told() {
     let car = support::dart_car();
     let mut log = simulated(&car, &truth(&car), 30.0, 0.0);
-    log.v_y.fill(f64::NAN);
+    log.motion.v_y.fill(f64::NAN);
     let error = fit(&[log.clone()], &car).expect_err("v_y is not known");
     assert!(error.to_string().starts_with("expected a stretch of 1.5 s"), "{error}");
-    log.v_y.fill(0.0);
-    log.r.fill(0.0);
+    log.motion.v_y.fill(0.0);
+    log.motion.r.fill(0.0);
     let error = fit(&[log], &car).expect_err("nothing moves");
     assert!(error.to_string().contains("the same values everywhere"), "{error}");
     assert!(fit(&[], &car).is_err());
@@ -175,8 +183,8 @@ fn what_cannot_be_fitted_is_told() {
 /// The best of the baselines in each column: v_y, r, position over 3 s, the same over 0.6 s, a_y.
 struct Best([f64; 3], [f64; 3], f64);
 
-fn beats(fitted: &[Drive], judged: &Drive, car: &Car, best: &Best, inside: [f64; 2]) {
-    let found = Predicting::new(fitted, car).expect("it can be fitted");
+fn beats(fitted: &[EvenDrive], judged: &EvenDrive, car: &Car, best: &Best, inside: [f64; 2]) {
+    let found = CarPredictor::new(fitted, car).expect("it can be fitted");
     let judged = slice::from_ref(judged);
     let a_y = lateral(&found, judged).expect("rows count");
     assert!(a_y.rmse <= best.2, "a_y {}", a_y.rmse);
@@ -194,13 +202,13 @@ fn beats(fitted: &[Drive], judged: &Drive, car: &Car, best: &Best, inside: [f64;
     }
 }
 
-fn dart() -> Option<Vec<Drive>> {
+fn dart() -> Option<Vec<EvenDrive>> {
     let names =
         ["circles_rubber_left", "circles_rubber_right", "ramp_rubber_left", "ramp_rubber_right"];
     names.into_iter().chain(["free_moderate", "free_fast"]).map(support::dart).collect()
 }
 
-fn without(mut all: Vec<Drive>, name: &str) -> (Vec<Drive>, Drive) {
+fn without(mut all: Vec<EvenDrive>, name: &str) -> (Vec<EvenDrive>, EvenDrive) {
     let place = all.iter().position(|drive| drive.name == name).expect("it is there");
     let one = all.remove(place);
     (all, one)
@@ -225,7 +233,7 @@ fn a_small_car_that_drives_moderately_is_predicted() {
 #[test]
 fn a_race_car_of_1964_is_predicted() {
     let Some(drive) = support::lm() else { return };
-    let first = drive.time[0];
+    let first = drive.motion.t[0];
     let fitted = [drive.between(first, first + 220.0)];
     let judged = drive.between(first + 220.0, f64::INFINITY);
     let best = Best([0.19, 0.045, 2.2], [0.127, 0.025, 0.053], 0.40);

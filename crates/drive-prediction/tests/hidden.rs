@@ -216,7 +216,7 @@ fn course_and_speed_over_ground_make_v_y_better() {
         speed[row] = drive.v_x[row].hypot(drive.v_y[row]);
     }
     let [without, _] = judge(&estimate(&setup(), &fit, &drive.signals(), None), &drive.v_y);
-    let both = drive.signals().with(Channel::Course, &course).with(Channel::GroundSpeed, &speed);
+    let both = drive.signals().with(Channel::AdaptivePredictor, &course).with(Channel::GroundSpeed, &speed);
     let [with, inside] = judge(&estimate(&setup(), &fit, &both, None), &drive.v_y);
     println!("without {without:.4}, with {with:.4} m/s, {inside:.3}");
     assert!(with < without, "{with}, without {without}");
@@ -263,7 +263,7 @@ fn a_race_car_of_1964() {
         .with(Channel::LateralAcceleration, &column("ay_mps2"))
         .without_repeats();
     let setup = Setup::road(support::lm_body());
-    let first = truth.time.iter().filter(|t| **t < truth.time[0] + 220.0).count();
+    let first = truth.motion.t.iter().filter(|t| **t < truth.motion.t[0] + 220.0).count();
     let training = signals.first(first);
     let found = fit(&setup, std::slice::from_ref(&training), None).expect("it is a drive");
     assert!(found.converged);
@@ -271,12 +271,13 @@ fn a_race_car_of_1964() {
     assert!((map.lap - 3100.0).abs() < 10.0, "{}", map.lap);
     let estimate = estimate(&setup, &found, &signals, Some(&map));
     let rows: Vec<usize> = (first..truth.rows()).filter(|row| truth.counts[*row]).collect();
-    let errors: Vec<f64> = rows.iter().map(|row| estimate.v_y[*row] - truth.v_y[*row]).collect();
+    let errors: Vec<f64> =
+        rows.iter().map(|row| estimate.v_y[*row] - truth.motion.v_y[*row]).collect();
     let angles: Vec<f64> = rows
         .iter()
         .map(|row| {
-            let of = |v_y: f64| v_y.atan2(truth.v_x[*row]).to_degrees();
-            of(estimate.v_y[*row]) - of(truth.v_y[*row])
+            let of = |v_y: f64| v_y.atan2(truth.motion.v_x[*row]).to_degrees();
+            of(estimate.v_y[*row]) - of(truth.motion.v_y[*row])
         })
         .collect();
     let inside = rows

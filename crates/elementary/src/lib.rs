@@ -7,6 +7,7 @@
 
 mod group;
 mod number;
+pub mod scalar;
 
 pub use group::Group;
 pub use number::Number;

@@ -63,12 +63,18 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # An augmented state
+//!
+//! [`augmented`] is an extended filter over any kind of number, such as those with derivatives: rates and their derivatives go in, sensors
+//! may err, and each may have coloured noise, whose states are added to those of the model.
 #![forbid(unsafe_code)]
 #![allow(
     rustdoc::broken_intra_doc_links,
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod augmented;
 mod consistency;
 #[cfg(test)]
 mod dense;
@@ -88,5 +94,5 @@ pub use filter::{Innovation, UpdateError, predict, update};
 pub use forward::{Filtered, Fit, PassError, forward};
 pub use gaussian::Gaussian;
 pub use model::{Model, extended, linearise};
-pub use rts::{Smoothed, smooth};
+pub use rts::{Smoothed, smooth, smooth_step};
 pub use step::{Parameters, Step};

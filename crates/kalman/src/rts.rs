@@ -58,6 +58,34 @@ pub fn smooth<const N: usize, const M: usize>(
     Ok(Smoothed { states, lag_one })
 }
 
+/// The state of a step given all measurements, from its filtered state, the transition `F` to the next step, and that step's state as
+/// it was predicted and as it is given all measurements. `None` if the predicted covariance is singular.
+pub fn smooth_step<const N: usize>(
+    filtered: &Gaussian<N>,
+    F: &SMatrix<f64, N, N>,
+    predicted: &Gaussian<N>,
+    next: &Gaussian<N>,
+) -> Option<Gaussian<N>> {
+    link(filtered, F, predicted, next).map(|(state, _)| state)
+}
+
+#[inline]
+fn link<'a, const N: usize>(
+    filtered: &Gaussian<N>,
+    F: &SMatrix<f64, N, N>,
+    predicted: &Gaussian<N>,
+    next: &'a Gaussian<N>,
+) -> Option<(Gaussian<N>, Link<'a, N>)> {
+    let inverse = Cholesky::new(predicted.cov)?.inverse();
+    let J = filtered.cov * F.transpose() * inverse;
+    let (shift, shrink) = (next.mean - predicted.mean, next.cov - predicted.cov);
+    let state = Gaussian {
+        mean: filtered.mean + J * shift,
+        cov: symmetric(&(filtered.cov + J * shrink * J.transpose())),
+    };
+    Some((state, Link { next, J, inverse, shift, shrink }))
+}
+
 /// Goes from the last step to the first, and shows each smoothed state with its link to the next.
 #[inline]
 pub(crate) fn sweep<const N: usize, const M: usize>(
@@ -69,16 +97,9 @@ pub(crate) fn sweep<const N: usize, const M: usize>(
     let Some(mut next) = filtered.posterior.last().copied() else { return Ok(()) };
     visit(steps.len() - 1, &next, None);
     for k in (0..steps.len() - 1).rev() {
-        let (before, predicted) = (&filtered.posterior[k], &filtered.prior[k + 1]);
-        let inverse =
-            Cholesky::new(predicted.cov).ok_or(PassError::Prior { step: k + 1 })?.inverse();
-        let J = before.cov * steps[k].F.transpose() * inverse;
-        let (shift, shrink) = (next.mean - predicted.mean, next.cov - predicted.cov);
-        let state = Gaussian {
-            mean: before.mean + J * shift,
-            cov: symmetric(&(before.cov + J * shrink * J.transpose())),
-        };
-        visit(k, &state, Some(Link { next: &next, J, inverse, shift, shrink }));
+        let linked = link(&filtered.posterior[k], &steps[k].F, &filtered.prior[k + 1], &next);
+        let (state, link) = linked.ok_or(PassError::Prior { step: k + 1 })?;
+        visit(k, &state, Some(link));
         next = state;
     }
     Ok(())

@@ -18,7 +18,6 @@ pub mod normal;
 pub mod psis;
 pub mod quadrature;
 pub mod resampling;
-pub mod scalar;
 pub mod simd_batch;
 pub mod simplex;
 pub mod sobol;
@@ -28,3 +27,5 @@ pub mod student;
 pub mod tangent;
 pub mod text;
 pub mod variational;
+
+pub use elementary::scalar;

@@ -16,6 +16,8 @@
 mod car;
 mod check;
 pub mod direction;
+mod drive;
+mod drive_log;
 mod error;
 mod filter;
 mod gap;
@@ -26,7 +28,6 @@ mod offset;
 mod outlier;
 mod pipeline;
 mod points;
-mod recording;
 mod resample;
 mod robust;
 mod row;
@@ -36,10 +37,13 @@ mod shift;
 mod slip_resampling;
 mod span;
 mod stage;
+mod systematic_error;
 #[cfg(test)]
 mod tests;
 
 pub use car::{AxleRow, BrakeShare, Car, ShareRule};
+pub use drive::{Drive, DriveError, SHORTEST};
+pub use drive_log::{DriveLog, SIGNALS, Signal};
 pub use error::Error;
 pub use filter::Filter;
 pub use gap::longest_step;
@@ -49,11 +53,15 @@ pub use offset::{Offset, OffsetSource, Offsets};
 pub use outlier::Outliers;
 pub use pipeline::{Axle, PreparationReport, Prepared};
 pub use points::{Counts, Points, Series};
-pub use recording::{DriveLog, SIGNALS, Signal};
-pub use resample::Interpolation;
+pub use resample::{Interpolation, Resampler, mean_or_linear};
+pub use robust::difference_noise;
 pub use row::{Row, SignalFilters};
 pub use settings::Pipeline;
 pub use shift::{Shift, Shifts};
 pub use slip_resampling::SlipResampling;
 pub use span::Span;
 pub use stage::{Column, Stage};
+pub use systematic_error::{
+    ColumnKey, ESTIMATED, ErrorDescription, ErrorKind, START_RELAXATION_LENGTH, SystematicError,
+    SystematicErrors,
+};

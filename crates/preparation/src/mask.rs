@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::drive_log::Signal;
 use crate::gap::longest_step;
-use crate::recording::Signal;
+use crate::row::Signals;
 use crate::span::{Span, covered, intersect, runs, subtract};
 
 /// Sensors whose signals come together: a row is a repetition if all of them repeat, as a resting quantised signal may
@@ -23,7 +24,7 @@ pub fn held(sensor: &[&Signal]) -> Vec<bool> {
 }
 
 /// Takes the repeated rows out of the signals of each sensor, and says how many each signal lost.
-pub fn drop_held(signals: &mut BTreeMap<&'static str, Signal>) -> BTreeMap<&'static str, usize> {
+pub fn drop_held(signals: &mut Signals) -> BTreeMap<&'static str, usize> {
     let mut dropped = BTreeMap::new();
     for sensor in SENSORS {
         let present: Vec<_> = sensor.iter().copied().filter(|&n| signals.contains_key(n)).collect();
@@ -40,10 +41,7 @@ pub fn drop_held(signals: &mut BTreeMap<&'static str, Signal>) -> BTreeMap<&'sta
     let mut counts = BTreeMap::new();
     for (name, held) in dropped {
         let Some(signal) = signals.get_mut(name) else { continue };
-        let kept = |values: &[f64]| {
-            values.iter().zip(&held).filter(|(_, h)| !**h).map(|(v, _)| *v).collect()
-        };
-        *signal = Signal { time: kept(&signal.time), value: kept(&signal.value) };
+        *signal = signal.pick((0..held.len()).filter(|row| !held[*row]));
         counts.insert(name, held.iter().filter(|h| **h).count());
     }
     counts
@@ -89,11 +87,7 @@ pub struct Limits {
 
 /// Stretches in which all signals are there and nothing is to be cut, the count of gear shifts, and what was lost; `held`
 /// is how many rows of `v_x` are gone already.
-pub fn stretches(
-    signals: &BTreeMap<&'static str, Signal>,
-    held: usize,
-    limits: &Limits,
-) -> (Vec<Span>, usize, Lost) {
+pub fn stretches(signals: &Signals, held: usize, limits: &Limits) -> (Vec<Span>, usize, Lost) {
     let v_x = &signals["v_x"];
     let needed = signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
     let gap = |time: &[f64]| limits.gap.unwrap_or_else(|| longest_step(time));
@@ -114,7 +108,7 @@ pub fn stretches(
     let within = |list: &[Span], t: f64| {
         list.get(list.partition_point(|s| s.end < t)).is_some_and(|s| s.holds(t))
     };
-    for &t in &v_x.time {
+    for &t in &*v_x.time {
         let cause = if within(&slow, t) {
             &mut lost.slow
         } else if within(&shifts, t) {
@@ -135,8 +129,9 @@ pub fn stretches(
 mod tests {
     use super::*;
 
-    fn signal(values: &[f64]) -> Signal {
-        Signal { time: (0..values.len()).map(|i| 0.1 * i as f64).collect(), value: values.to_vec() }
+    fn signal(values: &[f64]) -> Signal<'static> {
+        let time: Vec<f64> = (0..values.len()).map(|i| 0.1 * i as f64).collect();
+        Signal::new(time, values.to_vec())
     }
 
     #[test]
@@ -148,18 +143,18 @@ mod tests {
         ]);
         let counts = drop_held(&mut signals);
         assert_eq!(counts, BTreeMap::from([("a_y", 2), ("r", 2)]));
-        assert_eq!(signals["a_y"].value, [1.0, 1.0, 2.0]);
-        assert_eq!(signals["r"].value, [5.0, 6.0, 6.0]);
+        assert_eq!(signals["a_y"].value[..], [1.0, 1.0, 2.0]);
+        assert_eq!(signals["r"].value[..], [5.0, 6.0, 6.0]);
         assert_eq!(signals["delta"].value.len(), 5, "a steering angle may rest");
     }
 
     #[test]
     fn signals_with_their_own_stamps_repeat_alone() {
         let mut r = signal(&[5.0, 6.0, 6.0]);
-        r.time = vec![0.05, 0.15, 0.25];
+        r.time = vec![0.05, 0.15, 0.25].into();
         let mut signals = BTreeMap::from([("a_y", signal(&[1.0, 1.0, 2.0])), ("r", r)]);
         drop_held(&mut signals);
-        assert_eq!(signals["r"].time, [0.05, 0.15]);
+        assert_eq!(signals["r"].time[..], [0.05, 0.15]);
     }
 
     #[test]
@@ -172,10 +167,10 @@ mod tests {
             ("a_y", rows(&|i| i as f64)),
         ]);
         if let Some(a_y) = signals.get_mut("a_y") {
-            a_y.time.drain(200..220);
-            a_y.value.drain(200..220);
-            a_y.time.drain(205..220);
-            a_y.value.drain(205..220);
+            a_y.time.to_mut().drain(200..220);
+            a_y.value.to_mut().drain(200..220);
+            a_y.time.to_mut().drain(205..220);
+            a_y.value.to_mut().drain(205..220);
         }
         let limits = Limits { min_speed: 10.0, gear_shift: 0.25, gap: Some(0.15), shortest: 1.0 };
         let (spans, shifts, lost) = stretches(&signals, 7, &limits);

@@ -7,11 +7,11 @@ use serde::Serialize;
 
 use crate::car::AxleRow;
 use crate::direction::Direction;
+use crate::drive_log::DriveLog;
 use crate::error::Error;
 use crate::mask::{self, Limits, Lost};
 use crate::offset::{self, Offset};
 use crate::points::{self, Counts, Curve, Points};
-use crate::recording::{DriveLog, Signal};
 use crate::row::{self, Row, Signals};
 use crate::settings::Pipeline;
 use crate::span::Span;
@@ -79,7 +79,7 @@ impl Pipeline {
                 .map_or(Ok(()), Err)?;
         }
         let mut signals: Signals =
-            recording.checked()?.into_iter().map(|(n, s)| (n, s.clone())).collect();
+            recording.checked()?.into_iter().map(|(n, s)| (n, s.borrowed())).collect();
         let mut stages = Vec::new();
         let held = self.drop_held(&mut signals, &mut stages);
         let held_v_x = held.get("v_x").copied().unwrap_or(0);
@@ -157,18 +157,17 @@ impl Pipeline {
         stages: &mut Vec<Stage>,
     ) -> Vec<Row> {
         let origin = signals["v_x"].time.first().copied().unwrap_or(0.0);
-        let (mut raw, mut smoothed, mut common, mut rows) =
-            (Signals::new(), Signals::new(), Signals::new(), Vec::new());
+        let [mut raw, mut smoothed, mut common] = [const { Signals::new() }; 3];
+        let mut rows = Vec::new();
         for (number, stretch) in stretches.iter().enumerate() {
             let part = row::cut(signals, stretch);
             let smooth = row::smooth(&part, &self.smooth);
             let at = row::instants(&smooth, origin, self.rate);
             let together = row::resample(&smooth, &at, self.interpolation);
             rows.extend(row::rows(&together, &at, number));
-            for (all, part) in [(&mut raw, part), (&mut smoothed, smooth), (&mut common, together)]
-            {
-                append(all, part);
-            }
+            append(&mut raw, &part);
+            append(&mut smoothed, &smooth);
+            append(&mut common, &together);
         }
         stages.push(stage("smoothing", &raw, &smoothed));
         stages.push(stage("common instants", &smoothed, &common));
@@ -212,10 +211,10 @@ fn stage(name: &str, inputs: &Signals, outputs: &Signals) -> Stage {
     Stage { name: name.into(), inputs: stage::signals(inputs), outputs: stage::signals(outputs) }
 }
 
-fn append(all: &mut Signals, part: Signals) {
-    for (name, Signal { time, value }) in part {
+fn append(all: &mut Signals<'static>, part: &Signals) {
+    for (&name, part) in part {
         let signal = all.entry(name).or_default();
-        signal.time.extend(time);
-        signal.value.extend(value);
+        signal.time.to_mut().extend(&*part.time);
+        signal.value.to_mut().extend(&*part.value);
     }
 }

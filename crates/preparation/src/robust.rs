@@ -23,6 +23,19 @@ pub fn spread(values: &[f64], centre: f64) -> Option<f64> {
     median(&mut deviations).map(|d| d * MAD_TO_STD)
 }
 
+/// Standard deviation of the noise of a column as its third differences show it: too high where the motion itself is not smooth. NaN
+/// without numbers.
+pub fn difference_noise(column: &[f64]) -> f64 {
+    let third = column.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
+    let mut sizes: Vec<f64> = third.filter(|size| size.is_finite()).collect();
+    if sizes.is_empty() {
+        return f64::NAN;
+    }
+    let middle = sizes.len() / 2;
+    // The variance of a third difference of white noise is 1 + 9 + 9 + 1 times that of the noise; the median of |N(0, 1)| is 0.6745.
+    *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / (0.6745 * 20_f64.sqrt())
+}
+
 /// Line y = intercept + slope x with Tukey's weights, from least squares on: `[intercept, slope]`. `None` with fewer
 /// than two different x.
 pub fn line(x: &[f64], y: &[f64]) -> Option<[f64; 2]> {

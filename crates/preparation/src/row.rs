@@ -6,8 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use vehicle::G;
 
+use crate::drive_log::Signal;
 use crate::filter::Filter;
-use crate::recording::Signal;
 use crate::resample::Interpolation;
 use crate::span::Span;
 
@@ -85,25 +85,25 @@ impl SignalFilters {
 const DERIVATIVES: [(&str, &str); 3] = [("v_x", "v_x_dot"), ("v_y", "v_y_dot"), ("r", "r_dot")];
 
 /// Signals, with what is computed from them, by name.
-pub type Signals = BTreeMap<&'static str, Signal>;
+pub type Signals<'a> = BTreeMap<&'static str, Signal<'a>>;
 
 /// The part of each signal that is in a stretch, but for the gear.
-pub fn cut(signals: &Signals, stretch: &Span) -> Signals {
-    let part = |s: &Signal| {
+pub fn cut<'a>(signals: &'a Signals, stretch: &Span) -> Signals<'a> {
+    let part = |s: &'a Signal| {
         let rows = stretch.rows(&s.time);
-        Signal { time: s.time[rows.clone()].to_vec(), value: s.value[rows].to_vec() }
+        Signal::new(&s.time[rows.clone()], &s.value[rows])
     };
     signals.iter().filter(|(n, _)| **n != "gear").map(|(n, s)| (*n, part(s))).collect()
 }
 
 /// Smoothed signals of one stretch and their derivatives, at the signals' own time stamps.
-pub fn smooth(signals: &Signals, smoothing: &SignalFilters) -> Signals {
+pub fn smooth<'a>(signals: &Signals<'a>, smoothing: &SignalFilters) -> Signals<'a> {
     let mut smoothed = Signals::new();
     for (&name, Signal { time, value }) in signals {
         let filter = smoothing.of(name);
-        smoothed.insert(name, Signal { time: time.clone(), value: filter.smooth(time, value) });
+        smoothed.insert(name, Signal::new(time.clone(), filter.smooth(time, value)));
         if let Some((_, rate)) = DERIVATIVES.iter().find(|d| d.0 == name) {
-            smoothed.insert(rate, Signal { time: time.clone(), value: filter.slope(time, value) });
+            smoothed.insert(rate, Signal::new(time.clone(), filter.slope(time, value)));
         }
     }
     smoothed
@@ -123,11 +123,8 @@ pub fn instants(signals: &Signals, origin: f64, rate: f64) -> Vec<f64> {
 }
 
 /// The signals of one stretch at common instants.
-pub fn resample(signals: &Signals, at: &[f64], interpolation: Interpolation) -> Signals {
-    let bring = |s: &Signal| {
-        let value = interpolation.resample(&s.time, &s.value, at);
-        Signal { time: at.to_vec(), value }
-    };
+pub fn resample<'a>(signals: &Signals, at: &'a [f64], interpolation: Interpolation) -> Signals<'a> {
+    let bring = |s: &Signal| Signal::new(at, interpolation.resample(&s.time, &s.value, at));
     signals.iter().map(|(name, s)| (*name, bring(s))).collect()
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::car::AxleRow;
-use crate::recording::Signal;
+use crate::drive_log::Signal;
 use crate::row::{Row, Signals};
 use crate::span::Span;
 
@@ -51,8 +51,8 @@ pub fn signals(signals: &Signals) -> Vec<Column> {
     let column = |(name, signal): (&&'static str, &Signal)| Column {
         name: name.to_string(),
         unit: unit(name),
-        time: signal.time.as_slice().into(),
-        values: signal.value.clone(),
+        time: signal.time[..].into(),
+        values: signal.value.to_vec(),
     };
     signals.iter().map(column).collect()
 }
@@ -98,13 +98,7 @@ pub const SLIP_RATIOS: [View<AxleRow>; 2] = [
 ];
 
 /// The rows of a signal that are in one of the stretches, which rise.
-pub fn within(signals: &Signals, stretches: &[Span]) -> Signals {
-    let part = |signal: &Signal| {
-        let rows = || stretches.iter().flat_map(|s| s.rows(&signal.time));
-        Signal {
-            time: rows().map(|i| signal.time[i]).collect(),
-            value: rows().map(|i| signal.value[i]).collect(),
-        }
-    };
+pub fn within(signals: &Signals, stretches: &[Span]) -> Signals<'static> {
+    let part = |signal: &Signal| signal.pick(stretches.iter().flat_map(|s| s.rows(&signal.time)));
     signals.iter().map(|(name, signal)| (*name, part(signal))).collect()
 }

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use vehicle::{Aero, Body, Differential, Vehicle, Wheel};
 
-use super::known::{Air, Known};
+use super::uncertain_value::{Air, UncertainValue};
 use super::rules::{self, demand};
 
 /// Mass, inertia and lengths of the car, all needed. No key is required by the schema: what is missing is told at once, with its use.
@@ -17,16 +17,16 @@ use super::rules::{self, demand};
 #[serde(deny_unknown_fields)]
 pub struct Masses {
     /// Mass with driver and fuel [kg]; usual standard deviation 2 %.
-    m: Option<Known>,
+    m: Option<UncertainValue>,
     /// Yaw moment of inertia about the centre of gravity [kg·m²]; usual standard deviation 10 %.
-    I_zz: Option<Known>,
+    I_zz: Option<UncertainValue>,
     /// Distance from the centre of gravity to the front axle [m]; usual standard deviation 0.01 m. It is that of the centre of
     /// gravity: the wheelbase is taken as known.
-    l_f: Option<Known>,
+    l_f: Option<UncertainValue>,
     /// Distance from the centre of gravity to the rear axle [m].
     l_r: Option<f64>,
     /// Height of the centre of gravity above the road [m]; usual standard deviation 0.02 m.
-    h: Option<Known>,
+    h: Option<UncertainValue>,
 }
 
 /// The car of a closed-loop drive: driven at the rear axle. `body`, `aero` and `brake_front_share` are needed.
@@ -132,14 +132,14 @@ impl Masses {
         rules::not_negative("h", h.value)?;
         plausible(&Body { m: m.value, I_zz: I_zz.value, l_f: l_f.value, l_r, h: h.value })?;
         let usual = if exact { CarUncertainty::NONE } else { CarUncertainty::default() };
-        let std = |name: &str, known: Known, usual: f64, most: f64| {
+        let std = |name: &str, known: UncertainValue, usual: f64, most: f64| {
             let std = known.std.unwrap_or(usual);
             let expected = format!("a standard deviation from 0 to {}", significant(most, 4));
             demand((0.0..=most).contains(&std), &format!("{name}.std"), &expected, std)
                 .map(|()| std)
         };
         // Beyond half of the number, the bell curve of the standard deviation would reach below zero.
-        let share = |name, known: Known, usual| {
+        let share = |name, known: UncertainValue, usual| {
             std(name, known, usual * known.value, 0.5 * known.value).map(|std| std / known.value)
         };
         let uncertainty = CarUncertainty {

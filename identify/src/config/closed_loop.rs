@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use drive_inference::cause::Cause;
 use drive_inference::likelihood::DriveNoise;
+use drive_inference::model_selection::Mode;
 use drive_inference::regression::Weights;
-use drive_inference::selection::Mode;
 use drive_inference::smoothing::SmootherOptions;
-use drive_inference::{CauseOptions, DriveOptions, Formulation, Noises};
+use drive_inference::{DriveOptions, ErrorOptions, Formulation, Noises};
 use plugin::ConfigError;
+use preparation::SystematicError;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tire_inference::parameters::Parameter;
@@ -57,13 +57,13 @@ pub struct ClosedLoop {
     /// Takes intervals from profiles of the likelihood, which takes longer than the fit; otherwise from its curvature.
     pub profile: bool,
     /// Errors of sensors, and relaxation lengths: whether each is estimated with the tires. By default where the data ask for it.
-    pub errors: BTreeMap<Cause, Mode>,
+    pub errors: BTreeMap<SystematicError, Mode>,
     /// Errors of sensors that are estimated by themselves, too, on rows some hundredths of a second apart, from all of the drive and from its
     /// halves, such as `["v_y_lever", "v_y_delay", "steering_offset"]`. They are told and nothing is corrected.
-    pub calibrate: Vec<Cause>,
+    pub calibrate: Vec<SystematicError>,
     /// Standard deviations of these errors before any data, each in its unit; those of sensors that were mounted with care by
     /// default.
-    pub error_std: BTreeMap<Cause, f64>,
+    pub error_std: BTreeMap<SystematicError, f64>,
     /// Longest time between two rows without a gap [s]; a gap ends a recording. By default 3.5 times the step that 95 % of all
     /// steps do not exceed.
     pub gap: Option<f64>,
@@ -201,11 +201,11 @@ impl ClosedLoop {
     fn check_times(&self) -> Result<(), ConfigError> {
         self.gap.map_or(Ok(()), |gap| rules::positive("gap", gap))?;
         for (cause, std) in &self.error_std {
-            rules::positive(&format!("error_std.{}", cause.about().name), *std)?;
+            rules::positive(&format!("error_std.{}", cause.describe().name), *std)?;
         }
         for (place, cause) in self.calibrate.iter().enumerate() {
             let first = !self.calibrate[..place].contains(cause);
-            let name = cause.about().name;
+            let name = cause.describe().name;
             demand(
                 first,
                 &format!("calibrate.{place}"),
@@ -216,8 +216,8 @@ impl ClosedLoop {
         let errors = self.errors.keys().map(|cause| ("errors", cause));
         let errors = errors.chain(self.calibrate.iter().map(|cause| ("calibrate", cause)));
         let of_car = errors.chain(self.error_std.keys().map(|cause| ("error_std", cause)));
-        for (table, cause) in of_car.filter(|(_, cause)| Cause::CAR.contains(cause)) {
-            let name = cause.about().name;
+        for (table, cause) in of_car.filter(|(_, cause)| SystematicError::CAR.contains(cause)) {
+            let name = cause.describe().name;
             let expected =
                 "an error of a sensor; those of the car are standard deviations in `car`";
             demand(false, &format!("{table}.{name}"), expected, format_args!("`{name}`"))?;
@@ -242,7 +242,7 @@ impl ClosedLoop {
     /// When data of the car are missing or make no sense.
     pub fn options(&self) -> Result<DriveOptions, ConfigError> {
         let (car, uncertainty) = self.car.read()?;
-        let mut causes = CauseOptions::default();
+        let mut causes = ErrorOptions::default();
         self.errors.iter().for_each(|(cause, mode)| causes.wanted.0[*cause as usize] = *mode);
         self.error_std.iter().for_each(|(cause, std)| causes.std[*cause] = *std);
         Ok(DriveOptions {

@@ -1,7 +1,7 @@
 //! Configuration of `task = "doctor"`.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use drive_doctor::KnownCar;
+use drive_doctor::CarData;
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -50,10 +50,10 @@ impl Doctor {
     }
 
     /// What is known of the car; of three lengths two are enough.
-    pub fn car(&self) -> KnownCar {
+    pub fn car(&self) -> CarData {
         let Self { wheelbase, l_f, l_r, m, .. } = *self;
         let rest = |arm: Option<f64>| Some(wheelbase? - arm?);
         let axles = l_f.or(rest(l_r)).zip(l_r.or(rest(l_f)));
-        KnownCar { wheelbase, axles: axles.map(|(l_f, l_r)| [l_f, l_r]), m }
+        CarData { wheelbase, axles: axles.map(|(l_f, l_r)| [l_f, l_r]), m }
     }
 }

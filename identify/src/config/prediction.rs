@@ -1,8 +1,8 @@
 //! Configuration of `task = "prediction"`.
 
-use drive_prediction::Drive;
+use drive_prediction::EvenDrive;
 use drive_prediction::car::{Car, Steering, Variation};
-use drive_prediction::recorded::Sampling;
+use drive_prediction::resampling::Sampling;
 use plugin::ConfigError;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -152,9 +152,9 @@ impl Prediction {
     }
 
     /// The rows that are fitted, and those that are held out, as drives of which only these count.
-    pub fn split(&self, drives: &[Drive]) -> [Vec<Drive>; 2] {
+    pub fn split(&self, drives: &[EvenDrive]) -> [Vec<EvenDrive>; 2] {
         [false, true].map(|held| {
-            let part = |drive: &Drive| {
+            let part = |drive: &EvenDrive| {
                 let mut part = drive.clone();
                 for row in 0..drive.rows() {
                     let out = self.hold_out.iter().any(|it| it.holds(drive, row));
@@ -184,10 +184,10 @@ impl Part {
     }
 
     /// Whether a row is in this part.
-    fn holds(&self, drive: &Drive, row: usize) -> bool {
+    fn holds(&self, drive: &EvenDrive, row: usize) -> bool {
         let lap = drive.lap.as_ref().map(|lap| lap[row]);
-        self.from.is_none_or(|from| drive.time[row] >= from)
-            && self.to.is_none_or(|to| drive.time[row] < to)
+        self.from.is_none_or(|from| drive.motion.t[row] >= from)
+            && self.to.is_none_or(|to| drive.motion.t[row] < to)
             && self.lap.is_none_or(|wanted| lap == Some(wanted))
             && self.log.is_none_or(|wanted| drive.log == wanted)
     }
@@ -195,6 +195,8 @@ impl Part {
 
 #[cfg(test)]
 mod tests {
+    use preparation::Drive;
+
     use super::*;
     use crate::config::Config;
 
@@ -211,15 +213,15 @@ mod tests {
     fn parts_are_held_out() {
         let more = "hold_out = [{ log = 2, from = 3.0 }, { lap = 4.0 }]\n";
         let config = read(more).expect("it is right");
-        let drive = |log: usize| Drive {
+        let drive = |log: usize| EvenDrive {
             log,
-            time: (0..6).map(f64::from).collect(),
             lap: Some(vec![1.0, 1.0, 4.0, 4.0, 5.0, 5.0]),
             counts: vec![true, true, true, true, true, false],
-            ..Drive::default()
+            motion: Drive { t: (0..6).map(f64::from).collect(), ..Drive::default() },
+            ..EvenDrive::default()
         };
         let [fitted, held] = config.split(&[drive(1), drive(2)]);
-        let counts = |drives: &[Drive]| -> Vec<String> {
+        let counts = |drives: &[EvenDrive]| -> Vec<String> {
             let shown = |counts: &bool| if *counts { 'x' } else { '.' };
             drives.iter().map(|drive| drive.counts.iter().map(shown).collect()).collect()
         };

@@ -4,12 +4,12 @@ use std::fmt::Write;
 
 use html_page::{Axis, Plot, escape};
 
-use crate::stretches::Drifting;
+use crate::stretches::QuantityDrift;
 
 const SIZE: [f64; 2] = [530.0, 240.0];
 
 /// A sentence and a plot for each quantity; empty where nothing was told.
-pub fn section(told: &[Drifting]) -> String {
+pub fn section(told: &[QuantityDrift]) -> String {
     let mut html = String::new();
     let mut figures = String::new();
     for it in told {
@@ -28,7 +28,7 @@ pub fn section(told: &[Drifting]) -> String {
     html
 }
 
-fn plot(told: &Drifting) -> Plot {
+fn plot(told: &QuantityDrift) -> Plot {
     let (factor, unit) = told.unit;
     let unit = if unit.is_empty() { "–" } else { unit };
     let stretches = &told.drift.stretches;

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use drive_inference::calibration::Judged;
+use drive_inference::calibration::CalibrationAssessment;
 use drive_inference::replay::Replay;
-use drive_inference::{Drive, Identified};
+use drive_inference::{Drive, Identification};
 use html_page::{Axis, Class, Plot, escape};
 use numerics::text::significant;
 use tire_inference::axles::Axle;
@@ -16,9 +16,9 @@ use crate::page::misfit::Misfit;
 #[derive(Clone, Debug)]
 pub struct Drives<'a> {
     /// What was found.
-    pub found: &'a Identified,
+    pub found: &'a Identification,
     /// Errors of sensors that were estimated by themselves.
-    pub calibration: &'a [Judged],
+    pub calibration: &'a [CalibrationAssessment],
     /// The drives.
     pub recordings: &'a [Drive],
     /// Drives that were not used, by name, and how the identified car went along them.
@@ -54,7 +54,7 @@ pub fn drives(drives: &Drives) -> String {
     html
 }
 
-fn innovations(html: &mut String, found: &Identified) {
+fn innovations(html: &mut String, found: &Identification) {
     let innovations = &found.innovations;
     let chance = significant(2.0 / (0.5 * innovations.expected_cost).sqrt(), 2);
     let _ = writeln!(
@@ -80,7 +80,7 @@ fn innovations(html: &mut String, found: &Identified) {
 }
 
 /// Mean innovations over the slip of each axle: a curve of the wrong shape leaves some.
-fn misfit(html: &mut String, found: &Identified) {
+fn misfit(html: &mut String, found: &Identification) {
     html.push_str("<h3>What the model misses (0: nothing)</h3>\n<div class=\"grid two\">\n");
     for (sensor, (name, _)) in SENSORS.into_iter().enumerate().skip(1) {
         for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
@@ -93,7 +93,7 @@ fn misfit(html: &mut String, found: &Identified) {
 }
 
 /// Errors of sensors, with what speaks for them.
-fn calibration(html: &mut String, judged: &[Judged]) {
+fn calibration(html: &mut String, judged: &[CalibrationAssessment]) {
     if judged.is_empty() {
         return;
     }
@@ -102,7 +102,7 @@ fn calibration(html: &mut String, judged: &[Judged]) {
          <tr><th>Error</th><th>Value</th><th>95 %</th><th>Halves of the drive</th><th>Verdict</th><th>Why</th></tr>\n",
     );
     for it in judged {
-        let (factor, unit) = it.error.cause.about().shown;
+        let (factor, unit) = it.error.cause.describe().display;
         let show = |value: f64| significant(factor * value, 3);
         let [low, high] = it.error.interval;
         let halves = it.halves.map_or_else(
@@ -113,7 +113,7 @@ fn calibration(html: &mut String, judged: &[Judged]) {
             html,
             "<tr><td>{}</td><td class=\"number\">{} {unit}</td><td class=\"number\">{} … {}</td>\
              <td class=\"number\">{halves}</td><td>{}</td><td>{}</td></tr>",
-            it.error.cause.about().title,
+            it.error.cause.describe().title,
             show(it.error.value),
             show(low),
             show(high),
@@ -142,7 +142,7 @@ fn acceleration(drives: &Drives) -> String {
     let curves = [
         (lines(recordings, expected), "c0", "expected of the identified car, from all before"),
         (
-            lines(recordings, |k| found.explained[k].a_y.clone()),
+            lines(recordings, |k| found.smoothed[k].a_y.clone()),
             "c1",
             "reconstructed, with the disturbance of the nominal car as virtual force sensor",
         ),
@@ -198,8 +198,8 @@ fn smoothing(html: &mut String, drives: &Drives) {
         "<table>\n<tr><th>Drive</th><th>Rows</th><th>a_y, root mean square error</th><th>Log-likelihood</th>\
          <th>EM</th></tr>\n",
     );
-    for (recording, explained) in drives.recordings.iter().zip(&drives.found.explained) {
-        let report = &explained.report;
+    for (recording, smoothed) in drives.recordings.iter().zip(&drives.found.smoothed) {
+        let report = &smoothed.report;
         let em = match &report.em {
             Some(em) => {
                 let end = if em.converged { "converged" } else { "stopped" };
@@ -223,7 +223,7 @@ fn smoothing(html: &mut String, drives: &Drives) {
         );
     }
     html.push_str("</table>\n");
-    let reports = drives.found.explained.iter().map(|explained| &explained.report);
+    let reports = drives.found.smoothed.iter().map(|smoothed| &smoothed.report);
     let traces: Vec<&[f64]> =
         reports.filter_map(|report| Some(report.em.as_ref()?.log_likelihood.as_slice())).collect();
     if traces.is_empty() {

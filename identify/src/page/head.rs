@@ -8,7 +8,7 @@ use tire_inference::model::{CauseEstimate, FitTest, ModelVerdict};
 
 use crate::names::{class, words};
 use crate::page::Page;
-use crate::told::Overall;
+use crate::summary::IdentificationSummary;
 
 /// All of it.
 pub fn head(html: &mut String, page: &Page) {
@@ -29,7 +29,7 @@ pub fn head(html: &mut String, page: &Page) {
     }
 }
 
-fn verdict(html: &mut String, overall: &Overall) {
+fn verdict(html: &mut String, overall: &IdentificationSummary) {
     let (class, word) = match (overall.is_sound(), overall.is_tested()) {
         (false, _) => ("not_identifiable", "Doubtful"),
         (true, false) => ("weak", "Not tested"),

@@ -7,11 +7,11 @@ use numerics::text::significant;
 use tire_inference::load::Effect;
 use tire_inference::verdict::Verdict;
 
-use crate::loads::{Loaded, SlipStiffness, TOO_FEW};
+use crate::loads::{AxleLoadEffects, SlipStiffness, TOO_FEW};
 use crate::names::{class, words};
 
 /// A table for both axles; empty where nothing was told.
-pub fn section(told: &[Loaded]) -> String {
+pub fn section(told: &[AxleLoadEffects]) -> String {
     if told.is_empty() {
         return String::new();
     }
@@ -28,7 +28,7 @@ pub fn section(told: &[Loaded]) -> String {
     html.push_str(
         "<table class=\"stack\">\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n",
     );
-    for Loaded { axle, effects, slip_stiffness } in told {
+    for AxleLoadEffects { axle, effects, slip_stiffness } in told {
         let effects = effects.as_ref();
         let rows = [
             ("change of stiffness K with load", effects.map(|it| &it.K)),

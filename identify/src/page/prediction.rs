@@ -8,7 +8,7 @@ use html_page::{Axis, Plot, escape};
 use numerics::text::{significant, with_std};
 use vehicle::Body;
 
-use crate::judged::{Found, Judged, Trace};
+use crate::assessment::{ParameterAssessment, ModelAssessment, Trace};
 use crate::names::{class, words};
 
 /// The size of a figure [px].
@@ -16,7 +16,7 @@ const SIZE: [f64; 2] = [1000.0, 260.0];
 
 /// The page: the first model is the one that is judged.
 pub fn page(
-    (judged, found, car): (&[Judged], &[Found], &Body),
+    (judged, found, car): (&[ModelAssessment], &[ParameterAssessment], &Body),
     traces: &[Trace],
     summary: &[String],
     parts: &str,
@@ -67,7 +67,7 @@ fn least(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(f64::INFINITY, f64::min)
 }
 
-fn lateral(html: &mut String, judged: &[Judged]) {
+fn lateral(html: &mut String, judged: &[ModelAssessment]) {
     let scores = || judged.iter().filter_map(|it| Some((&it.name, it.a_y?)));
     if scores().next().is_none() {
         return;
@@ -92,8 +92,8 @@ fn lateral(html: &mut String, judged: &[Judged]) {
     html.push_str("</table>\n");
 }
 
-fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
-    let of = |it: &Judged| it.open_loop.iter().find(|score| score.horizon == horizon).copied();
+fn open_loop(html: &mut String, judged: &[ModelAssessment], horizon: f64) {
+    let of = |it: &ModelAssessment| it.open_loop.iter().find(|score| score.horizon == horizon).copied();
     let scores: Vec<_> = judged.iter().filter_map(|it| Some((&it.name, of(it)?))).collect();
     let _ = writeln!(
         html,
@@ -127,10 +127,10 @@ fn open_loop(html: &mut String, judged: &[Judged], horizon: f64) {
 }
 
 /// The rating of one signal of a model.
-type Of = fn(&Judged) -> Option<&Agreement>;
+type Of = fn(&ModelAssessment) -> Option<&Agreement>;
 
 /// Ratings by ISO/TS 18571, with their parts.
-fn rated(html: &mut String, judged: &[Judged]) {
+fn rated(html: &mut String, judged: &[ModelAssessment]) {
     let longest =
         judged.iter().flat_map(|it| &it.open_loop).map(|it| it.horizon).fold(0.0, f64::max);
     let channels: [(&str, Of); 3] = [
@@ -166,7 +166,7 @@ fn rated(html: &mut String, judged: &[Judged]) {
     html.push_str("</table>\n");
 }
 
-fn parameters(html: &mut String, found: &[Found], car: &Body) {
+fn parameters(html: &mut String, found: &[ParameterAssessment], car: &Body) {
     let _ = writeln!(
         html,
         "<h2>The car</h2>\n<p class=\"faint\">As configured: {} kg, centre of gravity {} m behind the front and {} m ahead of the rear axle.</p>",

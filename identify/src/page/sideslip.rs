@@ -6,7 +6,7 @@ use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
 use numerics::text::significant;
 
-use crate::judged::{Score, Shown, Told};
+use crate::assessment::{SideslipScore, SideslipTrace, ParameterInterval};
 use crate::names::{class, words};
 
 /// The size of a figure [px].
@@ -14,9 +14,9 @@ const SIZE: [f64; 2] = [1000.0, 280.0];
 
 /// The page.
 pub fn page(
-    told: &[Told],
-    score: Option<Score>,
-    shown: &[(String, Shown)],
+    told: &[ParameterInterval],
+    score: Option<SideslipScore>,
+    shown: &[(String, SideslipTrace)],
     summary: &[String],
 ) -> String {
     let mut html: String = summary.iter().map(|it| format!("<p>{}</p>\n", escape(it))).collect();

@@ -5,22 +5,22 @@ mod calibration;
 mod columns;
 mod facts;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use drive_doctor::Examination;
-use drive_inference::calibration::Judged;
-use drive_inference::cause::Cause;
+use drive_inference::calibration::CalibrationAssessment;
+use drive_inference::model_selection::Mode;
 use drive_inference::replay::{Replay, replay};
-use drive_inference::selection::Mode;
 use drive_inference::{
-    Drive, DriveOptions, Fitted, HOLD_OUT, Identified, SHORTEST, Sampled, Sampling, Tires,
-    identify, smoothing,
+    Drive, DriveOptions, FormulationFit, HOLD_OUT, Identification, SHORTEST, Sampling,
+    SegmentedDrive, Tires, identify, smoothing,
 };
 use numerics::text::significant;
-use plugin::{Host, Request, Signal};
+use plugin::{Host, Request};
 use preparation::direction::Direction;
-use preparation::longest_step;
-use serde_json::{Map, Value, json};
+use preparation::{DriveLog, Interpolation, Resampler, Signal, SystematicError, longest_step};
+use serde_json::{Value, json};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::estimate::Estimate;
 use tire_inference::parameters::TireParameters;
@@ -30,64 +30,61 @@ use tire_inference::quantity::{PerQuantity, Quantity};
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
-use crate::draws::{self, Draws};
+use crate::posterior_draws::{self, Dependence};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
-use crate::plugin::{doctor, go_on, leave_start_values};
-use crate::told::{Overall, Told, forget_absent_peak};
+use crate::plugin::{doctor, drive_log, go_on, leave_start_values};
+use crate::summary::{IdentificationSummary, CurveSummary, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
 
-/// The recording that the signals make, at the times of `v_x` at which all others have values: a signal with a delay of its own is
-/// interpolated.
+/// The drive that the signals of a log make, at the times of `v_x` at which all others have values: signals with time stamps of their own
+/// are interpolated, but not over gaps of more than `gap` [s].
 ///
 /// # Errors
 /// When one is missing, or they share no time.
-pub(super) fn recording(request: &Request, gap: Option<f64>) -> Result<Drive, String> {
+pub(super) fn drive(log: &DriveLog, gap: Option<f64>) -> Result<Drive, String> {
     let mut signals = Vec::new();
     for name in SIGNALS {
         let missing = || format!("a drive under closed-loop control needs the signal `{name}`");
-        signals.push(request.signal(name).ok_or_else(missing)?);
+        signals.push((name, log.get(name).ok_or_else(missing)?));
     }
-    let time = signals[0].time;
-    let columns: Vec<Vec<Option<f64>>> =
-        signals.iter().map(|signal| at(signal, time, gap)).collect();
-    let shared = |&row: &usize| columns.iter().all(|column| column[row].is_some());
+    let (_, Signal { time, .. }) = signals[0];
+    let columns = signals.iter().map(|(_, signal)| at(signal, time, gap));
+    let columns: Vec<Cow<[f64]>> = columns.collect();
+    // A value that is no number stays where it is recorded, to be told with its row.
+    let shared = |&row: &usize| {
+        columns
+            .iter()
+            .zip(&signals)
+            .all(|(column, (_, signal))| signal.time == *time || column[row].is_finite())
+    };
     let rows: Vec<usize> = (0..time.len()).filter(shared).collect();
     if rows.is_empty() && !time.is_empty() {
-        let apart =
-            signals.iter().filter(|signal| at(signal, time, gap).iter().all(Option::is_none));
-        let names: Vec<_> = apart.map(|signal| format!("`{}`", signal.name)).collect();
+        let apart = signals.iter().zip(&columns).filter(|((_, signal), column)| {
+            signal.time != *time && column.iter().all(|value| value.is_nan())
+        });
+        let names: Vec<_> = apart.map(|((name, _), _)| format!("`{name}`")).collect();
         let names = names.join(", ");
         return Err(format!("expected signals at the times of `v_x`, found others in {names}"));
     }
-    let mut columns =
-        columns.iter().map(|column| rows.iter().filter_map(|&row| column[row]).collect());
-    let mut next = || columns.next().unwrap_or_default();
-    let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|_| next());
-    Ok(Drive { t: rows.iter().map(|&row| time[row]).collect(), v_x, v_y, r, a_y, F_x, delta })
+    let pick = |column: &[f64]| rows.iter().map(|&row| column[row]).collect::<Vec<f64>>();
+    let [v_x, v_y, r, a_y, F_x, delta] = std::array::from_fn(|i| pick(&columns[i]));
+    Ok(Drive { t: pick(time), v_x, v_y, r, a_y, F_x, delta })
 }
 
-/// Values of a signal at other times: on the line between neighbours, none outside of them or within a gap.
-fn at(signal: &Signal, time: &[f64], gap: Option<f64>) -> Vec<Option<f64>> {
-    if signal.time == time {
-        return signal.values.iter().copied().map(Some).collect();
+/// Values of a signal at other times: on the line between neighbours, NaN outside of them or within a gap.
+fn at<'a>(signal: &'a Signal, time: &[f64], gap: Option<f64>) -> Cow<'a, [f64]> {
+    if *signal.time == *time {
+        return Cow::Borrowed(&signal.value);
     }
-    let longest = gap.unwrap_or_else(|| longest_step(signal.time));
-    let value = |t: &f64| {
-        let after = signal.time.partition_point(|stamp| stamp <= t);
-        let before = after.checked_sub(1)?;
-        let (from, left) = (signal.time[before], signal.values[before]);
-        match (signal.time.get(after), signal.values.get(after)) {
-            _ if from == *t => Some(left),
-            (Some(until), Some(right)) if until - from <= longest => {
-                Some(left + (right - left) * (t - from) / (until - from))
-            }
-            _ => None,
-        }
+    let resampler = Resampler {
+        interpolation: Interpolation::Linear,
+        longest_step: gap.unwrap_or_else(|| longest_step(&signal.time)),
+        tolerance: 0.0,
     };
-    time.iter().map(value).collect()
+    resampler.resample(&signal.time, &signal.value, time.iter().copied()).into()
 }
 
 /// A drive that was not used, and how the identified car went along it.
@@ -106,14 +103,15 @@ pub(super) fn closed_loop(
     request: &Request,
     host: &mut dyn Host,
 ) -> Result<Value, String> {
-    let mut recording = Sampled::new(&recording(request, config.gap)?, config.gap)
+    let raw = drive_log(request);
+    let mut recording = SegmentedDrive::new(&drive(&raw, config.gap)?, config.gap)
         .map_err(|error| error.to_string())?;
     let used = used(config, &mut recording)?;
     let kept =
         config.validate.iter().map(|window| Ok((window.name.clone(), kept(window, &recording)?)));
     let kept = kept.collect::<Result<Vec<_>, String>>()?;
     let options = config.options().map_err(|error| error.to_string())?;
-    let log = doctor::of_drives(&used, request, &options.car.body);
+    let log = doctor::of_drives(&used, &raw, &options.car.body);
     let options = if log.refusal().is_some() { refused(options) } else { options };
     let mut progress = |share, what: &str| host.progress(share, what);
     let mut found = identify(&used, &options, &mut progress).map_err(|error| error.to_string())?;
@@ -123,38 +121,54 @@ pub(super) fn closed_loop(
         doctor::cap(&log, estimate);
     }
     doctor::cap_causes(&log, &mut found.causes);
-    let calibration = calibration::judged(config, &options, (&used, &log, &found.model), host)?;
+    let calibration =
+        calibration::assess_sensors(config, &options, &used, &log, &found.model, host)?;
     go_on(host, 0.95, "validating")?;
     let validate = |(name, stretches): (_, Vec<_>)| validation(name, &stretches, &options, &found);
     let validations = kept.into_iter().map(validate).collect::<Result<Vec<_>, _>>()?;
     columns::record(&options.car, &used, &found, host);
     validations.iter().for_each(|validation| columns::record_validation(validation, host));
-    let verdict = overall(&options, &found, &log).verdict();
-    let of_plant = draws::of_drives(&config.node, &found);
-    leave_start_values((&of_plant, Draws::Together), &verdict, config.seed, host);
-    let found = Found { identified: &found, calibration: &calibration, validations: &validations };
-    draw(&options, (&used, &recording.sampling, &log), &found, host);
-    Ok(report(&options, (&used, &recording.sampling, &log), &found))
+    let result = ClosedLoopResult {
+        options: &options,
+        log: &log,
+        used: &used,
+        sampling: &recording.sampling,
+        identification: &found,
+        calibration: &calibration,
+        validations: &validations,
+    };
+    let of_plant = posterior_draws::of_drives(&config.node, &found);
+    let verdict = result.summary().verdict();
+    leave_start_values(&of_plant, Dependence::Joint, &verdict, config.seed, host);
+    result.leave_page(host);
+    Ok(result.report())
 }
 
-/// What was found, for the result and the page.
-struct Found<'a> {
-    identified: &'a Identified,
-    calibration: &'a [Judged],
+/// Everything that the task found, for the result and the page.
+struct ClosedLoopResult<'a> {
+    options: &'a DriveOptions,
+    log: &'a Examination,
+    /// Stretches that tires were identified from.
+    used: &'a [Drive],
+    sampling: &'a Sampling,
+    identification: &'a Identification,
+    calibration: &'a [CalibrationAssessment],
     validations: &'a [Validation],
 }
 
 /// The options for a log that nothing may be identified from: no search for causes that a fit cannot make up for, and no
 /// posterior of numbers that are wrong.
 fn refused(mut options: DriveOptions) -> DriveOptions {
-    for cause in Cause::ALL.into_iter().filter(|cause| !Cause::CAR.contains(cause)) {
+    for cause in
+        SystematicError::ALL.into_iter().filter(|cause| !SystematicError::CAR.contains(cause))
+    {
         options.causes.wanted.0[cause as usize] = Mode::Off;
     }
     DriveOptions { posterior: false, svi: false, profile: false, ..options }
 }
 
 /// The stretches that tires are identified from.
-fn used(config: &ClosedLoop, recording: &mut Sampled) -> Result<Vec<Drive>, String> {
+fn used(config: &ClosedLoop, recording: &mut SegmentedDrive) -> Result<Vec<Drive>, String> {
     let drive = recording.drive();
     let mut marked = vec![config.windows.is_empty(); drive.len()];
     let mut mark = |window, value| {
@@ -175,7 +189,7 @@ fn used(config: &ClosedLoop, recording: &mut Sampled) -> Result<Vec<Drive>, Stri
 }
 
 /// The stretches of a window that is kept for validation.
-fn kept(window: &HoldOut, recording: &Sampled) -> Result<Vec<Drive>, String> {
+fn kept(window: &HoldOut, recording: &SegmentedDrive) -> Result<Vec<Drive>, String> {
     let HoldOut { name, from, until } = window;
     let (stretches, _) = recording.stretches(&recording.drive().during([*from, *until]));
     if stretches.is_empty() {
@@ -187,7 +201,7 @@ fn kept(window: &HoldOut, recording: &Sampled) -> Result<Vec<Drive>, String> {
     Ok(stretches)
 }
 
-fn extent(recording: &Sampled) -> String {
+fn extent(recording: &SegmentedDrive) -> String {
     let Sampling { step, gap, gaps, .. } = &recording.sampling;
     let [step, gap] = [step, gap].map(|time| significant(*time, 3));
     let gaps = match gaps.len() {
@@ -210,19 +224,19 @@ fn validation(
     name: String,
     stretches: &[Drive],
     options: &DriveOptions,
-    found: &Identified,
+    found: &Identification,
 ) -> Result<Validation, String> {
     let failed = |error: String| format!("validation '{name}': {error}");
-    let car = found.errors.car(&options.car);
+    let car = found.errors.true_car(&options.car);
     let mut recording = Drive::default();
     let mut starts = Vec::new();
     for stretch in stretches {
         // The car and its inputs as they were found to be.
-        let stretch = &found.errors.inputs(stretch);
-        let explained =
-            smoothing::explain(&car, stretch, &found.noise, &options.smoothing, || true)
+        let stretch = &found.errors.true_inputs(stretch);
+        let smoothed =
+            smoothing::smooth_states(&car, stretch, &found.noise, &options.smoothing, || true)
                 .map_err(|error| failed(error.to_string()))?;
-        let [v_x, v_y, r, ..]: [f64; 6] = explained.smoothed.states[0].mean.into();
+        let [v_x, v_y, r, ..]: [f64; 6] = smoothed.states.states[0].mean.into();
         starts.push((stretch.clone(), State { v_x, v_y, r, ..State::default() }));
         recording.append(stretch);
     }
@@ -232,115 +246,121 @@ fn validation(
     Ok(Validation { name, recording, replay })
 }
 
-/// What was found as a whole.
-fn overall<'a>(options: &'a DriveOptions, found: &'a Identified, log: &Examination) -> Overall<'a> {
-    let told = |(name, axle)| Told {
-        name,
-        direction: Direction::Lateral,
-        estimate: &found.estimates[axle],
-        prior: &options.prior,
-    };
-    let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(told).to_vec();
-    let (model, causes) = (found.model.clone(), found.causes.as_slice());
-    let mut overall = Overall { curves, model, causes, ..Overall::default() };
-    let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
-    if held_out.is_some_and(|test| !test.passed()) {
-        overall.widened = SCATTER_ADDED;
-    }
-    doctor::tell(log, &mut overall);
-    overall.remarks.extend(draws::missing(&draws::of_drives("", found)));
-    overall
-}
-
-fn report(
-    options: &DriveOptions,
-    (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    Found { identified: found, calibration, validations }: &Found,
-) -> Value {
-    let axles = json!(found.estimates);
-    let mut result = Map::from_iter([(options.method.name().to_owned(), axles)]);
-    let formulations = found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted));
-    let recordings = used.iter().zip(&found.explained).map(|(recording, explained)| {
-        let window = [recording.t.first(), recording.t.last()];
-        json!({ "window": window, "rows": recording.len(), "smoothing": explained.report })
-    });
-    let validations = validations.iter().map(|validation| (&validation.name, &validation.replay));
-    result.insert("bounds".to_owned(), json!(options.prior.bounds));
-    result.insert("innovations".to_owned(), json!(found.innovations));
-    result.insert("noise".to_owned(), json!(found.noise));
-    result.insert("covariance".to_owned(), json!(found.covariance));
-    let calibrated = calibration.iter().map(|it| (it.error.name, it));
-    result.insert("calibration".to_owned(), json!(calibrated.collect::<BTreeMap<_, _>>()));
-    result.insert("formulations".to_owned(), json!(formulations.collect::<BTreeMap<_, _>>()));
-    result.insert("recordings".to_owned(), recordings.collect());
-    result.insert("sampling".to_owned(), json!(sampling));
-    result.insert("validate".to_owned(), json!(validations.collect::<BTreeMap<_, _>>()));
-    result.insert("seconds".to_owned(), json!(found.seconds));
-    let mut overall = overall(options, found, log);
-    overall.remarks.extend(calibration::sentences(calibration));
-    overall.result(Some(log), result)
-}
-
-/// Leaves the page, with the deciding formulation first.
-fn draw(
-    options: &DriveOptions,
-    (used, sampling, log): (&[Drive], &Sampling, &Examination),
-    Found { identified: found, calibration, validations }: &Found,
-    host: &mut dyn Host,
-) {
-    let prior = options.prior;
-    let (decisive, others) = match found.formulations.split_last() {
-        Some((decisive, others)) => (decisive.formulation.title(), others),
-        None => ("", &[][..]),
-    };
-    let axles = [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)];
-    let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
-        let decisive = &found.estimates[axle];
-        others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
-    });
-    let none = PosteriorSamples::default();
-    let sections = axles.into_iter().map(|(name, axle)| {
-        let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
-        let gaussian = found.gaussian.as_ref().map(|axles| &axles[axle]);
-        let first = page::MethodSection { name: decisive, estimate, posterior, gaussian };
-        let rest = others.iter().rev().zip(&compared[axle]).map(|(fitted, estimate)| {
-            page::MethodSection {
-                name: fitted.formulation.title(),
-                estimate,
-                posterior: &none,
-                gaussian: None,
-            }
-        });
-        Section {
+impl ClosedLoopResult<'_> {
+    /// What was found as a whole, in words.
+    fn summary(&self) -> IdentificationSummary<'_> {
+        let found = self.identification;
+        let curve = |(name, axle)| CurveSummary {
             name,
             direction: Direction::Lateral,
-            samples: &found.samples[axle],
-            prior: &prior,
-            methods: std::iter::once(first).chain(rest).collect(),
+            estimate: &found.estimates[axle],
+            prior: &self.options.prior,
+        };
+        let curves = [("front", Axle::Front), ("rear", Axle::Rear)].map(curve).to_vec();
+        let (model, causes) = (found.model.clone(), found.causes.as_slice());
+        let mut summary =
+            IdentificationSummary { curves, model, causes, ..IdentificationSummary::default() };
+        let held_out = found.model.tests.iter().find(|test| test.name == HOLD_OUT);
+        if held_out.is_some_and(|test| !test.passed()) {
+            summary.widened = SCATTER_ADDED;
         }
-    });
-    let replays: Vec<_> = validations
-        .iter()
-        .map(|validation| (validation.name.as_str(), &validation.recording, &validation.replay))
-        .collect();
-    let (overall, car) =
-        (overall(options, found, log), page::car::driven(&options.car, &options.uncertainty));
-    let facts = facts::facts(used, sampling);
-    let page = Page {
-        title: "Tires from closed-loop driving",
-        overall: Some(&overall),
-        car: &car,
-        facts: &facts,
-        sections: sections.collect(),
-        drives: Some(Drives { found, calibration, recordings: used, replays: &replays }),
-        log: Some(log),
-        ..Page::default()
-    };
-    page::leave(&page, host);
+        doctor::tell(self.log, &mut summary);
+        let of_plant = posterior_draws::of_drives("", found);
+        summary.remarks.extend(posterior_draws::missing(&of_plant));
+        summary
+    }
+
+    /// Estimates by method, and what else was found.
+    fn report(&self) -> Value {
+        let found = self.identification;
+        let by_formulation: BTreeMap<_, _> =
+            found.formulations.iter().map(|fitted| (fitted.formulation.name(), fitted)).collect();
+        let recordings = self.used.iter().zip(&found.smoothed).map(|(recording, smoothed)| {
+            let window = [recording.t.first(), recording.t.last()];
+            json!({ "window": window, "rows": recording.len(), "smoothing": smoothed.report })
+        });
+        let calibration: BTreeMap<_, _> =
+            self.calibration.iter().map(|it| (it.error.name, it)).collect();
+        let validations: BTreeMap<_, _> =
+            self.validations.iter().map(|it| (&it.name, &it.replay)).collect();
+        let numbers = [
+            (self.options.method.name(), json!(found.estimates)),
+            ("bounds", json!(self.options.prior.bounds)),
+            ("innovations", json!(found.innovations)),
+            ("noise", json!(found.noise)),
+            ("covariance", json!(found.covariance)),
+            ("calibration", json!(calibration)),
+            ("formulations", json!(by_formulation)),
+            ("recordings", recordings.collect()),
+            ("sampling", json!(self.sampling)),
+            ("validate", json!(validations)),
+            ("seconds", json!(found.seconds)),
+        ];
+        let mut summary = self.summary();
+        summary.remarks.extend(calibration::sentences(self.calibration));
+        let numbers = numbers.into_iter().map(|(key, value)| (key.to_owned(), value));
+        summary.result(Some(self.log), numbers.collect())
+    }
+
+    /// Leaves the page, with the deciding formulation first.
+    fn leave_page(&self, host: &mut dyn Host) {
+        let found = self.identification;
+        let (decisive, others) = match found.formulations.split_last() {
+            Some((decisive, others)) => (decisive.formulation.title(), others),
+            None => ("", &[][..]),
+        };
+        let compared: Axles<Vec<Estimate>> = Axles::new(|axle| {
+            let decisive = &found.estimates[axle];
+            others.iter().rev().map(|fitted| estimate(fitted, axle, decisive)).collect()
+        });
+        let none = PosteriorSamples::default();
+        let section = |(name, axle): (&'static str, Axle)| {
+            let mut methods = vec![page::MethodSection {
+                name: decisive,
+                estimate: &found.estimates[axle],
+                posterior: &found.posterior[axle],
+                gaussian: found.gaussian.as_ref().map(|axles| &axles[axle]),
+            }];
+            for (fitted, estimate) in others.iter().rev().zip(&compared[axle]) {
+                let name = fitted.formulation.title();
+                methods.push(page::MethodSection {
+                    name,
+                    estimate,
+                    posterior: &none,
+                    gaussian: None,
+                });
+            }
+            Section {
+                name,
+                direction: Direction::Lateral,
+                samples: &found.samples[axle],
+                prior: &self.options.prior,
+                methods,
+            }
+        };
+        let replays: Vec<_> =
+            self.validations.iter().map(|it| (it.name.as_str(), &it.recording, &it.replay)).collect();
+        let page = Page {
+            title: "Tires from closed-loop driving",
+            overall: Some(&self.summary()),
+            car: &page::car::driven(&self.options.car, &self.options.uncertainty),
+            facts: &facts::facts(self.used, self.sampling),
+            sections: [("Front axle", Axle::Front), ("Rear axle", Axle::Rear)].map(section).into(),
+            drives: Some(Drives {
+                found,
+                calibration: self.calibration,
+                recordings: self.used,
+                replays: &replays,
+            }),
+            log: Some(self.log),
+            ..Page::default()
+        };
+        page::leave(&page, host);
+    }
 }
 
 /// What a formulation says of one axle, which nobody judged.
-fn estimate(fitted: &Fitted, axle: Axle, decisive: &Estimate) -> Estimate {
+fn estimate(fitted: &FormulationFit, axle: Axle, decisive: &Estimate) -> Estimate {
     let parameters = || TireParameters::<f64>::PARAMETERS.into_iter();
     let per_quantity = |tires: &Tires| -> PerQuantity {
         parameters().map(Quantity::from).zip(tires[axle].into_array()).collect()

@@ -14,7 +14,7 @@ use units::Unit;
 use crate::config::OneCurve;
 use crate::page::{self, Page, Section};
 use crate::plugin::{go_on, methods, overall};
-use crate::told::{Told, forget_absent_peak};
+use crate::summary::{CurveSummary, forget_absent_peak};
 
 /// The columns of slip and force, which belong together row by row: slip angles in rad, slip ratios and forces over loads as such.
 ///
@@ -90,7 +90,7 @@ pub(super) fn curve(
         estimate.seconds += settling;
     }
     let first = found.estimates.first().map(|(_, estimate)| estimate);
-    let told = |estimate| Told {
+    let told = |estimate| CurveSummary {
         name: "curve",
         direction: config.direction,
         estimate,

@@ -1,13 +1,12 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
 use drive_doctor::{
-    CHANNELS, Examination, Finding, KnownCar, Place, SteeringMap, SteeringPoint, examine,
+    CHANNELS, Examination, Finding, CarData, CorrectionTarget, SteeringMap, SteeringPoint, examine,
     steering_map,
 };
-use drive_inference::Drive;
 use numerics::text::significant;
 use plugin::{Host, Request, Table, Words};
-use preparation::{DriveLog, Interpolation};
+use preparation::{Drive, DriveLog, Interpolation, Span};
 use serde::Serialize;
 use serde_json::{Value, json};
 use tire_inference::estimate::Estimate;
@@ -15,13 +14,14 @@ use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
 use vehicle::Body;
 
 use crate::config::Doctor;
-use crate::loads::Loaded;
+use crate::loads::AxleLoadEffects;
 use crate::page::doctor;
-use crate::told::Overall;
+use crate::plugin::drive_log;
+use crate::summary::IdentificationSummary;
 
 /// Does `task = "doctor"`.
 pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> Value {
-    let mut seen = log(request);
+    let mut seen = drive_log(request);
     if config.staircase {
         // A command is no angle: no relation of the motion holds for it.
         seen.remove("delta");
@@ -62,43 +62,21 @@ pub(super) fn check(request: &Request) -> Result<(), String> {
     }
 }
 
-/// The signals as they are.
-pub(super) fn log(request: &Request) -> DriveLog {
-    let mut log = DriveLog::default();
-    for signal in &request.signals {
-        log.insert(signal.name, signal.time.to_vec(), signal.values.to_vec());
-    }
-    log
-}
-
 /// What is wrong with the log of a car.
 pub(super) fn of_car(log: &DriveLog, body: &Body) -> Examination {
-    let car = KnownCar { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
+    let car = CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) };
     let mut found = examine(log, &car);
     // Where time has a gap, a recording ends and another one begins: the task says so itself.
     found.findings.retain(|it| it.check != "gap");
     found
 }
 
-/// What is wrong with the stretches that are used. Signals that only the doctor knows what to do with, such as the speeds of
-/// wheels, count too.
-pub(super) fn of_drives(drives: &[Drive], request: &Request, body: &Body) -> Examination {
-    let mut log = DriveLog::default();
-    let ends = |drive: &Drive| Some([*drive.t.first()?, *drive.t.last()?]);
-    let stretches: Vec<[f64; 2]> = drives.iter().filter_map(ends).collect();
-    let is_used = |t: f64| stretches.iter().any(|[from, until]| (*from..=*until).contains(&t));
-    for signal in &request.signals {
-        let rows = signal.time.iter().zip(signal.values).filter(|(t, _)| is_used(**t));
-        let (time, values) = rows.unzip();
-        log.insert(signal.name, time, values);
-    }
-    let time: Vec<f64> = drives.iter().flat_map(|drive| drive.t.iter().copied()).collect();
-    let names = Drive::default().columns().map(|(name, _)| name);
-    for (place, name) in names.into_iter().enumerate().skip(1) {
-        let values = drives.iter().flat_map(|drive| drive.columns()[place].1.iter().copied());
-        log.insert(name, time.clone(), values.collect());
-    }
-    of_car(&log, body)
+/// What is wrong with the stretches of a log that are used. All its signals count, those too that only the doctor knows what to do
+/// with, such as the speeds of wheels.
+pub(super) fn of_drives(drives: &[Drive], log: &DriveLog, body: &Body) -> Examination {
+    let ends = |drive: &Drive| Some(Span { start: *drive.t.first()?, end: *drive.t.last()? });
+    let stretches: Vec<Span> = drives.iter().filter_map(ends).collect();
+    of_car(&log.within(&stretches), body)
 }
 
 /// The verdict on a model whose log has an error that no fit makes up for; `model` otherwise.
@@ -109,7 +87,7 @@ pub(super) fn judge(found: &Examination, model: ModelVerdict) -> ModelVerdict {
 }
 
 /// Puts what is found into what is told.
-pub(super) fn tell(found: &Examination, overall: &mut Overall) {
+pub(super) fn tell(found: &Examination, overall: &mut IdentificationSummary) {
     overall.model = judge(found, std::mem::take(&mut overall.model));
     // Where no stiffness is to be had from the log, this is what it says of the tires.
     let gradient = found.understeer.as_ref().filter(|_| found.refusal().is_some());
@@ -118,7 +96,7 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
     let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.
     let advice = |it: &Finding| match (it.correction.place, it.channels.as_slice()) {
-        (Some(Place::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
+        (Some(CorrectionTarget::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
         _ => it.correction.text.clone(),
     };
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));
@@ -126,7 +104,7 @@ pub(super) fn tell(found: &Examination, overall: &mut Overall) {
 
 /// Puts what is wrong with the log into sentences: before the others what no fit makes up for.
 pub(super) fn warn(found: &Examination, summary: &mut Vec<String>) {
-    let mut overall = Overall::default();
+    let mut overall = IdentificationSummary::default();
     tell(found, &mut overall);
     if found.refusal().is_some() {
         summary.insert(0, overall.model.sentence);
@@ -143,9 +121,9 @@ pub(super) fn cap(found: &Examination, estimate: &mut Estimate) {
 }
 
 /// Caps what is told of loads and longitudinal forces from such a log.
-pub(super) fn cap_loads(found: &Examination, loads: &mut [Loaded]) {
+pub(super) fn cap_loads(found: &Examination, loads: &mut [AxleLoadEffects]) {
     let model = judge(found, ModelVerdict::default());
-    for effect in loads.iter_mut().flat_map(Loaded::effects_mut) {
+    for effect in loads.iter_mut().flat_map(AxleLoadEffects::effects_mut) {
         model.cap_with(&mut effect.verdict, &mut effect.reason);
     }
 }

@@ -2,25 +2,25 @@
 
 use drive_prediction::agreement::ratings;
 use drive_prediction::baseline::baselines;
-use drive_prediction::car::fit::Fitted;
+use drive_prediction::car::fit::FittedCar;
 use drive_prediction::car::parameters::{COUNT, LAG, Prior};
-use drive_prediction::car::{Predicting, Steering};
+use drive_prediction::car::{CarPredictor, Steering};
 use drive_prediction::predictor::State;
-use drive_prediction::recorded::{Channel, Recorded, drives};
+use drive_prediction::resampling::drives;
 use drive_prediction::rollout::rollouts;
 use drive_prediction::score::{BAND, RolloutScore, lateral, open_loop};
 use drive_prediction::steering_map;
-use drive_prediction::{Drive, Predictor};
+use drive_prediction::{EvenDrive, Predictor};
 use numerics::text::with_std;
 use plugin::{Host, Request, Row, Table, Words};
-use preparation::DriveLog;
+use preparation::{DriveLog, Signal};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
-use super::{doctor, go_on, sideslip};
+use super::{doctor, drive_log, go_on, sideslip};
 use crate::config::Prediction;
-use crate::judged::{Found, Judged, Trace};
+use crate::assessment::{ParameterAssessment, ModelAssessment, Trace};
 use crate::names::words;
 use crate::page;
 
@@ -37,11 +37,8 @@ pub(super) fn prediction(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "reading the drives")?;
-    let recorded = recorded(request);
-    let angles = wheels(config, recorded.delta.value);
-    let delta = Channel { value: &angles, ..recorded.delta };
-    let all = drives(&Recorded { delta, ..recorded }, &config.sampling())
-        .map_err(|error| error.to_string())?;
+    let raw = with_wheel_angles(config, drive_log(request));
+    let all = drives(&raw, &config.sampling()).map_err(|error| error.to_string())?;
     let [fitted, held] = config.split(&all);
     if fitted.is_empty() {
         return Err("expected rows to fit, found none: `hold_out` has all of them".to_owned());
@@ -52,12 +49,12 @@ pub(super) fn prediction(
         );
     }
     let car = config.car().map_err(|error| error.to_string())?;
-    let log = doctor::of_car(&angles_in_place(request, &angles), &car.body);
+    let log = doctor::of_car(&raw, &car.body);
     if config.hide_v_y || request.signal("v_y").is_none() {
         return sideslip::sideslip((&car, &log), config, [&fitted, &held], host);
     }
     go_on(host, 0.1, "fitting the car")?;
-    let identified = Predicting::new(&fitted, &car).map_err(|error| error.to_string())?;
+    let identified = CarPredictor::new(&fitted, &car).map_err(|error| error.to_string())?;
     go_on(host, 0.6, "fitting the simple models")?;
     let lag = match car.steering {
         Steering::Measured => 0.0,
@@ -73,7 +70,7 @@ pub(super) fn prediction(
     models.extend(simple.iter().map(AsRef::as_ref));
     go_on(host, 0.8, "letting the models go")?;
     let judged_on = if held.is_empty() { &fitted } else { &held };
-    let judged: Vec<Judged> =
+    let judged: Vec<ModelAssessment> =
         models.iter().map(|model| judge(*model, judged_on, &config.horizons)).collect();
     let mut summary = summary((&judged, &found), !held.is_empty());
     doctor::warn(&log, &mut summary);
@@ -129,7 +126,7 @@ const PARAMETERS: [(&str, &str, &str, bool); COUNT] = [
 ];
 
 /// The parameters with their verdicts.
-fn parameters(fitted: &Fitted) -> Vec<Found> {
+fn parameters(fitted: &FittedCar) -> Vec<ParameterAssessment> {
     let prior = Prior::new(&fitted.car);
     let of =
         |(i, (name, what, unit, logarithm)): (usize, (&str, &'static str, &'static str, bool))| {
@@ -146,14 +143,14 @@ fn parameters(fitted: &Fitted) -> Vec<Found> {
             );
             let between = prior.between[i] * factor;
             let (name, std, interval) = (name.to_owned(), std * factor, [low, high]);
-            Found { name, what, unit, value, std, interval, between, verdict, reason }
+            ParameterAssessment { name, what, unit, value, std, interval, between, verdict, reason }
         };
     PARAMETERS.into_iter().enumerate().map(of).collect()
 }
 
 /// A row for each parameter.
-fn told(found: &[Found]) -> Table {
-    let row = |it: &Found| {
+fn told(found: &[ParameterAssessment]) -> Table {
+    let row = |it: &ParameterAssessment| {
         let value = with_std(it.value, it.std);
         [
             it.name.clone(),
@@ -179,42 +176,24 @@ pub(super) fn check(config: &Prediction, request: &Request) -> Result<(), String
     }
 }
 
-/// The angles of the wheels [rad], but for a lag and an offset, from the signal `delta`.
-fn wheels(config: &Prediction, delta: &[f64]) -> Vec<f64> {
-    let angles: Vec<f64> =
-        delta.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
-    steering_map::with_play(&angles, config.steering_play)
-}
-
-/// The log with the angles of the wheels as `delta`.
-fn angles_in_place(request: &Request, angles: &[f64]) -> DriveLog {
-    let mut log = doctor::log(request);
-    if let Some(delta) = request.signal("delta") {
-        log.insert("delta", delta.time.to_vec(), angles.to_vec());
+/// The log with the angles of the wheels [rad], but for a lag and an offset, in place of the signal `delta`.
+fn with_wheel_angles<'a>(config: &Prediction, mut log: DriveLog<'a>) -> DriveLog<'a> {
+    if let Some(Signal { time, value }) = log.get("delta") {
+        let angles: Vec<f64> =
+            value.iter().map(|it| steering_map::angle(&config.steering_map, *it)).collect();
+        let angles = steering_map::with_play(&angles, config.steering_play);
+        log.insert("delta", time.to_vec(), angles);
     }
     log
 }
 
-/// The channels of the request.
-fn recorded<'a>(request: &Request<'a>) -> Recorded<'a> {
-    let channel = |name: &str| {
-        let signal = request.signal(name)?;
-        Some(Channel { time: signal.time, value: signal.values })
-    };
-    let needed = |name: &str| channel(name).unwrap_or_default();
-    let [v_x, r, delta] = NEEDED.map(needed);
-    let [v_y, a_y, a_x, lap, log] = ["v_y", "a_y", "a_x", "lap", "log"].map(channel);
-    let [course, ground_speed] = ["course", "ground_speed"].map(channel);
-    Recorded { v_x, v_y, r, a_y, a_x, delta, course, ground_speed, lap, log }
-}
-
-fn judge(model: &dyn Predictor, drives: &[Drive], horizons: &[f64]) -> Judged {
+fn judge(model: &dyn Predictor, drives: &[EvenDrive], horizons: &[f64]) -> ModelAssessment {
     let ahead = horizons.iter().filter_map(|horizon| open_loop(model, drives, *horizon));
     let open_loop: Vec<RolloutScore> = ahead.collect();
     let longest = open_loop.iter().map(|it| it.horizon).fold(0.0, f64::max);
     let iso_18571 = ratings(model, drives, longest);
     let name = model.name().to_owned();
-    Judged { name, a_y: lateral(model, drives), open_loop, iso_18571 }
+    ModelAssessment { name, a_y: lateral(model, drives), open_loop, iso_18571 }
 }
 
 /// How much of a drive is drawn [s], and of how many drives.
@@ -222,26 +201,26 @@ const DRAWN: f64 = 60.0;
 const DRAWN_DRIVES: usize = 3;
 
 /// Predictions one after the other over `horizon` [s], of the first rows of each drive that count.
-fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
+fn trace(model: &dyn Predictor, drive: &EvenDrive, horizon: f64) -> Option<Trace> {
     let first = drive.counts.iter().position(|counts| *counts)?;
-    let until = drive.time[first] + DRAWN;
+    let until = drive.motion.t[first] + DRAWN;
     let rows: Vec<usize> =
-        (first..drive.rows()).take_while(|row| drive.time[*row] <= until).collect();
+        (first..drive.rows()).take_while(|row| drive.motion.t[*row] <= until).collect();
     let shown = |row: usize| {
-        let state = [drive.v_y[row], drive.r[row]];
-        (drive.time[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
+        let state = [drive.motion.v_y[row], drive.motion.r[row]];
+        (drive.motion.t[row], if drive.counts[row] { state } else { [f64::NAN; 2] })
     };
     let mut free = first;
     let mut predicted = Vec::new();
     for rollout in rollouts(model, drive, horizon) {
         let end = rollout.start + rollout.predicted.len() - 1;
-        if rollout.start < free || drive.time[end] > until {
+        if rollout.start < free || drive.motion.t[end] > until {
             continue;
         }
         free = end;
         let spread = |k: usize| rollout.spread.as_ref().map(|it| it[k]);
         let moment =
-            |(k, state): (usize, &State)| (drive.time[rollout.start + k], *state, spread(k));
+            |(k, state): (usize, &State)| (drive.motion.t[rollout.start + k], *state, spread(k));
         predicted.push(rollout.predicted.iter().enumerate().map(moment).collect());
     }
     let measured = rows.into_iter().map(shown).collect();
@@ -249,15 +228,15 @@ fn trace(model: &dyn Predictor, drive: &Drive, horizon: f64) -> Option<Trace> {
 }
 
 /// What was fitted, and what the scores are of.
-fn parts(fitted: &[Drive], held: &[Drive]) -> String {
-    let part = |drive: &Drive| {
-        let times = || drive.counted(&drive.time);
+fn parts(fitted: &[EvenDrive], held: &[EvenDrive]) -> String {
+    let part = |drive: &EvenDrive| {
+        let times = || drive.counted(&drive.motion.t);
         let rows = times().count();
         let ends =
             [times().fold(f64::INFINITY, f64::min), times().fold(f64::NEG_INFINITY, f64::max)];
         format!("{}, {:.1} to {:.1} s, {rows} rows", drive.name, ends[0], ends[1])
     };
-    let list = |drives: &[Drive]| drives.iter().map(part).collect::<Vec<_>>().join("; ");
+    let list = |drives: &[EvenDrive]| drives.iter().map(part).collect::<Vec<_>>().join("; ");
     let judged = match held.is_empty() {
         true => "Errors are of the same parts.".to_owned(),
         false => format!("Errors are of parts that were not fitted: {}.", list(held)),
@@ -266,9 +245,9 @@ fn parts(fitted: &[Drive], held: &[Drive]) -> String {
     format!("Fitted: {fitted}. {judged} Faint numbers are 95 % intervals, from blocks of time.")
 }
 
-fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String> {
+fn summary((judged, found): (&[ModelAssessment], &[ParameterAssessment]), held_out: bool) -> Vec<String> {
     let mut summary = vec![verdict(judged)];
-    let is_unknown = |it: &&Found| it.verdict == Verdict::NotIdentifiable;
+    let is_unknown = |it: &&ParameterAssessment| it.verdict == Verdict::NotIdentifiable;
     let unknown: Vec<&str> = found.iter().filter(is_unknown).map(|it| it.name.as_str()).collect();
     if !unknown.is_empty() {
         summary.push(format!("The logs do not tell {}.", unknown.join(", ")));
@@ -292,8 +271,8 @@ fn summary((judged, found): (&[Judged], &[Found]), held_out: bool) -> Vec<String
 }
 
 /// How the identified car does beside the best of the simple models.
-fn verdict(judged: &[Judged]) -> String {
-    let longest = |it: &Judged| it.open_loop.last().copied();
+fn verdict(judged: &[ModelAssessment]) -> String {
+    let longest = |it: &ModelAssessment| it.open_loop.last().copied();
     let Some((car, score)) = judged.first().and_then(|it| Some((it, longest(it)?))) else {
         return "No stretch is long enough for a prediction.".to_owned();
     };
@@ -315,7 +294,7 @@ fn verdict(judged: &[Judged]) -> String {
 }
 
 /// A row for each model.
-fn table(judged: &[Judged]) -> Table {
+fn table(judged: &[ModelAssessment]) -> Table {
     let mut head = vec!["model".to_owned(), "a_y [m/s2]".to_owned()];
     let horizons = judged.iter().map(|it| &it.open_loop).max_by_key(|it| it.len());
     for score in horizons.into_iter().flatten() {
@@ -324,7 +303,7 @@ fn table(judged: &[Judged]) -> Table {
             ["v_y [m/s]", "r [rad/s]", "position [m]"].map(|it| format!("{it}, {horizon} s")),
         );
     }
-    let row = |it: &Judged| {
+    let row = |it: &ModelAssessment| {
         let a_y = it.a_y.map_or("–".to_owned(), |score| format!("{:.3}", score.rmse));
         let mut row = vec![it.name.clone(), a_y];
         for score in &it.open_loop {

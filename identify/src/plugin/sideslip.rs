@@ -1,7 +1,7 @@
 //! Identifies tires without v_y and estimates it, and judges the estimate where v_y was measured and hidden.
 
 use drive_doctor::{COURSE_CLOCK, Examination};
-use drive_prediction::Drive;
+use drive_prediction::EvenDrive;
 use drive_prediction::car::{Car, Steering};
 use drive_prediction::hidden::{
     BankMap, Channel, Estimate, Fit, Interval, NAMES, Setup, Signals, estimate, fit,
@@ -15,7 +15,7 @@ use tire_inference::verdict::Verdict;
 
 use super::{doctor, go_on};
 use crate::config::Prediction;
-use crate::judged::{Score, Shown, Told};
+use crate::assessment::{SideslipScore, SideslipTrace, ParameterInterval};
 use crate::names::words;
 use crate::page;
 
@@ -31,7 +31,7 @@ const LAG: f64 = 0.06;
 pub(super) fn sideslip(
     (car, log): (&Car, &Examination),
     config: &Prediction,
-    [fitted, held]: [&[Drive]; 2],
+    [fitted, held]: [&[EvenDrive]; 2],
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     behind(fitted, held)?;
@@ -40,7 +40,7 @@ pub(super) fn sideslip(
     // A course with another clock or sign would make the car slide that does not.
     let is_doubted = log.serious().any(|it| it.channels.contains(&"course"))
         || log.not_told.iter().any(|it| it.check == COURSE_CLOCK);
-    let signals = |drive: &Drive| signals(drive, !is_doubted);
+    let signals = |drive: &EvenDrive| signals(drive, !is_doubted);
     let training: Vec<Signals> =
         fitted.iter().map(|drive| signals(drive).first(last(drive))).collect();
     let found = fit(&setup, &training, None).map_err(|error| error.to_string())?;
@@ -61,12 +61,13 @@ pub(super) fn sideslip(
         told.iter_mut().for_each(|it| it.verdict = Verdict::NotIdentifiable);
     }
     let mut summary = summary(&found, score, &parts, !held.is_empty());
-    let has_course = |drive: &Drive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
+    let has_course =
+        |drive: &EvenDrive| drive.sensors.as_ref().is_some_and(|it| it.course.is_some());
     if is_doubted && fitted.iter().chain(held).any(has_course) {
         summary.push("The course is not used: something is wrong with it, or nothing tells whether it is late.".to_owned());
     }
     doctor::warn(log, &mut summary);
-    let shown: Vec<(String, Shown)> = parts
+    let shown: Vec<(String, SideslipTrace)> = parts
         .iter()
         .map(|(drive, estimate, _)| (drive.name.clone(), shown(drive, estimate)))
         .collect();
@@ -99,7 +100,7 @@ struct Outcome {
     held_out: bool,
     converged: bool,
     /// Where v_y was measured.
-    sideslip: Option<Score>,
+    sideslip: Option<SideslipScore>,
     car: Map<String, Value>,
 }
 
@@ -107,8 +108,8 @@ struct Outcome {
 ///
 /// # Errors
 /// With the log in which one does not.
-fn behind(fitted: &[Drive], held: &[Drive]) -> Result<(), String> {
-    let before = |held: &&Drive| {
+fn behind(fitted: &[EvenDrive], held: &[EvenDrive]) -> Result<(), String> {
+    let before = |held: &&EvenDrive| {
         let first = held.counts.iter().position(|counts| *counts);
         let last = fitted.iter().find(|it| it.log == held.log).map(last);
         first.zip(last).is_some_and(|(first, last)| first < last)
@@ -142,14 +143,14 @@ fn setup(car: &Car, least_speed: f64) -> Setup {
 }
 
 /// The row behind the last one that counts: what is held out behind it is not seen by the fit.
-fn last(drive: &Drive) -> usize {
+fn last(drive: &EvenDrive) -> usize {
     drive.counts.iter().rposition(|counts| *counts).map_or(0, |row| row + 1)
 }
 
 /// What sensors gave; v_y is no part of it, and the course only where nothing is wrong with it.
-fn signals(drive: &Drive, with_course: bool) -> Signals {
+fn signals(drive: &EvenDrive, with_course: bool) -> Signals {
     let sensors = drive.sensors.clone().unwrap_or_default();
-    let signals = Signals::new(drive.step, &drive.delta)
+    let signals = Signals::new(drive.step, &drive.motion.delta)
         .with(Channel::Speed, &sensors.v)
         .with(Channel::YawRate, &sensors.r);
     let signals = match &sensors.a_y {
@@ -169,11 +170,11 @@ fn signals(drive: &Drive, with_course: bool) -> Signals {
     signals.without_repeats()
 }
 
-fn score(parts: &[(&Drive, Estimate, Option<f64>)]) -> Option<Score> {
+fn score(parts: &[(&EvenDrive, Estimate, Option<f64>)]) -> Option<SideslipScore> {
     let (mut squares, mut angles, mut inside, mut rows) = (0.0, 0.0, 0_usize, 0_usize);
     for (drive, estimate, _) in parts {
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
-            let (v_x, v_y) = (drive.v_x[row], drive.v_y[row]);
+            let (v_x, v_y) = (drive.motion.v_x[row], drive.motion.v_y[row]);
             if !v_y.is_finite() {
                 continue;
             }
@@ -186,7 +187,7 @@ fn score(parts: &[(&Drive, Estimate, Option<f64>)]) -> Option<Score> {
     }
     let n = rows as f64;
     let root = |sum: f64| (sum / n).sqrt();
-    (rows > 0).then(|| Score {
+    (rows > 0).then(|| SideslipScore {
         v_y: root(squares),
         sideslip: root(angles),
         coverage: inside as f64 / n,
@@ -194,8 +195,8 @@ fn score(parts: &[(&Drive, Estimate, Option<f64>)]) -> Option<Score> {
     })
 }
 
-fn told(found: &Fit) -> Vec<Told> {
-    let of = |name: &str, interval: &Interval, learned: f64| Told {
+fn told(found: &Fit) -> Vec<ParameterInterval> {
+    let of = |name: &str, interval: &Interval, learned: f64| ParameterInterval {
         name: name.to_owned(),
         value: interval.value,
         interval: interval.ends,
@@ -204,7 +205,7 @@ fn told(found: &Fit) -> Vec<Told> {
     let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
     let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);
     // A stiffness is known to a tenth or it is not much.
-    let mut all: Vec<Told> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
+    let mut all: Vec<ParameterInterval> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
     let rest = NAMES.iter().zip(&found.intervals).zip(found.learned);
     all.extend(rest.map(|((name, interval), learned)| of(name, interval, learned)));
     all
@@ -212,8 +213,8 @@ fn told(found: &Fit) -> Vec<Told> {
 
 fn summary(
     found: &Fit,
-    score: Option<Score>,
-    parts: &[(&Drive, Estimate, Option<f64>)],
+    score: Option<SideslipScore>,
+    parts: &[(&EvenDrive, Estimate, Option<f64>)],
     held_out: bool,
 ) -> Vec<String> {
     let mut summary = Vec::new();
@@ -244,12 +245,15 @@ fn summary(
 }
 
 /// Ten rows a second are enough for a picture of a minute.
-fn shown(drive: &Drive, estimate: &Estimate) -> Shown {
+fn shown(drive: &EvenDrive, estimate: &Estimate) -> SideslipTrace {
     let stride = ((0.1 / drive.step).round() as usize).max(1);
     let first = drive.counts.iter().position(|counts| *counts).unwrap_or(0);
-    let rows = (first..drive.rows()).take_while(|row| drive.time[*row] < drive.time[first] + 110.0);
+    let rows = (first..drive.rows())
+        .take_while(|row| drive.motion.t[*row] < drive.motion.t[first] + 110.0);
     rows.step_by(stride)
         .filter(|row| drive.counts[*row])
-        .map(|row| (drive.time[row], estimate.v_y[row], estimate.v_y_std[row], drive.v_y[row]))
+        .map(|row| {
+            (drive.motion.t[row], estimate.v_y[row], estimate.v_y_std[row], drive.motion.v_y[row])
+        })
         .collect()
 }

@@ -14,22 +14,24 @@ use preparation::direction::Direction;
 use preparation::{Column, DriveLog, Pipeline, Points, Prepared, Stage};
 use serde_json::{Map, Value, json};
 use tire_inference::axle_coupling::{AxleFit, couple};
-use tire_inference::estimate::{Answer, identify};
+use tire_inference::estimate::{Answer, Estimate, identify};
 use tire_inference::fit::{FitError, FitOptions};
 use tire_inference::parameters::Theta;
 use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
-use crate::draws::{self, DrawnTire, Draws};
-use crate::loads::{self, Loaded, Loads};
+use crate::posterior_draws::{self, Dependence, TirePosterior};
+use crate::loads::{self, AxleLoadEffects, Loads};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
-use crate::plugin::{doctor, go_on, leave_start_values, methods, overall, posterior};
+use crate::plugin::{doctor, drive_log, go_on, leave_start_values, methods, overall, posterior};
 use crate::start_values::Tire;
 use crate::stretches;
-use crate::told::{Overall, Told, forget_absent_peak};
-use crate::widening::{Widening, braked_otherwise, perturbed};
+use crate::summary::{IdentificationSummary, CurveSummary, forget_absent_peak};
+use crate::uncertainty_propagation::{
+    PropagatedUncertainty, cars_with_other_brake_share, perturbed_cars,
+};
 
 /// One curve of the car.
 struct Curve<'a> {
@@ -43,24 +45,46 @@ struct Curve<'a> {
     points: &'a Points,
 }
 
+/// The curves that the points of both axles make.
 fn curves(prepared: &Prepared) -> Vec<Curve<'_>> {
-    let axles = [
+    let curve = |key, name, axle, direction, points| Curve { key, name, axle, direction, points };
+    let Prepared { front, rear, .. } = prepared;
+    let all = [
+        ("front", "Front axle, lateral", "front", Direction::Lateral, Some(&front.lateral)),
         (
-            ["front", "front_x"],
-            ["Front axle, lateral", "Front axle, longitudinal"],
-            &prepared.front,
+            "front_x",
+            "Front axle, longitudinal",
+            "front",
+            Direction::Longitudinal,
+            front.longitudinal.as_ref(),
         ),
-        (["rear", "rear_x"], ["Rear axle, lateral", "Rear axle, longitudinal"], &prepared.rear),
+        ("rear", "Rear axle, lateral", "rear", Direction::Lateral, Some(&rear.lateral)),
+        (
+            "rear_x",
+            "Rear axle, longitudinal",
+            "rear",
+            Direction::Longitudinal,
+            rear.longitudinal.as_ref(),
+        ),
     ];
-    let mut curves = Vec::new();
-    for ((keys, names, axle), short) in axles.into_iter().zip(["front", "rear"]) {
-        let lateral = (Direction::Lateral, Some(&axle.lateral));
-        let both = [lateral, (Direction::Longitudinal, axle.longitudinal.as_ref())];
-        for ((key, name), (direction, points)) in keys.into_iter().zip(names).zip(both) {
-            curves.extend(points.map(|points| Curve { key, name, axle: short, direction, points }));
-        }
+    let present = all.into_iter().filter_map(|(key, name, axle, direction, points)| {
+        Some(curve(key, name, axle, direction, points?))
+    });
+    present.collect()
+}
+
+/// What was found of one curve.
+struct CurveAnswer<'a> {
+    curve: Curve<'a>,
+    settings: Settings,
+    answer: Answer,
+}
+
+impl CurveAnswer<'_> {
+    /// By the first method that was asked for: the one to go on with.
+    fn estimate(&self) -> &Estimate {
+        &self.answer.estimates[0].1
     }
-    curves
 }
 
 /// Does `task = "tires"`.
@@ -73,139 +97,86 @@ pub(super) fn tires(
     host: &mut dyn Host,
 ) -> Result<Value, String> {
     go_on(host, 0.0, "preparing the points")?;
-    let recording = doctor::log(request);
+    let recording = drive_log(request);
     let (car, uncertainty) = config.car().map_err(|error| error.to_string())?;
     let log = doctor::of_car(&recording, &car.body);
     let pipeline = Pipeline { car, ..config.prepare.clone() };
     let prepared = pipeline.run(&recording).map_err(|error| error.to_string())?;
     record_stages(&prepared.stages, host);
-    let curves = curves(&prepared);
-    let mut found: Vec<(Settings, Answer)> = Vec::new();
-    for (number, curve) in curves.iter().enumerate() {
-        go_on(host, (number + 1) as f64 / (curves.len() + 1) as f64, curve.name)?;
-        let of = match curve.direction {
+    let mut found = identify_curves(config, curves(&prepared), host)?;
+    if config.axle_coupling > 0.0 {
+        couple_axles(&mut found, config.axle_coupling)?;
+    }
+    go_on(host, 0.94, "loads and longitudinal forces")?;
+    let mut loads = Loads::fit(&prepared, &pipeline);
+    propagate_uncertainty(config, &pipeline, &uncertainty, &recording, &mut found, &mut loads, host)?;
+    for estimate in found.iter_mut().flat_map(|it| &mut it.answer.estimates) {
+        forget_absent_peak(&mut estimate.1);
+        doctor::cap(&log, &mut estimate.1);
+    }
+    let longitudinal = |key: &str| {
+        found.iter().find(|it| it.curve.key == key).map(CurveAnswer::estimate)
+    };
+    let mut loads = loads.told(["front_x", "rear_x"].map(longitudinal));
+    doctor::cap_loads(&log, &mut loads);
+    let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
+    let drift = stretches::drift(&config.drift, signal, (&prepared, &pipeline));
+    let result = TiresResult {
+        config,
+        found: &found,
+        prepared: &prepared,
+        log: &log,
+        drift: &drift,
+        loads: &loads,
+        is_widened: !perturbed_cars(&car, &uncertainty).is_empty(),
+    };
+    // Each curve has its own data: what they leave open is independent.
+    let (posteriors, verdict) = (result.posteriors(), result.summary().verdict());
+    leave_start_values(&posteriors, Dependence::Independent, &verdict, config.seed, host);
+    result.leave_page(&page::car::logged(&car, &uncertainty), host);
+    let mut report = result.report();
+    if let Some(windows) = &config.windows {
+        report["windows"] = stretches::windows(windows, (&prepared, &pipeline));
+    }
+    Ok(report)
+}
+
+/// Identifies each curve by itself.
+fn identify_curves<'a>(
+    config: &Tires,
+    curves: Vec<Curve<'a>>,
+    host: &mut dyn Host,
+) -> Result<Vec<CurveAnswer<'a>>, String> {
+    let count = curves.len();
+    let mut found = Vec::with_capacity(count);
+    for (number, curve) in (1..).zip(curves) {
+        go_on(host, f64::from(number) / (count + 1) as f64, curve.name)?;
+        let fit = match curve.direction {
             Direction::Lateral => &config.lateral,
             Direction::Longitudinal => &config.longitudinal,
         };
-        let usual = of.settings(curve.direction, curve.points.shift, config.seed);
+        let usual = fit.settings(curve.direction, curve.points.shift, config.seed);
         let prior_from_file = config.files.curve(curve.key, &usual.prior.free)?;
         let settings = Settings { prior_from_file, svi: config.svi, ..usual };
         let samples = &curve.points.samples;
         let wrong = |error: FitError| format!("{}: {error}", curve.name);
         let begin = Instant::now();
-        let settings = of.loss.settle(settings, samples).map_err(wrong)?;
+        let settings = fit.loss.settle(settings, samples).map_err(wrong)?;
         let settling = begin.elapsed().as_secs_f64();
-        let mut tire = identify(samples, &settings, &config.methods).map_err(wrong)?;
-        for (_, estimate) in &mut tire.estimates {
+        let mut answer = identify(samples, &settings, &config.methods).map_err(wrong)?;
+        for (_, estimate) in &mut answer.estimates {
             estimate.seconds += settling;
         }
-        found.push((settings, tire));
+        found.push(CurveAnswer { curve, settings, answer });
     }
-    if config.axle_coupling > 0.0 {
-        couple_axles(&curves, &mut found, config.axle_coupling)?;
-    }
-    go_on(host, 0.94, "loads and longitudinal forces")?;
-    let mut loads = Loads::fit(&prepared, &pipeline);
-    let widenings = widenings((&pipeline, &uncertainty), &recording, (&found, &mut loads), host)?;
-    for (widening, (settings, answer)) in widenings.iter().zip(&mut found) {
-        widening.widen(answer, &settings.prior, config.seed);
-    }
-    let estimates = found.iter_mut().flat_map(|(_, answer)| &mut answer.estimates);
-    for (_, estimate) in estimates {
-        forget_absent_peak(estimate);
-        doctor::cap(&log, estimate);
-    }
-    let mut overall = told(&curves, &found, &log);
-    if !perturbed(&car, &uncertainty).is_empty() {
-        overall.widened = CAR_ADDED;
-    }
-    let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
-    let drift = stretches::drift(&config.drift, signal, (&prepared, &pipeline));
-    let car = page::car::logged(&car, &uncertainty);
-    let loads = of_loads(&loads, (&curves, &found), &log);
-    let of_plant = of_plant(config, &curves, &found);
-    overall.remarks.extend(draws::missing(&of_plant));
-    // Each curve has its own data: what they leave open is independent.
-    leave_start_values((&of_plant, Draws::Apart), &overall.verdict(), config.seed, host);
-    leave_page((&curves, &found, &overall), (&prepared, &car, &log), (&drift, &loads), host);
-    let mut result = report(config, (&curves, &found, &overall), (&prepared, &log));
-    result["drift"] = stretches::report(&drift);
-    [result["load_sensitivity"], result["combined_slip"]] = loads::report(&loads);
-    if let Some(windows) = &config.windows {
-        result["windows"] = stretches::windows(windows, (&prepared, &pipeline));
-    }
-    Ok(result)
-}
-
-/// What is told of loads and longitudinal forces; the first method that was asked for is the one to go on with.
-fn of_loads(
-    loads: &Loads,
-    (curves, found): (&[Curve], &[(Settings, Answer)]),
-    log: &Examination,
-) -> Vec<Loaded> {
-    let longitudinal = |key: &str| {
-        let mut both = curves.iter().zip(found);
-        both.find(|(curve, _)| curve.key == key).map(|(_, (_, answer))| &answer.estimates[0].1)
-    };
-    let mut told = loads.told(["front_x", "rear_x"].map(longitudinal));
-    doctor::cap_loads(log, &mut told);
-    told
-}
-
-/// How far each curve, and what loads tell, move with the uncertain data of the car.
-fn widenings(
-    (pipeline, uncertainty): (&Pipeline, &CarUncertainty),
-    recording: &DriveLog,
-    (found, loads): (&[(Settings, Answer)], &mut Loads),
-    host: &mut dyn Host,
-) -> Result<Vec<Widening>, String> {
-    let mut widenings = vec![Widening::default(); found.len()];
-    for (name, cars) in perturbed(&pipeline.car, uncertainty) {
-        go_on(host, 0.95, &format!("fitting with another {name}"))?;
-        let failed = |error: String| format!("with another {name}: {error}");
-        let fits = |car| -> Result<(Vec<Theta>, loads::Ends), String> {
-            let pipeline = Pipeline { car, ..pipeline.clone() };
-            let prepared = pipeline.run(recording).map_err(|error| failed(error.to_string()))?;
-            let fit = |(curve, (settings, answer)): (Curve, &(Settings, Answer))| {
-                let start = answer.unrestricted.first().map(|(_, solution)| solution.theta);
-                let options = start.map_or(settings.options, FitOptions::from_start);
-                let settings = Settings { options, ..settings.clone() };
-                let fit =
-                    settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
-                fit.map(|solution| solution.theta).map_err(|error| failed(error.to_string()))
-            };
-            let curves: Result<_, _> = curves(&prepared).into_iter().zip(found).map(fit).collect();
-            Ok((curves?, loads.with(&prepared, &pipeline)))
-        };
-        let [low, high] = cars.map(fits);
-        let ((low, low_loads), (high, high_loads)) = (low?, high?);
-        loads.add(name, [low_loads, high_loads]);
-        let ends = low.into_iter().zip(high);
-        widenings.iter_mut().zip(ends).for_each(|(it, (low, high))| it.add(name, [low, high]));
-    }
-    if let Some((name, cars)) = braked_otherwise(&pipeline.car) {
-        go_on(host, 0.97, &format!("loads with another {name}"))?;
-        let ends = cars.map(|car| {
-            let pipeline = Pipeline { car, ..pipeline.clone() };
-            let prepared = pipeline.run(recording).map_err(|error| error.to_string())?;
-            Ok::<_, String>(loads.with(&prepared, &pipeline))
-        });
-        let [low, high] = ends;
-        loads.add(name, [low?, high?]);
-    }
-    Ok(widenings)
+    Ok(found)
 }
 
 /// Fits the lateral curves of both axles again, drawn to each other.
-fn couple_axles(
-    curves: &[Curve],
-    found: &mut [(Settings, Answer)],
-    weight: f64,
-) -> Result<(), String> {
-    let lateral =
-        curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
+fn couple_axles(found: &mut [CurveAnswer], weight: f64) -> Result<(), String> {
+    let lateral = found.iter_mut().filter(|it| it.curve.direction == Direction::Lateral);
     let axles: Vec<_> = lateral
-        .map(|(curve, (settings, answer))| AxleFit {
+        .map(|CurveAnswer { curve, settings, answer }| AxleFit {
             samples: &curve.points.samples,
             settings,
             answer,
@@ -215,99 +186,171 @@ fn couple_axles(
     couple(axles, weight).map_err(|error| format!("axle_coupling: {error}"))
 }
 
+/// Widens each curve, and what loads tell, by how far they move with the uncertain data of the car.
+fn propagate_uncertainty(
+    config: &Tires,
+    pipeline: &Pipeline,
+    uncertainty: &CarUncertainty,
+    recording: &DriveLog,
+    found: &mut [CurveAnswer],
+    loads: &mut Loads,
+    host: &mut dyn Host,
+) -> Result<(), String> {
+    let mut widenings = vec![PropagatedUncertainty::default(); found.len()];
+    for (name, cars) in perturbed_cars(&pipeline.car, uncertainty) {
+        go_on(host, 0.95, &format!("fitting with another {name}"))?;
+        let [low, high] = cars.map(|car| {
+            let refit = refit(&Pipeline { car, ..pipeline.clone() }, recording, found, loads);
+            refit.map_err(|error| format!("with another {name}: {error}"))
+        });
+        let (low, high) = (low?, high?);
+        loads.add(name, [low.loads, high.loads]);
+        for (widening, ends) in widenings.iter_mut().zip(low.curves.into_iter().zip(high.curves)) {
+            widening.add(name, ends.into());
+        }
+    }
+    if let Some((name, cars)) = cars_with_other_brake_share(&pipeline.car) {
+        go_on(host, 0.97, &format!("loads with another {name}"))?;
+        let [low, high] = cars.map(|car| {
+            let pipeline = Pipeline { car, ..pipeline.clone() };
+            let prepared = pipeline.run(recording).map_err(|error| error.to_string())?;
+            Ok::<_, String>(loads.with(&prepared, &pipeline))
+        });
+        loads.add(name, [low?, high?]);
+    }
+    for (widening, it) in widenings.iter().zip(found) {
+        widening.widen(&mut it.answer, &it.settings.prior, config.seed);
+    }
+    Ok(())
+}
+
+/// Parameters of all curves, and effects of loads, with another car.
+struct Refit {
+    curves: Vec<Theta>,
+    loads: loads::Ends,
+}
+
+/// Prepares the points with another car, and fits each curve again from where it is.
+fn refit(
+    pipeline: &Pipeline,
+    recording: &DriveLog,
+    found: &[CurveAnswer],
+    loads: &Loads,
+) -> Result<Refit, String> {
+    let prepared = pipeline.run(recording).map_err(|error| error.to_string())?;
+    let mut thetas = Vec::with_capacity(found.len());
+    for (curve, CurveAnswer { settings, answer, .. }) in curves(&prepared).into_iter().zip(found) {
+        let start = answer.unrestricted.first().map(|(_, solution)| solution.theta);
+        let options = start.map_or(settings.options, FitOptions::from_start);
+        let settings = Settings { options, ..settings.clone() };
+        let fit = settings.fit(&curve.points.samples, &settings.prior, Method::LeastSquares);
+        thetas.push(fit.map_err(|error| error.to_string())?.theta);
+    }
+    Ok(Refit { curves: thetas, loads: loads.with(&prepared, pipeline) })
+}
+
 /// What to drive next: the slips, up to half as much again as was driven, and how much of the time at each, that would tell
 /// most about this tire.
-fn design(curve: &Curve, (_, found): &(Settings, Answer)) -> Option<Value> {
+fn design(CurveAnswer { curve, answer, .. }: &CurveAnswer) -> Option<Value> {
     let [low, high] = curve.points.samples.slip_range()?;
-    let tire = tire_inference::parameters::curve(&found.unrestricted.first()?.1.theta);
+    let tire = tire_inference::parameters::curve(&answer.unrestricted.first()?.1.theta);
     let design = d_optimal(&tire, 1.5 * low.abs().max(high.abs()))?;
     Some(json!({ "slips": design.slips, "shares": design.shares }))
 }
 
-/// What was found as a whole; the first method that was asked for is the one to go on with.
-fn told<'a>(curves: &[Curve], found: &'a [(Settings, Answer)], log: &Examination) -> Overall<'a> {
-    let told = |(curve, (settings, answer)): (&Curve, &'a (Settings, Answer))| {
-        let (estimate, prior) = (&answer.estimates[0].1, &settings.prior);
-        Told { name: curve.axle, direction: curve.direction, estimate, prior }
-    };
-    let mut overall = overall(curves.iter().zip(found).map(told).collect());
-    doctor::tell(log, &mut overall);
-    overall
-}
-
-/// Results by method, then by curve.
-fn report(
-    config: &Tires,
-    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
-    (prepared, log): (&Prepared, &Examination),
-) -> Value {
-    let mut result = Map::from_iter([("preparation".to_owned(), json!(prepared.report))]);
-    for (index, method) in config.methods.iter().enumerate() {
-        let by_curve: Map<_, _> = curves
-            .iter()
-            .zip(found)
-            .map(|(curve, (_, found))| (curve.key.to_owned(), json!(found.estimates[index].1)))
-            .collect();
-        result.insert(method.name().to_owned(), by_curve.into());
-    }
-    let designs = curves.iter().zip(found).map(|(curve, found)| (curve.key, design(curve, found)));
-    result.insert("design".to_owned(), designs.collect());
-    let bounds = curves
-        .iter()
-        .zip(found)
-        .map(|(curve, (settings, _))| (curve.key.to_owned(), json!(settings.prior.bounds)));
-    result.insert("bounds".to_owned(), Value::Object(bounds.collect()));
-    overall.result(Some(log), result)
-}
-
-/// The tires that the plant has.
-fn of_plant<'a>(
+/// Everything that the task found, for the result and the page.
+struct TiresResult<'a> {
     config: &'a Tires,
-    curves: &[Curve],
-    found: &'a [(Settings, Answer)],
-) -> Vec<DrawnTire<'a>> {
-    let lateral =
-        curves.iter().zip(found).filter(|(curve, _)| curve.direction == Direction::Lateral);
-    let drawn = |(curve, (_, answer)): (&Curve, &'a (Settings, Answer))| {
-        // The first method that was asked for is the one to go on with.
-        let estimate = &answer.estimates[0].1;
-        let tire = Tire {
-            node: &config.node,
-            tire: if curve.key == "front" { "tire_f" } else { "tire_r" },
-            estimate,
-            direction: curve.direction,
-        };
-        DrawnTire { tire, posterior: posterior(answer, estimate) }
-    };
-    lateral.map(drawn).collect()
+    found: &'a [CurveAnswer<'a>],
+    prepared: &'a Prepared,
+    log: &'a Examination,
+    drift: &'a [stretches::QuantityDrift],
+    loads: &'a [AxleLoadEffects],
+    /// Whether uncertain data of the car widen intervals.
+    is_widened: bool,
 }
 
-fn leave_page(
-    (curves, found, overall): (&[Curve], &[(Settings, Answer)], &Overall),
-    (prepared, car, log): (&Prepared, &[(String, String)], &Examination),
-    (drift, loads): (&[stretches::Drifting], &[Loaded]),
-    host: &mut dyn Host,
-) {
-    let sections = curves.iter().zip(found).map(|(curve, (settings, found))| Section {
-        name: curve.name,
-        direction: curve.direction,
-        samples: &curve.points.samples,
-        prior: &settings.prior,
-        methods: methods(found),
-    });
-    let facts = facts::facts(prepared);
-    let page = Page {
-        title: "Tires",
-        overall: Some(overall),
-        car,
-        facts: &facts,
-        log: Some(log),
-        drift,
-        loads,
-        sections: sections.collect(),
-        ..Page::default()
-    };
-    page::leave(&page, host);
+impl TiresResult<'_> {
+    /// What was found as a whole, in words.
+    fn summary(&self) -> IdentificationSummary<'_> {
+        let mut summary = overall(self.found.iter().map(curve_summary).collect());
+        doctor::tell(self.log, &mut summary);
+        if self.is_widened {
+            summary.widened = CAR_ADDED;
+        }
+        summary.remarks.extend(posterior_draws::missing(&self.posteriors()));
+        summary
+    }
+
+    /// The tires that the plant has.
+    fn posteriors(&self) -> Vec<TirePosterior<'_>> {
+        let lateral = self.found.iter().filter(|it| it.curve.direction == Direction::Lateral);
+        let mut posteriors = Vec::new();
+        for it in lateral {
+            let tire = Tire {
+                node: &self.config.node,
+                tire: if it.curve.key == "front" { "tire_f" } else { "tire_r" },
+                estimate: it.estimate(),
+                direction: it.curve.direction,
+            };
+            posteriors.push(TirePosterior { tire, posterior: posterior(&it.answer, it.estimate()) });
+        }
+        posteriors
+    }
+
+    /// Estimates by method, then by curve, and what else was found.
+    fn report(&self) -> Value {
+        let by_curve = |value: &dyn Fn(&CurveAnswer) -> Value| -> Value {
+            let entries = self.found.iter().map(|it| (it.curve.key.to_owned(), value(it)));
+            Value::Object(entries.collect())
+        };
+        let mut numbers = Map::from_iter([("preparation".to_owned(), json!(self.prepared.report))]);
+        for (index, method) in self.config.methods.iter().enumerate() {
+            let estimates = by_curve(&|it| json!(it.answer.estimates[index].1));
+            numbers.insert(method.name().to_owned(), estimates);
+        }
+        numbers.insert("design".to_owned(), by_curve(&|it| json!(design(it))));
+        numbers.insert("bounds".to_owned(), by_curve(&|it| json!(it.settings.prior.bounds)));
+        let mut result = self.summary().result(Some(self.log), numbers);
+        result["drift"] = stretches::report(self.drift);
+        [result["load_sensitivity"], result["combined_slip"]] = loads::report(self.loads);
+        result
+    }
+
+    /// Leaves the page, with facts about the car.
+    fn leave_page(&self, car: &[(String, String)], host: &mut dyn Host) {
+        let section = |it| {
+            let CurveAnswer { curve, settings, answer } = it;
+            Section {
+                name: curve.name,
+                direction: curve.direction,
+                samples: &curve.points.samples,
+                prior: &settings.prior,
+                methods: methods(answer),
+            }
+        };
+        let page = Page {
+            title: "Tires",
+            overall: Some(&self.summary()),
+            car,
+            facts: &facts::facts(self.prepared),
+            log: Some(self.log),
+            drift: self.drift,
+            loads: self.loads,
+            sections: self.found.iter().map(section).collect(),
+            ..Page::default()
+        };
+        page::leave(&page, host);
+    }
+}
+
+fn curve_summary<'a>(it: &'a CurveAnswer) -> CurveSummary<'a> {
+    CurveSummary {
+        name: it.curve.axle,
+        direction: it.curve.direction,
+        estimate: it.estimate(),
+        prior: &it.settings.prior,
+    }
 }
 
 /// Shows what went into and came out of each step. What went in is shown where nothing before it shows it.

@@ -4,7 +4,7 @@
 #[path = "../../../crates/drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use drive_inference::{Drive, Identified, identify};
+use drive_inference::{Drive, Identification, identify};
 use identify::config::{ClosedLoop, Config, Tires};
 use preparation::direction::Direction;
 use preparation::{DriveLog, Pipeline};
@@ -50,7 +50,7 @@ impl Log {
     }
 
     /// What `task = "tires"` needs.
-    pub fn signals(&self, window: [f64; 2]) -> DriveLog {
+    pub fn signals(&self, window: [f64; 2]) -> DriveLog<'static> {
         let mut log = DriveLog::default();
         for (name, title) in [
             ("v_x", "vx_mps"),
@@ -88,7 +88,7 @@ pub fn tires(more: &str, of_car: &str) -> Tires {
 }
 
 /// Both axles by prediction errors.
-pub fn by_drive(config: &ClosedLoop, drive: &Drive) -> Identified {
+pub fn by_drive(config: &ClosedLoop, drive: &Drive) -> Identification {
     let options = config.options().expect("a car");
     identify(std::slice::from_ref(drive), &options, &mut |_, _| true).expect("tires")
 }

@@ -17,7 +17,7 @@ use crate::real_log::RealLog;
 /// A recording, the car that it is of, and what is usual of its sensors.
 pub struct Log {
     pub name: &'static str,
-    pub recording: DriveLog,
+    pub recording: DriveLog<'static>,
     pub pipeline: Pipeline,
     pub claims: Axles<CurveRequirement>,
 }

@@ -9,7 +9,7 @@ use units::STANDARD_GRAVITY;
 use crate::blocks::{Blocks, Fit, split};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::{Motion, moves};
 use crate::statistics::quantile;
 
@@ -117,7 +117,7 @@ fn without_roll(case: &mut Case, motion: &Motion, slow: &[f64]) {
             );
             (
                 it.most,
-                Sure::Likely,
+                Certainty::Likely,
                 sentence,
                 "Use stretches on level ground, or record the roll angle.",
             )
@@ -129,7 +129,7 @@ fn without_roll(case: &mut Case, motion: &Motion, slow: &[f64]) {
             );
             (
                 rms,
-                Sure::Possible,
+                Certainty::Possible,
                 sentence,
                 "Record the roll angle, or drive some laps: what is of the road comes again.",
             )
@@ -170,7 +170,7 @@ fn with_roll(case: &mut Case, motion: &Motion, level: &Level) {
         "`a_y` contains {share_text} [{low}, {high}] of gravity by `roll`, up to {} m/s2: the road or the body leans.",
         significant(share * most, 2)
     );
-    let sure = if is_all { Sure::Likely } else { Sure::Possible };
+    let sure = if is_all { Certainty::Likely } else { Certainty::Possible };
     case.report(Finding {
         check: "bank".to_owned(),
         channels: vec!["a_y"],

@@ -1,26 +1,29 @@
 //! Finds small errors of sensors: delays, offsets, scales, places and angles, by three relations at once.
 //!
 //! A rigid body has a_y = v_x r + v_y'. At gentle driving the slip of each axle goes with its force. Each error adds something of
-//! its own to these three (`causes`). The errors are found one after the other: the one that explains most of what is left, if
+//! its own to these three (`log_errors`). The errors are found one after the other: the one that explains most of what is left, if
 //! it is significant by blocks and large enough to matter, until none is.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod causes;
-mod taken;
+mod log_errors;
+mod relation_sums;
+mod removed_delays;
 mod terms;
 mod witnesses;
 
-use causes::{A_Y_DELAY, CAUSES, Kind};
-use taken::Taken;
-use terms::{Measured, NUISANCES, Relation, Terms};
+use log_errors::{A_Y_DELAY, LOG_ERRORS, check_name, describe_size, largest, smallest};
+use relation_sums::{NUISANCES, RelationSums};
+use removed_delays::RemovedDelays;
+use terms::{Relation, Terms};
 
 use numerics::text::significant;
+use preparation::{ErrorDescription, ErrorKind};
 
 use super::clocks::behind_yaw_rate;
 use crate::blocks::{Blocks, Fit};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// Most errors at once.
@@ -62,7 +65,7 @@ pub(crate) fn check(case: &mut Case) {
     if case.is_one_sided {
         return;
     }
-    let mut taken = Taken::default();
+    let mut taken = RemovedDelays::default();
     // So late that to first order nothing is seen of it.
     if let Some(late) = Motion::of(case).and_then(|motion| behind_yaw_rate(&motion)) {
         taken.take(case, A_Y_DELAY, late);
@@ -106,7 +109,7 @@ pub(crate) fn check(case: &mut Case) {
 }
 
 /// Looks for errors once, on a log from which delays were taken. `None` where it cannot tell any.
-fn round(case: &mut Case, taken: &Taken) -> Option<(Vec<Measured>, Option<Found>)> {
+fn round(case: &mut Case, taken: &RemovedDelays) -> Option<(Vec<RelationSums>, Option<ErrorFit>)> {
     let motion = Motion::of(case)?;
     let terms = match Terms::new(&motion) {
         Ok(terms) => terms,
@@ -135,8 +138,8 @@ fn round(case: &mut Case, taken: &Taken) -> Option<(Vec<Measured>, Option<Found>
 }
 
 /// Errors that were found, with a fit of all of them.
-struct Found {
-    /// Indices in [`CAUSES`], the most important first.
+struct ErrorFit {
+    /// Indices in [`LOG_ERRORS`], the most important first.
     causes: Vec<usize>,
     /// Those that explain about as much as each.
     rivals: Vec<Vec<usize>>,
@@ -147,7 +150,7 @@ struct Found {
     before: usize,
 }
 
-impl Found {
+impl ErrorFit {
     /// What the log still has of each error.
     fn left(&self) -> Vec<(usize, f64)> {
         let values = self.fit.values[self.before..].iter().zip(&self.taken);
@@ -156,13 +159,13 @@ impl Found {
 }
 
 /// Searches errors of a share of the usual limits; relations of axles whose slip is still not that of a tire are left out.
-fn search(measured: &mut Vec<Measured>, limit: f64, taken: &Taken) -> Option<Found> {
+fn search(measured: &mut Vec<RelationSums>, limit: f64, taken: &RemovedDelays) -> Option<ErrorFit> {
     while !measured.is_empty() {
         let found = among(measured, limit, taken);
         let all: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
         let alone = || balanced(measured, &all).fit(&all);
         let fit = found.as_ref().map(|found| found.fit.clone()).or_else(alone)?;
-        let is_wrong = |it: &Measured| {
+        let is_wrong = |it: &RelationSums| {
             let place = it.own.first().and_then(|own| all.iter().position(|column| column == own));
             place.is_some_and(|place| !it.relation.is_of_a_tire(fit.t(place)))
         };
@@ -172,13 +175,13 @@ fn search(measured: &mut Vec<Measured>, limit: f64, taken: &Taken) -> Option<Fou
     None
 }
 
-fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
+fn among(measured: &[RelationSums], limit: f64, taken: &RemovedDelays) -> Option<ErrorFit> {
     let own: Vec<usize> = measured.iter().flat_map(|it| it.own.iter().copied()).collect();
     // An error of which a part was taken is one, however little is left.
     let is_taken = |cause: &usize| taken.of(*cause) != 0.0;
     let here = |cause: &usize| measured.iter().any(|it| it.blocks.has(NUISANCES + cause));
     let mut causes: Vec<usize> =
-        (0..CAUSES.len()).filter(|cause| is_taken(cause) && here(cause)).collect();
+        (0..LOG_ERRORS.len()).filter(|cause| is_taken(cause) && here(cause)).collect();
     let mut rivals: Vec<Vec<usize>> = vec![Vec::new(); causes.len()];
     let columns = |causes: &[usize]| -> Vec<usize> {
         own.iter().copied().chain(causes.iter().map(|cause| NUISANCES + cause)).collect()
@@ -190,13 +193,14 @@ fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
             let more: Vec<usize> = causes.iter().copied().chain([cause]).collect();
             let fit = all.fit(&columns(&more))?;
             let last = fit.values.len() - 1;
-            let (size, kind) = (fit.values[last].abs(), CAUSES[cause].kind);
+            let (size, error) = (fit.values[last].abs(), LOG_ERRORS[cause]);
             let counts = fit.t(last).abs() > limit * POSSIBLE
-                && (limit * WORTH * CAUSES[cause].least..kind.most()).contains(&size);
+                && (limit * WORTH * smallest(error)..largest(error.describe().kind))
+                    .contains(&size);
             let explains = (left - fit.squares) / left;
             (counts && explains > EXPLAINS).then_some((cause, explains))
         };
-        let open = (0..CAUSES.len()).filter(|cause| !causes.contains(cause));
+        let open = (0..LOG_ERRORS.len()).filter(|cause| !causes.contains(cause));
         let candidates: Vec<(usize, f64)> = open.filter_map(|cause| with(&cause)).collect();
         let Some(&(best, most)) = candidates.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             break;
@@ -216,8 +220,9 @@ fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
         };
         let fades = |place: &usize| {
             let index = own.len() + place;
-            let (size, cause) = (fit.values[index].abs(), &CAUSES[causes[*place]]);
-            let matters = (limit * WORTH * cause.least..cause.kind.most()).contains(&size);
+            let (size, error) = (fit.values[index].abs(), LOG_ERRORS[causes[*place]]);
+            let most = largest(error.describe().kind);
+            let matters = (limit * WORTH * smallest(error)..most).contains(&size);
             !matters || fit.t(index).abs() < limit * POSSIBLE
         };
         let fades = |place: &usize| !is_taken(&causes[*place]) && fades(place);
@@ -227,7 +232,7 @@ fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
                 .iter()
                 .enumerate()
                 .fold(fit, |fit, (place, taken)| fit.moved(own.len() + place, *taken));
-            return Some(Found { causes, rivals, fit, taken, before: own.len() });
+            return Some(ErrorFit { causes, rivals, fit, taken, before: own.len() });
         };
         causes.remove(place);
         rivals.remove(place);
@@ -235,7 +240,7 @@ fn among(measured: &[Measured], limit: f64, taken: &Taken) -> Option<Found> {
 }
 
 /// The sums of all relations, each weighted by the variance that a fit of these columns leaves of it.
-fn balanced(measured: &[Measured], columns: &[usize]) -> Blocks {
+fn balanced(measured: &[RelationSums], columns: &[usize]) -> Blocks {
     let mut weights = vec![1.0; measured.len()];
     for (weight, it) in weights.iter_mut().zip(measured) {
         let own =
@@ -271,12 +276,13 @@ fn squares(all: &Blocks, columns: &[usize]) -> Option<f64> {
 
 /// The error with what else may be: rivals, halves that disagree, a sensor that holds its values [s].
 fn sentence(
-    found: &Found,
+    found: &ErrorFit,
     place: usize,
     (constant, rivals, held): (Option<bool>, &[String], Option<f64>),
 ) -> String {
-    let (cause, at) = (&CAUSES[found.causes[place]], found.before + place);
-    let mut sentence = cause.sentence(found.fit.values[at], found.fit.interval(at));
+    let at = found.before + place;
+    let error = LOG_ERRORS[found.causes[place]];
+    let mut sentence = describe_size(error, found.fit.values[at], found.fit.interval(at));
     if !rivals.is_empty() {
         sentence += &format!(" Or else {}.", rivals.join(" or "));
     }
@@ -299,36 +305,43 @@ fn sentence(
     sentence
 }
 
-fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, index: usize) {
-    let (cause, at) = (&CAUSES[index], found.before + place);
+fn report(
+    case: &mut Case,
+    measured: &[RelationSums],
+    found: &ErrorFit,
+    place: usize,
+    index: usize,
+) {
+    let (error, at) = (LOG_ERRORS[index], found.before + place);
+    let ErrorDescription { channel, kind, .. } = *error.describe();
     let (value, interval) = (found.fit.values[at], found.fit.interval(at));
-    let is_told = match (cause.channel, cause.kind) {
-        ("delta", Kind::Scale) => case.is_ratio_rough,
-        ("r", Kind::Delay) => case.r_moved != 0.0,
+    let is_told = match (channel, kind) {
+        ("delta", ErrorKind::Gain) => case.is_ratio_rough,
+        ("r", ErrorKind::Delay) => case.r_moved != 0.0,
         _ => false,
     };
     if is_told {
         return;
     }
     let rivals: Vec<String> =
-        found.rivals[place].iter().map(|&rival| CAUSES[rival].check()).collect();
+        found.rivals[place].iter().map(|&rival| check_name(LOG_ERRORS[rival])).collect();
     let constant = found.fit.agrees(at);
-    let contradiction = match (cause.channel, cause.kind) {
-        ("v_y", Kind::Arm | Kind::Delay | Kind::Angle) => {
+    let contradiction = match (channel, kind) {
+        ("v_y", ErrorKind::Lever | ErrorKind::Delay | ErrorKind::MountingAngle) => {
             witnesses::contradiction(measured, found, place)
         }
         _ => None,
     };
-    let is_within_hold = cause.kind == Kind::Delay && value.abs() < 0.5 * case.held;
+    let is_within_hold = kind == ErrorKind::Delay && value.abs() < 0.5 * case.held;
     let sure = match (constant == Some(true) && rivals.is_empty(), found.fit.t(at).abs()) {
-        _ if cause.kind == Kind::Relaxation => Sure::Possible,
-        _ if contradiction.is_some() || is_within_hold => Sure::Possible,
+        _ if kind == ErrorKind::RelaxationLength => Certainty::Possible,
+        _ if contradiction.is_some() || is_within_hold => Certainty::Possible,
         // Roll of the body turns gravity into the accelerometer, and looks alike.
-        _ if (cause.channel, cause.kind) == ("v_y", Kind::Scale) => Sure::Possible,
-        _ if value.abs() < cause.least => Sure::Possible,
-        (true, CERTAIN..) => Sure::Certain,
-        (true, LIKELY..) => Sure::Likely,
-        _ => Sure::Possible,
+        _ if (channel, kind) == ("v_y", ErrorKind::Gain) => Certainty::Possible,
+        _ if value.abs() < smallest(error) => Certainty::Possible,
+        (true, CERTAIN..) => Certainty::Certain,
+        (true, LIKELY..) => Certainty::Likely,
+        _ => Certainty::Possible,
     };
     let held = is_within_hold.then_some(case.held);
     let mut sentence = sentence(found, place, (constant, &rivals, held));
@@ -342,21 +355,21 @@ fn report(case: &mut Case, measured: &[Measured], found: &Found, place: usize, i
     }
     let correction = match (constant, sure) {
         (Some(false), _) => Correction::advice("None: no constant corrects it."),
-        (_, Sure::Possible) if cause.kind != Kind::Relaxation => {
+        (_, Certainty::Possible) if kind != ErrorKind::RelaxationLength => {
             Correction::advice("None as long as it is only possible.")
         }
-        _ => cause.correction(value),
+        _ => log_errors::correction(error, value),
     };
     case.report(Finding {
-        check: cause.check(),
-        channels: vec![cause.channel],
+        check: check_name(error),
+        channels: vec![channel],
         sure,
         value: Some(value),
         interval: Some(interval),
-        unit: cause.unit(),
+        unit: log_errors::unit(error),
         sentence,
-        consequence: cause.consequence().to_owned(),
+        consequence: log_errors::consequence(error).to_owned(),
         correction,
-        refuses: cause.kind == Kind::Delay && value.abs() > LONG,
+        refuses: kind == ErrorKind::Delay && value.abs() > LONG,
     });
 }

@@ -2,11 +2,12 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
-use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::correction::Correction;
+use crate::finding::{Finding, Certainty};
 use crate::motion::{Motion, moves};
 use crate::statistics::{jackknife, quantile};
 
@@ -121,7 +122,7 @@ fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
     let Some(delay) = turning(motion).filter(|it| it.interval()[1] < -OF_CAR) else { return };
     let mut others = [clocks.wheels, clocks.course].into_iter().flatten();
     let is_early = others.any(|it| it.interval()[1] < -OF_WHEELS);
-    let sure = if is_early || !delay.is_constant() { Sure::Possible } else { Sure::Likely };
+    let sure = if is_early || !delay.is_constant() { Certainty::Possible } else { Certainty::Likely };
     let (value, [low, high]) = (-delay.value, delay.interval());
     let [shown, least, most] = [value, -high, -low].map(|x| significant(x, 2));
     case.report(Finding {
@@ -134,7 +135,7 @@ fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
         sentence: format!("`a_y` is {shown} s [{least}, {most}] behind the yaw rate."),
         consequence: "Forces are those of other moments than slips: every curve is wrong."
             .to_owned(),
-        correction: Correction::column(&[Key::Delay(value)]),
+        correction: Correction::column(&[ColumnKey::Delay(value).into()]),
         refuses: true,
     });
     if sure.is_serious() {
@@ -155,7 +156,7 @@ struct Clocks {
 
 impl Clocks {
     /// The delay that counts, and how sure it is.
-    fn judged(&self) -> Option<(Delay, Sure)> {
+    fn judged(&self) -> Option<(Delay, Certainty)> {
         // A course, as of GNSS, and an acceleration, that is filtered, are late themselves: only a yaw rate behind them says
         // something.
         let behind = |clock: Option<Delay>, usual: f64| clock.filter(|it| it.interval()[0] > usual);
@@ -168,8 +169,8 @@ impl Clocks {
                 _ if self.wheels.is_some() => None,
                 // Beyond the limit a driver's steering follows the yaw rate, so that this seems early.
                 steering if steering.value < 0.0 => None,
-                steering if steering.beyond(OF_NO_CAR) => Some((steering, Sure::Certain)),
-                steering if steering.beyond(OF_CAR) => Some((steering, Sure::Likely)),
+                steering if steering.beyond(OF_NO_CAR) => Some((steering, Certainty::Certain)),
+                steering if steering.beyond(OF_CAR) => Some((steering, Certainty::Likely)),
                 _ => None,
             };
         };
@@ -180,9 +181,9 @@ impl Clocks {
         let by_steering = self.steering.map(|it| close(&it, OF_CAR) && it.beyond(OF_WHEELS));
         let against = self.wheels.is_some() && wheels.is_none();
         let sure = match (by_clocks, by_steering) {
-            (true, _) | (_, Some(true)) if !against => Sure::Certain,
-            (_, None) if !against => Sure::Likely,
-            _ => Sure::Possible,
+            (true, _) | (_, Some(true)) if !against => Certainty::Certain,
+            (_, None) if !against => Certainty::Likely,
+            _ => Certainty::Possible,
         };
         Some((delay, sure))
     }
@@ -362,7 +363,7 @@ fn lowest(shifts: &[Blocks], kept: &dyn Fn(usize) -> bool) -> Option<f64> {
     Some(place as f64 + 0.5 * (before - after) / (before - 2.0 * at + after))
 }
 
-fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
+fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Certainty) {
     let late = if delay.value > 0.0 { "late" } else { "early" };
     let mut sentence = format!("`r` is {late}: {}.", clocks.text());
     let constant = delay.is_constant();
@@ -383,7 +384,7 @@ fn report(case: &mut Case, delay: Delay, clocks: &Clocks, sure: Sure) {
         sentence,
         consequence: "Slips and forces are those of different moments: stiffness can come out many times too large, or negative.".to_owned(),
         correction: match constant {
-            true => Correction::column(&[Key::Delay(delay.value)]),
+            true => Correction::column(&[ColumnKey::Delay(delay.value).into()]),
             false => Correction::advice(
                 "No constant corrects it: record the yaw rate with its own clock.",
             ),

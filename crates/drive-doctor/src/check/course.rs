@@ -1,11 +1,12 @@
 //! Looks for a course over ground that is behind the motion, as a receiver of GNSS that filters it makes it.
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use super::clocks::late_course;
 use crate::case::Case;
-use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::correction::Correction;
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// The question whether a course is late, where it has no answer.
@@ -43,14 +44,14 @@ pub(crate) fn check(case: &mut Case) {
     case.report(Finding {
         check: "course_delay".to_owned(),
         channels: vec!["course"],
-        sure: Sure::Likely,
+        sure: Certainty::Likely,
         value: Some(late),
         interval: Some(interval),
         unit: "s",
         sentence,
         consequence: "It would tell a sideslip that is not there at the ends of turns.".to_owned(),
         correction: match is_constant {
-            true => Correction::column(&[Key::Delay(late)]),
+            true => Correction::column(&[ColumnKey::Delay(late).into()]),
             false => Correction::advice("Leave the column out."),
         },
         refuses: false,

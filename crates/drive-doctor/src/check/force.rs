@@ -2,11 +2,12 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 use crate::statistics::quantile;
 
@@ -68,7 +69,7 @@ pub(crate) fn check(case: &mut Case) {
         format!("`F_x` is {unit}: as it reads, the mass is {mass} kg, where {given} kg is given.");
     let correction = match kilo {
         true => Correction::column(&[Key::Unit("kN")]),
-        false => Correction::column(&[Key::Gain(factor)]),
+        false => Correction::column(&[ColumnKey::Gain(factor).into()]),
     };
     let mut interval = interval.map(|end| end * value.signum() * m);
     interval.sort_by(f64::total_cmp);
@@ -85,7 +86,7 @@ fn report(
     case.report(Finding {
         check: check.to_owned(),
         channels: vec!["F_x"],
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(value),
         interval: Some(interval),
         unit,

@@ -2,14 +2,15 @@
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use numerics::text::significant;
+use preparation::{ColumnKey, difference_noise};
 
 use crate::blocks::{Blocks, Fit, T_95, split, trim};
 use crate::case::Case;
-use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::correction::Correction;
+use crate::finding::{Finding, Certainty};
 use crate::motion::{Motion, moves};
-use crate::rolling::Rolling;
-use crate::statistics::{quantile, rough_noise};
+use crate::rolling_radius::RollingRadius;
+use crate::statistics::quantile;
 
 /// Time over which turning is added up [s]: noise and delays are small against the angles.
 const TURN: f64 = 2.0;
@@ -51,7 +52,7 @@ pub(crate) fn check(case: &mut Case) {
             case.report(Finding {
                 check: "radii".to_owned(),
                 channels: vec!["omega_fl", "omega_rl"],
-                sure: Sure::Possible,
+                sure: Certainty::Possible,
                 value: Some(ratio),
                 interval: None,
                 unit: "1",
@@ -94,7 +95,7 @@ fn scale(case: &Case, motion: &Motion) -> Option<(Fit, f64)> {
     let blocks = trim(&[&turned, &one], &added, &blocks);
     let fit = Blocks::of(&[&turned, &one], &added, |k| blocks[k]).fit(&[0, 1])?;
     // Noise of the course is in the column, which makes the coefficient smaller by its share.
-    let noise = rough_noise(&heading);
+    let noise = difference_noise(&heading);
     let kept = turned.iter().zip(&blocks).filter(|(_, block)| block.is_some());
     let turning =
         kept.clone().map(|(turned, _)| turned * turned).sum::<f64>() / kept.count() as f64;
@@ -120,13 +121,13 @@ fn yaw_rate(case: &mut Case, motion: &Motion) {
     }
     let constant = is_constant(&fit);
     let sure = match (constant, gain.abs() / std) {
-        (false, _) => Sure::Possible,
+        (false, _) => Certainty::Possible,
         // More is another unit, or a course of something else.
-        _ if gain.abs() > 0.3 => Sure::Possible,
+        _ if gain.abs() > 0.3 => Certainty::Possible,
         // The sideslip that comes and goes is not known.
-        (true, CERTAIN..) if !case.has(&["v_y"]) => Sure::Likely,
-        (true, CERTAIN..) => Sure::Certain,
-        (true, _) => Sure::Likely,
+        (true, CERTAIN..) if !case.has(&["v_y"]) => Certainty::Likely,
+        (true, CERTAIN..) => Certainty::Certain,
+        (true, _) => Certainty::Likely,
     };
     let [low, high] = [gain - T_95 * std, gain + T_95 * std];
     let percent = |gain: f64| significant(100.0 * gain.abs(), 2);
@@ -154,7 +155,7 @@ fn yaw_rate(case: &mut Case, motion: &Motion) {
         sentence,
         consequence: "Both slips and the equilibrium of forces are wrong.".to_owned(),
         correction: match sure.is_serious() {
-            true => Correction::column(&[Key::Gain(1.0 / (1.0 + gain))]),
+            true => Correction::column(&[ColumnKey::Gain(1.0 / (1.0 + gain)).into()]),
             false => Correction::advice("None as long as it is only possible."),
         },
         refuses: false,
@@ -173,7 +174,7 @@ fn is_constant(fit: &Fit) -> bool {
 }
 
 /// ω / v_x = (1 + c a_x) / R of an axle that rolls straight on: a force makes slip, so the radius is that at none.
-fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<Rolling> {
+fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<RollingRadius> {
     let here: Vec<&str> = wheels.iter().copied().filter(|it| case.has(&[it])).collect();
     if here.is_empty() {
         return None;
@@ -199,7 +200,7 @@ fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) ->
     let [low, high] = fit.interval(0);
     let radius = 1.0 / fit.values[0];
     let slip = fit.interval(1).map(|it| it * radius);
-    Rolling::new(
+    RollingRadius::new(
         axle,
         (radius, [1.0 / high, 1.0 / low]),
         (fit.values[1] * radius, slip),

@@ -7,7 +7,7 @@ use preparation::Signal;
 
 use crate::case::{Case, unit};
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 use crate::statistics::{ends, median_step, quantile};
 
@@ -44,16 +44,16 @@ fn dead(case: &mut Case, name: &'static str) {
     let (sure, why) = match name {
         "F_x" => match speed_changes(case) {
             Some(rate) => (
-                Sure::Certain,
+                Certainty::Certain,
                 format!(" although `v_x` changes by up to {} m/s2", significant(rate, 2)),
             ),
-            None => (Sure::Possible, String::new()),
+            None => (Certainty::Possible, String::new()),
         },
         "delta" => match curvature_changes(case) {
-            true => (Sure::Certain, " although the curvature of the path changes".to_owned()),
-            false => (Sure::Possible, String::new()),
+            true => (Certainty::Certain, " although the curvature of the path changes".to_owned()),
+            false => (Certainty::Possible, String::new()),
         },
-        _ => (Sure::Certain, String::new()),
+        _ => (Certainty::Certain, String::new()),
     };
     case.report(Finding {
         check: format!("{name}_dead"),
@@ -81,7 +81,7 @@ fn constant_speed(case: &mut Case) {
     case.report(Finding {
         check: "v_x_constant".to_owned(),
         channels: vec!["v_x"],
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(speed),
         interval: None,
         unit: unit("v_x"),
@@ -202,12 +202,12 @@ fn frozen(case: &mut Case, name: &'static str) {
         .map(|run| [signal.time[run.start], signal.time[run.end - 1] + step])
         .collect();
     if let Some(signal) = case.signals.get_mut(name) {
-        frozen.iter().for_each(|run| signal.value[run.clone()].fill(f64::NAN));
+        frozen.iter().for_each(|run| signal.value.to_mut()[run.clone()].fill(f64::NAN));
     }
     case.report(Finding {
         check: format!("{name}_frozen"),
         channels: vec![name],
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(longest_seconds),
         interval: None,
         unit: "s",
@@ -266,7 +266,7 @@ fn saturated(case: &mut Case, name: &'static str) {
     case.report(Finding {
         check: format!("{name}_saturated"),
         channels: vec![name],
-        sure: if sensor { Sure::Certain } else { Sure::Possible },
+        sure: if sensor { Certainty::Certain } else { Certainty::Possible },
         value: Some(rows as f64 / all as f64),
         interval: None,
         unit: "1",
@@ -290,5 +290,6 @@ fn saturated(case: &mut Case, name: &'static str) {
 
 /// Leaves values out; their rows stay, or someone would draw a line from before to after.
 fn leave_out(signal: &mut Signal, wrong: impl Fn(f64) -> bool) {
-    signal.value.iter_mut().filter(|value| wrong(**value)).for_each(|value| *value = f64::NAN);
+    let values = signal.value.to_mut().iter_mut();
+    values.filter(|value| wrong(**value)).for_each(|value| *value = f64::NAN);
 }

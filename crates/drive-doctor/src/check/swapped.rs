@@ -8,7 +8,7 @@ use super::units::misfit;
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::motion::{Motion, moves};
 
 /// Channels that are mistaken for each other.
@@ -104,7 +104,7 @@ fn report(
     case.report(Finding {
         check: "swapped".to_owned(),
         channels: channels.to_vec(),
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: None,
         interval: None,
         unit: "1",

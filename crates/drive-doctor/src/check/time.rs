@@ -1,11 +1,10 @@
 //! Looks at time stamps: their unit, their order, gaps, and how evenly they follow each other.
 
 use numerics::text::significant;
-use preparation::Signal;
 
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::statistics::{ends, median, median_step, quantile};
 
 /// Median steps between a gap's ends.
@@ -56,10 +55,10 @@ fn groups(case: &Case) -> Vec<Vec<&'static str>> {
 /// Leaves out rows without a number: what is missing shows in the time stamps of the channel.
 fn drop_rows_without_values(case: &mut Case) {
     for signal in case.signals.values_mut() {
-        let whole = |(t, x): &(&f64, &f64)| t.is_finite() && x.is_finite();
-        let kept = signal.time.iter().zip(&signal.value).filter(whole).map(|(t, x)| (*t, *x));
-        let (time, value) = kept.unzip();
-        *signal = Signal { time, value };
+        let whole = |row: &usize| signal.time[*row].is_finite() && signal.value[*row].is_finite();
+        if !(0..signal.time.len()).all(|row| whole(&row)) {
+            *signal = signal.pick((0..signal.time.len()).filter(whole));
+        }
     }
     let empty: Vec<_> =
         case.signals.iter().filter(|(_, it)| it.time.is_empty()).map(|(name, _)| *name).collect();
@@ -90,7 +89,7 @@ fn missing(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "missing_rows".to_owned(),
         channels: names.to_vec(),
-        sure: if share > MANY { Sure::Likely } else { Sure::Possible },
+        sure: if share > MANY { Certainty::Likely } else { Certainty::Possible },
         value: Some(count),
         interval: None,
         unit: "1",
@@ -112,7 +111,7 @@ fn slow(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "slow_sampling".to_owned(),
         channels: names.to_vec(),
-        sure: if step < BLIND_STEP { Sure::Likely } else { Sure::Certain },
+        sure: if step < BLIND_STEP { Certainty::Likely } else { Certainty::Certain },
         value: Some(step),
         interval: None,
         unit: "s",
@@ -144,16 +143,13 @@ fn order(case: &mut Case, names: &[&'static str]) {
     let (before, found) = (time[first - 1], time[first]);
     for name in names {
         if let Some(signal) = case.signals.get_mut(name) {
-            let mut rows = rises.iter();
-            signal.time.retain(|_| *rows.next().unwrap_or(&true));
-            let mut rows = rises.iter();
-            signal.value.retain(|_| *rows.next().unwrap_or(&true));
+            *signal = signal.pick((0..rises.len()).filter(|row| rises[*row]));
         }
     }
     case.report(Finding {
         check: "time_order".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(count as f64),
         interval: None,
         unit: "1",
@@ -179,14 +175,14 @@ fn unit(case: &mut Case, names: &[&'static str]) {
     };
     for name in names {
         if let Some(signal) = case.signals.get_mut(name) {
-            signal.time.iter_mut().for_each(|time| *time /= factor);
+            signal.time.to_mut().iter_mut().for_each(|time| *time /= factor);
         }
     }
     let step = significant(step, 4);
     case.report(Finding {
         check: "time_unit".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Certain,
+        sure: Certainty::Certain,
         value: Some(factor),
         interval: None,
         unit: "1",
@@ -223,7 +219,7 @@ fn gaps(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "gap".to_owned(),
         channels: names.to_vec(),
-        sure: if serious { Sure::Certain } else { Sure::Possible },
+        sure: if serious { Certainty::Certain } else { Certainty::Possible },
         value: Some(seconds),
         interval: None,
         unit: "s",
@@ -252,7 +248,7 @@ fn jitter(case: &mut Case, names: &[&'static str], time: &[f64]) {
     case.report(Finding {
         check: "jitter".to_owned(),
         channels: names.to_vec(),
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(share),
         interval: None,
         unit: "1",

@@ -7,7 +7,7 @@ use crate::blocks::{Blocks, Fit, split};
 use crate::case::Case;
 use crate::motion::Motion;
 use crate::statistics::quantile;
-use crate::understeer::Understeer;
+use crate::understeer_gradient::UndersteerGradient;
 
 /// Filter [s]: steady cornering is meant.
 const SLOW: f64 = 0.25;
@@ -42,7 +42,7 @@ pub(crate) fn check(case: &mut Case) {
         before.map_or(f64::NAN, |(_, rms)| rms)
     };
     let halves = fit.halves.as_ref().map(|halves| [halves[0].0[1], halves[1].0[1]]);
-    let mut found = Understeer {
+    let mut found = UndersteerGradient {
         gradient: fit.values[1],
         interval: fit.interval(1),
         wheelbase: fit.values[0],
@@ -58,7 +58,7 @@ pub(crate) fn check(case: &mut Case) {
     case.found.understeer = Some(found);
 }
 
-impl Understeer {
+impl UndersteerGradient {
     /// The whole in words, for a car with a known wheelbase [m].
     fn words(&self, known: Option<f64>) -> String {
         let text = |x: f64| significant(x, 3);

@@ -5,13 +5,14 @@ mod mistakes;
 mod relations;
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 
 use mistakes::{Kind, MISTAKES, Mistake};
 use relations::Relation;
 
 use crate::case::{CHANNELS, Case};
-use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::correction::Correction;
+use crate::finding::{Finding, Certainty};
 use crate::motion::Motion;
 
 /// Most channels that are wrong at once.
@@ -128,13 +129,13 @@ fn wheels_in_kmh(case: &mut Case, relations: &[Relation]) {
     case.report(Finding {
         check: format!("{name}_unit"),
         channels: radii.iter().map(|(name, _)| *name).collect(),
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(radius),
         interval: None,
         unit: "m",
         sentence: format!("The wheels may be in km/h, not rad/s: `v_x` over each is {} m, which is 1/3.6 and would be the radius of the tires.", significant(radius, 3)),
         consequence: "The slip ratios of the wheels are wrong if the tires have another radius.".to_owned(),
-        correction: Correction::column(&[Key::Gain(1.0 / (3.6 * 0.3))])
+        correction: Correction::column(&[ColumnKey::Gain(1.0 / (3.6 * 0.3)).into()])
             .noting("for tires of 0.3 m: the gain is one over 3.6 times their radius [1/m]; nothing where it is 0.278 m"),
         refuses: false,
     });
@@ -153,11 +154,11 @@ fn report(case: &mut Case, relations: &[Relation], explanations: &[Explanation],
     let others = rival.mistakes.iter().filter(|other| !best.mistakes.contains(other));
     let others: Vec<&Mistake> = others.map(|&other| &MISTAKES[other]).collect();
     let sure = match (margin, others.is_empty()) {
-        (CERTAIN.., _) => Sure::Certain,
-        (LIKELY.., _) => Sure::Likely,
+        (CERTAIN.., _) => Certainty::Certain,
+        (LIKELY.., _) => Certainty::Likely,
         // One of both it is.
-        (_, false) if nothing > CERTAIN => Sure::Likely,
-        _ => Sure::Possible,
+        (_, false) if nothing > CERTAIN => Certainty::Likely,
+        _ => Certainty::Possible,
     };
     let made: Vec<&Mistake> = best.mistakes.iter().map(|&index| &MISTAKES[index]).collect();
     let without: Vec<&Mistake> = made.iter().copied().filter(|it| !it.excludes(mistake)).collect();

@@ -1,11 +1,11 @@
 //! Looks at the values of each channel: spikes, values that are held for several rows, coarse steps.
 
 use numerics::text::significant;
-use preparation::Signal;
+use preparation::ColumnKey;
 
 use crate::case::{Case, unit};
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Sure};
+use crate::finding::{Finding, Certainty};
 use crate::statistics::{ends, median_step, quantile};
 
 /// Checks all channels. Spikes and repeats are left out of all that follows.
@@ -52,13 +52,13 @@ fn spikes(case: &mut Case, name: &'static str) {
     let [value, at] = [signal_value, signal.time[first]].map(|x| significant(x, 5));
     let mut next = spikes.iter().peekable();
     let kept: Vec<usize> = (0..rows).filter(|k| next.next_if_eq(&k).is_none()).collect();
-    *signal = keep(signal, &kept);
+    *signal = signal.pick(kept.into_iter());
     let count = spikes.len();
     let gross = (signal_value - middle).abs() > 3.0 * range;
     case.report(Finding {
         check: format!("{name}_spikes"),
         channels: vec![name],
-        sure: if gross { Sure::Likely } else { Sure::Possible },
+        sure: if gross { Certainty::Likely } else { Certainty::Possible },
         value: Some(count as f64),
         interval: None,
         unit: "1",
@@ -73,15 +73,10 @@ fn spikes(case: &mut Case, name: &'static str) {
     });
 }
 
-fn keep(signal: &Signal, rows: &[usize]) -> Signal {
-    let pick = |values: &[f64]| rows.iter().map(|&k| values[k]).collect();
-    Signal { time: pick(&signal.time), value: pick(&signal.value) }
-}
-
 /// Steps of a value that are a hundredth of its range or more.
 fn coarse(case: &mut Case, name: &'static str) -> bool {
     let signal = &case.signals[name];
-    let mut levels = signal.value.clone();
+    let mut levels = signal.value.to_vec();
     levels.sort_by(f64::total_cmp);
     levels.dedup();
     let range =
@@ -99,7 +94,7 @@ fn coarse(case: &mut Case, name: &'static str) -> bool {
     case.report(Finding {
         check: format!("{name}_coarse"),
         channels: vec![name],
-        sure: Sure::Possible,
+        sure: Certainty::Possible,
         value: Some(quantum),
         interval: None,
         unit: unit(name),
@@ -136,7 +131,7 @@ fn held(case: &mut Case, name: &'static str) {
     // An actuator that gets a command holds it: there is nothing between two of them.
     let actuator = ["F_x", "delta"].contains(&name);
     if held && !actuator {
-        *signal = keep(signal, &first);
+        *signal = signal.pick(first.iter().copied());
         case.held = case.held.max(period);
     }
     let percent = significant(100.0 * share, 2);
@@ -146,7 +141,7 @@ fn held(case: &mut Case, name: &'static str) {
                 "`{name}` is a held signal: a new value every {} s ({length} rows).",
                 significant(period, 3)
             ),
-            Correction::column(&[Key::Delay(0.5 * (period - period / length))])
+            Correction::column(&[ColumnKey::Delay(0.5 * (period - period / length)).into()])
                 .noting("half of the time for which a value is held"),
         ),
         false => (
@@ -158,7 +153,7 @@ fn held(case: &mut Case, name: &'static str) {
     case.report(Finding {
         check: format!("{name}_held"),
         channels: vec![name],
-        sure: if held && !actuator { Sure::Likely } else { Sure::Possible },
+        sure: if held && !actuator { Certainty::Likely } else { Certainty::Possible },
         value: Some(share),
         interval: None,
         unit: "1",

@@ -1,7 +1,7 @@
 //! Lists logs of real cars with the columns that the doctor takes.
 #![allow(dead_code, reason = "each user needs a part")]
 
-use drive_doctor::KnownCar;
+use drive_doctor::CarData;
 use preparation::DriveLog;
 
 use crate::real_log::RealLog;
@@ -26,7 +26,7 @@ impl Log {
     }
 
     /// The log with what is known of its car; `None` where the file is not at hand.
-    pub fn read(&self) -> Option<(DriveLog, KnownCar)> {
+    pub fn read(&self) -> Option<(DriveLog<'static>, CarData)> {
         let recording = RealLog::read(self.file)?;
         let mut log = DriveLog::default();
         for (name, title, factor) in self.columns {
@@ -34,7 +34,7 @@ impl Log {
                 (recording.column(self.time, 1.0), recording.column(title, *factor));
             log.insert(name, time, values);
         }
-        Some((log, KnownCar { axles: Some(self.axles), ..KnownCar::default() }))
+        Some((log, CarData { axles: Some(self.axles), ..CarData::default() }))
     }
 }
 

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use drive_doctor::{Examination, KnownCar};
+use drive_doctor::{Examination, CarData};
 use drive_inference::{Drive, Tires};
 use preparation::DriveLog;
 use tire_inference::parameters::TireParameters;
@@ -61,7 +61,7 @@ const SOFT: Tires = Tires {
 };
 
 /// A drive at the limit without a mistake, and what is known of its car.
-pub fn clean(car: usize, seed: u64) -> (Drive, KnownCar) {
+pub fn clean(car: usize, seed: u64) -> (Drive, CarData) {
     driven(car, &drive::limit(&[15.0, 25.0, 40.0], 8.0), &drive::USUAL, seed)
 }
 
@@ -71,15 +71,15 @@ pub fn driven(
     reference: &drive::Reference,
     noise: &[f64; 4],
     seed: u64,
-) -> (Drive, KnownCar) {
+) -> (Drive, CarData) {
     let (body, tires) = CARS[car];
     let vehicle = drive::on_tires(&Vehicle { body, ..Vehicle::default() }, &tires);
     let recording = drive::drive(&vehicle, reference, noise, seed);
-    (recording, KnownCar { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) })
+    (recording, CarData { wheelbase: None, axles: Some([body.l_f, body.l_r]), m: Some(body.m) })
 }
 
 /// A drive as the doctor takes it.
-pub fn log(recording: &Drive) -> DriveLog {
+pub fn log(recording: &Drive) -> DriveLog<'static> {
     let mut log = DriveLog::default();
     for (name, column) in recording.columns().into_iter().skip(1) {
         log.insert(name, recording.t.clone(), column.to_vec());

@@ -3,7 +3,7 @@
 use tire_inference::axles::Axle;
 use tire_inference::model::FitTest;
 
-use super::{CHANNELS, Leftover, SURE, slips};
+use super::{CHANNELS, ModelResiduals, SURE, slips};
 use crate::series::Series;
 
 /// Parts of a range with as many rows each.
@@ -14,7 +14,7 @@ const SIZE: f64 = 0.3;
 const MEAN: f64 = 0.15;
 
 /// The tests of a channel.
-pub fn tests(left: &Leftover, channel: usize) -> Vec<FitTest> {
+pub fn tests(left: &ModelResiduals, channel: usize) -> Vec<FitTest> {
     let e: Vec<f64> = left.whitened(channel).flatten().copied().collect();
     // What a row is sorted by is known before it, so that its innovation has no part in that.
     let column = |of: fn(&Series) -> &Vec<f64>| -> Vec<f64> {

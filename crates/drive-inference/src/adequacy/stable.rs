@@ -6,9 +6,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use numerics::sqp::{Minimum, Model};
 use tire_inference::model::FitTest;
 
-use crate::explored::inverse;
-use crate::joint::Joint;
-use crate::rows::{Expansion, Rows};
+use crate::joint_posterior::JointPosterior;
+use crate::laplace::inverse;
+use crate::residual_rows::{Expansion, ResidualRows};
 use crate::tires::SIZE;
 
 /// Name of the test by blocks that were not fitted; where it fails, intervals are as wide as blocks scatter.
@@ -46,7 +46,7 @@ fn largest(first: &DMatrix<f64>, second: &DMatrix<f64>) -> Option<DMatrix<f64>> 
 }
 
 /// Scores and information of blocks about a minimum.
-pub struct Blocks {
+pub struct BlockScores {
     scores: Vec<DVector<f64>>,
     halves: [Expansion; 2],
     /// Longer than blocks.
@@ -57,9 +57,14 @@ pub struct Blocks {
     covariance: DMatrix<f64>,
 }
 
-impl Blocks {
+impl BlockScores {
     /// Those of the drives about a minimum in a box; `step` is that of the rows [s].
-    pub fn about(joint: &Joint, minimum: &Minimum, corners: &[DVector<f64>; 2], step: f64) -> Self {
+    pub fn about(
+        joint: &JointPosterior,
+        minimum: &Minimum,
+        corners: &[DVector<f64>; 2],
+        step: f64,
+    ) -> Self {
         let directions = joint.directions();
         let n = directions.len();
         let (gradient, hessian) = (DVector::zeros(n), DMatrix::zeros(n, n));
@@ -79,7 +84,7 @@ impl Blocks {
 
     /// Of all residuals, with the second derivatives of the minimum and the part of them that is not of the data.
     /// `step` is that of the rows [s].
-    fn new(rows: &Rows, hessian: DMatrix<f64>, prior: DMatrix<f64>, step: f64) -> Self {
+    fn new(rows: &ResidualRows, hessian: DMatrix<f64>, prior: DMatrix<f64>, step: f64) -> Self {
         let (len, middle) = (rows.len(), rows.len() / 2);
         let count = ((len as f64 * step / PART) as usize).max(FEWEST_PARTS);
         let part = |k: usize| rows.part(k * len / count..(k + 1) * len / count);

@@ -5,9 +5,8 @@
     reason = "symbols as in vehicle dynamics; each user needs a part"
 )]
 
-use drive_inference::cause::Cause;
 use drive_inference::{Drive, Tires};
-use preparation::Interpolation;
+use preparation::{Interpolation, SystematicError};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -137,28 +136,32 @@ impl Noise {
 #[derive(Clone, Copy, Debug)]
 pub struct Injected {
     pub lever: f64,
-    pub late: Cause,
+    pub late: SystematicError,
     pub delay: f64,
     pub offset: f64,
 }
 
 /// Channels that are late in turn.
-pub const LATE: [Cause; 4] =
-    [Cause::SideslipDelay, Cause::YawRateDelay, Cause::AccelerationDelay, Cause::SteeringDelay];
+pub const LATE: [SystematicError; 4] = [
+    SystematicError::SideslipDelay,
+    SystematicError::YawRateDelay,
+    SystematicError::AccelerationDelay,
+    SystematicError::SteeringDelay,
+];
 
 /// How far off an error may be found: 0.05 m, 4 ms, 0.05 deg.
-pub fn tolerance(cause: Cause) -> f64 {
+pub fn tolerance(cause: SystematicError) -> f64 {
     match cause {
-        Cause::SideslipLever => 0.05,
-        Cause::SteeringOffset => 0.05_f64.to_radians(),
+        SystematicError::SideslipLever => 0.05,
+        SystematicError::SteeringOffset => 0.05_f64.to_radians(),
         _ => 0.004,
     }
 }
 
 impl Injected {
     /// What was made.
-    pub fn causes(&self) -> [Cause; 3] {
-        [Cause::SideslipLever, self.late, Cause::SteeringOffset]
+    pub fn causes(&self) -> [SystematicError; 3] {
+        [SystematicError::SideslipLever, self.late, SystematicError::SteeringOffset]
     }
 
     /// By how much.
@@ -184,9 +187,9 @@ impl Injected {
             *v_y += self.lever * r;
         }
         let column = match self.late {
-            Cause::SideslipDelay => &mut drive.v_y,
-            Cause::YawRateDelay => &mut drive.r,
-            Cause::AccelerationDelay => &mut drive.a_y,
+            SystematicError::SideslipDelay => &mut drive.v_y,
+            SystematicError::YawRateDelay => &mut drive.r,
+            SystematicError::AccelerationDelay => &mut drive.a_y,
             _ => &mut drive.delta,
         };
         let (first, last) = (clean.t[0], clean.t[clean.t.len() - 1]);

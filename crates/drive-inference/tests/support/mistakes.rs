@@ -5,7 +5,7 @@
     reason = "symbols as in vehicle dynamics; each user needs a part"
 )]
 
-use drive_inference::{Drive, Identified, Tires};
+use drive_inference::{Drive, Identification, Tires};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -188,7 +188,7 @@ impl Mistake {
     }
 
     /// Whether the first sentence names it.
-    pub fn is_named(&self, found: &Identified) -> bool {
+    pub fn is_named(&self, found: &Identification) -> bool {
         let first = found.causes.iter().find(|cause| cause.gain.is_some());
         let failed = found.model.tests.iter().filter(|test| !test.passed());
         let mut names = first

@@ -39,18 +39,18 @@ pub struct Bands {
 
 /// One prediction that has ended.
 #[derive(Clone, Debug)]
-pub struct Ended {
+pub struct EndedPrediction {
     /// Its first row.
     pub start: usize,
     /// Its last row.
     pub end: usize,
     /// How far it was off.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<PredictionError>,
 }
 
 /// How one prediction went.
 #[derive(Clone, Copy, Debug)]
-pub struct Surprise {
+pub struct NormalisedError {
     /// Its last row: it is known from then on.
     pub end: usize,
     /// Mean squares of the errors of v_y and yaw rate over their variances: 1 as expected.
@@ -59,7 +59,7 @@ pub struct Surprise {
 
 /// One instant of a prediction.
 #[derive(Clone, Copy, Debug)]
-pub struct Reading {
+pub struct PredictionError {
     /// Time after the start [s].
     pub time: f64,
     /// Predicted minus measured v_y [m/s] and yaw rate [rad/s].
@@ -87,7 +87,7 @@ impl Bands {
 
     /// How a prediction went.
     #[must_use]
-    pub fn surprise(&self, ended: &Ended) -> Surprise {
+    pub fn surprise(&self, ended: &EndedPrediction) -> NormalisedError {
         let mut square = [0.0; 2];
         for reading in &ended.readings {
             let variance = self.variance(reading.time, reading.variance);
@@ -96,12 +96,12 @@ impl Bands {
             }
         }
         let count = ended.readings.len().max(1) as f64;
-        Surprise { end: ended.end, square: square.map(|square| (square / count).min(MOST)) }
+        NormalisedError { end: ended.end, square: square.map(|square| (square / count).min(MOST)) }
     }
 
     /// Factors on variances in a row, from predictions in order that have ended by then.
     #[must_use]
-    pub fn lately(surprises: &[Surprise], row: usize, step: f64) -> State {
+    pub fn lately(surprises: &[NormalisedError], row: usize, step: f64) -> State {
         let mut sum = [EXPECTED; 2];
         let mut total = EXPECTED;
         let known = surprises.partition_point(|it| it.end <= row);
@@ -148,12 +148,12 @@ mod tests {
 
     #[test]
     fn bands_widen_where_predictions_went_wrong() {
-        let ended = |end: usize| Ended {
+        let ended = |end: usize| EndedPrediction {
             start: end - 60,
             end,
-            readings: vec![Reading { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
+            readings: vec![PredictionError { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
         };
-        let wrong: Vec<Surprise> = (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
+        let wrong: Vec<NormalisedError> = (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
         let lately = Bands::lately(&wrong, 2100, 0.01);
         assert!(lately[0] > 6.0 && lately[0] < 9.0, "{lately:?}");
         assert!((lately[1] - 1.0).abs() < 1e-4, "{lately:?}");

@@ -2,9 +2,9 @@
 
 use numerics::simplex::{self, Limits};
 
-use crate::car::bands::{Bands, Ended, Reading, Surprise};
-use crate::car::course::Course;
-use crate::car::fit::{Fitted, Unfit, fit_sections};
+use crate::car::bands::{Bands, EndedPrediction, PredictionError, NormalisedError};
+use crate::car::adaptive_predictor::AdaptivePredictor;
+use crate::car::fit::{FittedCar, FitError, fit_sections};
 use crate::car::section::Section;
 use crate::predictor::State;
 use crate::score::BAND;
@@ -22,11 +22,11 @@ const HOLD: f64 = 0.02;
 const BOX: [[f64; 2]; 2] = [[-6.0, -6.0], [3.0, 3.0]];
 
 /// What a section says that was left out.
-struct LeftOut {
+struct HeldOutErrors {
     /// How much it counts.
     worth: f64,
-    long: Vec<Ended>,
-    short: Vec<Ended>,
+    long: Vec<EndedPrediction>,
+    short: Vec<EndedPrediction>,
     a_y: Vec<f64>,
     counts: Vec<bool>,
     step: f64,
@@ -36,7 +36,7 @@ struct LeftOut {
 ///
 /// # Errors
 /// If the sections that are left cannot be fitted.
-pub fn calibrate(fitted: &Fitted, sections: &[Section]) -> Result<Option<Bands>, Unfit> {
+pub fn calibrate(fitted: &FittedCar, sections: &[Section]) -> Result<Option<Bands>, FitError> {
     if sections.len() < 2 {
         return Ok(None);
     }
@@ -70,11 +70,11 @@ pub fn calibrate(fitted: &Fitted, sections: &[Section]) -> Result<Option<Bands>,
     Ok(Some(bands))
 }
 
-fn left_out(without: &Fitted, section: &Section) -> LeftOut {
+fn left_out(without: &FittedCar, section: &Section) -> HeldOutErrors {
     let drive = &section.driven.drive;
-    let course = Course::new(without, None, drive);
+    let course = AdaptivePredictor::new(without, None, drive);
     let stride = ((READ_EVERY / drive.step).round() as usize).max(1);
-    LeftOut {
+    HeldOutErrors {
         worth: section.worth(),
         long: course.predictions(HORIZON, stride),
         short: course.short(),
@@ -85,13 +85,13 @@ fn left_out(without: &Fitted, section: &Section) -> LeftOut {
 }
 
 /// Noise and factor on the spread of one state that make the errors likeliest.
-fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
-    let readings = |it: &LeftOut| -> Vec<Reading> {
+fn parts(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
+    let readings = |it: &HeldOutErrors| -> Vec<PredictionError> {
         it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
     };
-    let logs: Vec<(f64, Vec<Reading>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
-    let mean = |of: &dyn Fn(&Reading) -> f64| {
-        let log = |(worth, readings): &(f64, Vec<Reading>)| {
+    let logs: Vec<(f64, Vec<PredictionError>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
+    let mean = |of: &dyn Fn(&PredictionError) -> f64| {
+        let log = |(worth, readings): &(f64, Vec<PredictionError>)| {
             worth * readings.iter().map(of).sum::<f64>() / readings.len() as f64
         };
         logs.iter().map(log).sum::<f64>() / logs.iter().map(|log| log.0).sum::<f64>()
@@ -111,11 +111,11 @@ fn parts(all: &[LeftOut], i: usize) -> [f64; 2] {
 }
 
 /// What bands have to be multiplied by so that the share of errors is inside.
-fn scales(all: &[LeftOut], bands: &Bands) -> State {
+fn scales(all: &[HeldOutErrors], bands: &Bands) -> State {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
         let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
-        let surprises: Vec<Surprise> = it.short.iter().map(|it| bands.surprise(it)).collect();
+        let surprises: Vec<NormalisedError> = it.short.iter().map(|it| bands.surprise(it)).collect();
         for ended in &it.long {
             let lately = Bands::lately(&surprises, ended.start, it.step);
             for reading in &ended.readings {
@@ -130,7 +130,7 @@ fn scales(all: &[LeftOut], bands: &Bands) -> State {
     sizes.map(|sizes| quantile(sizes, INSIDE) / BAND[0])
 }
 
-fn a_y_noise(all: &[LeftOut]) -> f64 {
+fn a_y_noise(all: &[HeldOutErrors]) -> f64 {
     let (mut sum, mut total) = (0.0, 0.0);
     for it in all {
         let errors = || it.a_y.iter().zip(&it.counts).filter(|(_, counts)| **counts);
@@ -141,7 +141,7 @@ fn a_y_noise(all: &[LeftOut]) -> f64 {
     (sum / total).sqrt().max(1e-6)
 }
 
-fn a_y_scale(all: &[LeftOut], bands: &Bands) -> f64 {
+fn a_y_scale(all: &[HeldOutErrors], bands: &Bands) -> f64 {
     let mut sizes = Vec::new();
     for it in all {
         let spread = bands.a_y_spread(&it.a_y, &it.counts, it.step);

@@ -9,7 +9,7 @@ use crate::car::hierarchy::Hierarchy;
 use crate::car::information::Errors;
 use crate::car::parameters::{COUNT, Car, Prior, VARYING, Vector};
 use crate::car::section::{Section, sections};
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::State;
 
 /// The noise and the weights of sections follow from a fit, and the fit from them: this often.
@@ -24,7 +24,7 @@ const LIMITS: Limits = Limits { iterations: 25, target: 1e-3, tolerance: 1e-2, d
 
 /// A car that was fitted to logs.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub struct FittedCar {
     /// What was known before.
     pub car: Car,
     /// θ.
@@ -45,14 +45,14 @@ pub struct Fitted {
 
 /// Why nothing can be fitted.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Unfit {
+pub enum FitError {
     /// No stretch is long enough, or v_y is not known in any.
     NoRollout,
     /// Nothing changes.
     NoMotion,
 }
 
-impl fmt::Display for Unfit {
+impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::NoRollout => {
@@ -65,13 +65,13 @@ impl fmt::Display for Unfit {
     }
 }
 
-impl std::error::Error for Unfit {}
+impl std::error::Error for FitError {}
 
 /// Fits a car to drives, and tells how far its predictions are off.
 ///
 /// # Errors
 /// If no part of the drives can be predicted.
-pub fn fit(drives: &[Drive], car: &Car) -> Result<Fitted, Unfit> {
+pub fn fit(drives: &[EvenDrive], car: &Car) -> Result<FittedCar, FitError> {
     let mut sections = sections(drives);
     fit_sections(&mut sections, car, None)
 }
@@ -80,20 +80,20 @@ pub fn fit(drives: &[Drive], car: &Car) -> Result<Fitted, Unfit> {
 pub(super) fn fit_sections(
     sections: &mut [Section],
     car: &Car,
-    near: Option<&Fitted>,
-) -> Result<Fitted, Unfit> {
+    near: Option<&FittedCar>,
+) -> Result<FittedCar, FitError> {
     if sections.is_empty() {
-        return Err(Unfit::NoRollout);
+        return Err(FitError::NoRollout);
     }
     let prior = Prior::new(car);
     let mut noise = near.map_or_else(|| first_noise(sections), |near| near.noise);
     if noise.iter().any(|noise| noise.is_nan() || *noise <= 0.0) {
-        return Err(Unfit::NoMotion);
+        return Err(FitError::NoMotion);
     }
     let floor = level(sections, car).map(|level| TRUST * level);
     noise = [0, 1].map(|i| noise[i].max(floor[i]));
     let size = Hierarchy::new(car, &prior, sections, noise).unknowns();
-    let start = |near: &Fitted| {
+    let start = |near: &FittedCar| {
         DVector::from_fn(size, |i, _| if i < COUNT { near.unknowns[i] } else { 0.0 })
     };
     let mut x = near.map_or_else(|| DVector::zeros(size), start);
@@ -119,7 +119,7 @@ pub(super) fn fit_sections(
     let hierarchy = Hierarchy::new(car, &prior, sections, noise);
     let common_std: Vector =
         std::array::from_fn(|i| prior.std[i] * covariance[(i, i)].max(0.0).sqrt());
-    Ok(Fitted {
+    Ok(FittedCar {
         car: *car,
         common: hierarchy.common(&x),
         common_std,
@@ -142,9 +142,9 @@ fn level(sections: &[Section], car: &Car) -> State {
     for section in sections {
         let drive = &section.driven.drive;
         for row in (0..drive.rows()).filter(|row| drive.counts[*row]) {
-            let rolls = car.body.l_r * drive.r[row];
+            let rolls = car.body.l_r * drive.motion.r[row];
             count += 1;
-            let parts = [rolls, drive.v_y[row] - rolls, drive.r[row]];
+            let parts = [rolls, drive.motion.v_y[row] - rolls, drive.motion.r[row]];
             sum.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part * part);
         }
     }
@@ -161,8 +161,8 @@ fn first_noise(sections: &[Section]) -> State {
         for start in &section.starts {
             let end = start + section.ahead;
             count += 1;
-            sum[0] += (drive.v_y[end] - drive.v_y[*start]).powi(2);
-            sum[1] += (drive.r[end] - drive.r[*start]).powi(2);
+            sum[0] += (drive.motion.v_y[end] - drive.motion.v_y[*start]).powi(2);
+            sum[1] += (drive.motion.r[end] - drive.motion.r[*start]).powi(2);
         }
     }
     sum.map(|sum| FIRST_NOISE * (sum / f64::from(count.max(1))).sqrt())

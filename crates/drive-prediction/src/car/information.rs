@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, SVector};
 use numerics::loss::Loss;
 
-use crate::car::motion::{Driven, Dual};
+use crate::car::motion::{DriveWithRates, Dual};
 use crate::car::parameters::{COUNT, Car, Vector};
 use crate::predictor::State;
 
@@ -29,7 +29,7 @@ impl Errors {
     /// Of the rollout over `rows` rows from `start` with parameters `x`.
     #[must_use]
     pub fn new(
-        driven: &Driven,
+        driven: &DriveWithRates,
         car: &Car,
         x: &Vector,
         (start, rows): (usize, usize),
@@ -39,7 +39,7 @@ impl Errors {
         let stride = stride(driven.drive.step);
         let mut errors = Self::default();
         for k in (stride..=rows).step_by(stride) {
-            let measured = [driven.drive.v_y[start + k], driven.drive.r[start + k]];
+            let measured = [driven.drive.motion.v_y[start + k], driven.drive.motion.r[start + k]];
             for (i, state) in states[k].iter().enumerate() {
                 errors.values.push((state.re - measured[i]) / noise[i]);
                 let slope =

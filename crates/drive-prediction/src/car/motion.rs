@@ -7,7 +7,7 @@ use vehicle::Number;
 use vehicle::{Body, rk4};
 
 use crate::car::parameters::{COUNT, Car, LAG, LEAST_LAG, Parameters, Vector};
-use crate::drive::Drive;
+use crate::drive::EvenDrive;
 use crate::predictor::State;
 
 /// A number with its derivatives with respect to all parameters.
@@ -78,27 +78,27 @@ fn load<T: Number>(load: T, rest: f64) -> T {
 
 /// What the steering does to the road wheels from `first` on: a lag of first order, and its derivative with respect to the time constant.
 #[derive(Clone, Debug)]
-pub struct Steered {
+pub struct LaggedSteering {
     first: usize,
     /// Angle [rad] and its derivative [rad/s].
     rows: Vec<[f64; 2]>,
 }
 
-impl Steered {
+impl LaggedSteering {
     /// The rows from `first` to `last`, which are reached from 2 s before.
     #[must_use]
-    pub fn new(drive: &Drive, lag: f64, first: usize, last: usize) -> Self {
+    pub fn new(drive: &EvenDrive, lag: f64, first: usize, last: usize) -> Self {
         let lag = lag.max(LEAST_LAG);
         let before = (WARM_UP / drive.step).ceil() as usize;
         let begin = first.saturating_sub(before);
         let keep = (-drive.step / lag).exp();
         let slope = keep * drive.step / (lag * lag);
-        let first_known = drive.delta[begin..=last].iter().find(|delta| delta.is_finite());
+        let first_known = drive.motion.delta[begin..=last].iter().find(|delta| delta.is_finite());
         let (mut y, mut by_lag) = (first_known.copied().unwrap_or(0.0), 0.0);
         let mut rows = Vec::with_capacity(last - first + 1);
         for row in begin..=last {
             // Where nobody knows the angle the wheels stay where they are.
-            let u = if drive.delta[row].is_finite() { drive.delta[row] } else { y };
+            let u = if drive.motion.delta[row].is_finite() { drive.motion.delta[row] } else { y };
             by_lag = keep * by_lag + slope * (y - u);
             y = keep * y + (1.0 - keep) * u;
             if row >= first {
@@ -156,21 +156,27 @@ impl Steer for Dual {
 
 /// A drive with what its models need of it again and again.
 #[derive(Clone, Debug)]
-pub struct Driven {
+pub struct DriveWithRates {
     /// The drive.
-    pub drive: Drive,
+    pub drive: EvenDrive,
     /// Rate of the forward speed [m/s²].
     pub rate: Vec<f64>,
 }
 
-impl Driven {
+impl DriveWithRates {
     /// Differentiates the speed. Rows with a state or an input that nobody knows do not count.
     #[must_use]
-    pub fn new(drive: &Drive) -> Self {
+    pub fn new(drive: &EvenDrive) -> Self {
         let mut drive = drive.clone();
-        let rate = crate::zero_phase::derivative(&drive.v_x, drive.step);
+        let rate = crate::zero_phase::derivative(&drive.motion.v_x, drive.step);
         for (row, rate) in rate.iter().enumerate() {
-            let needed = [*rate, drive.v_x[row], drive.v_y[row], drive.r[row], drive.delta[row]];
+            let needed = [
+                *rate,
+                drive.motion.v_x[row],
+                drive.motion.v_y[row],
+                drive.motion.r[row],
+                drive.motion.delta[row],
+            ];
             drive.counts[row] &= needed.iter().all(|value| value.is_finite());
         }
         Self { drive, rate }
@@ -179,12 +185,13 @@ impl Driven {
     /// The states at `start` and the `rows` after it.
     pub fn roll<T: Steer>(&self, car: &Car, x: &Vector, start: usize, rows: usize) -> Vec<[T; 2]> {
         let drive = &self.drive;
-        let steered = Steered::new(drive, x[LAG], start, start + rows);
+        let steered = LaggedSteering::new(drive, x[LAG], start, start + rows);
         let p = Parameters::new(&T::parameters(x));
         let substeps = (drive.step / LONGEST).ceil().max(1.0) as usize;
         let h = drive.step / substeps as f64;
         let m = car.body.m;
-        let mut state = SVector::<T, 2>::new(drive.v_y[start].into(), drive.r[start].into());
+        let mut state =
+            SVector::<T, 2>::new(drive.motion.v_y[start].into(), drive.motion.r[start].into());
         let mut states = Vec::with_capacity(rows + 1);
         states.push(state.into());
         for row in start..start + rows {
@@ -193,7 +200,7 @@ impl Driven {
                 let share = (part as f64 + 0.5) / substeps as f64;
                 let at = |of: &[f64]| of[row] + share * (of[row + 1] - of[row]);
                 let delta = T::steer(steered.between(row, share)) + p.offset;
-                let u = Inputs { v_x: at(&drive.v_x), rate: at(&self.rate), delta };
+                let u = Inputs { v_x: at(&drive.motion.v_x), rate: at(&self.rate), delta };
                 let rates = |x: &SVector<T, 2>| {
                     let [front, rear] = forces(car, &p, &u, (*x).into());
                     let yaw = (front * car.body.l_f - rear * car.body.l_r) / p.I_zz;
@@ -209,11 +216,11 @@ impl Driven {
 
     /// Lateral acceleration [m/s²] in a row from its measured state.
     #[must_use]
-    pub fn a_y(&self, car: &Car, p: &Parameters<f64>, steered: &Steered, row: usize) -> f64 {
+    pub fn a_y(&self, car: &Car, p: &Parameters<f64>, steered: &LaggedSteering, row: usize) -> f64 {
         let drive = &self.drive;
         let delta = steered.angle(row) + p.offset;
-        let u = Inputs { v_x: drive.v_x[row], rate: self.rate[row], delta };
-        let [front, rear] = forces(car, p, &u, [drive.v_y[row], drive.r[row]]);
+        let u = Inputs { v_x: drive.motion.v_x[row], rate: self.rate[row], delta };
+        let [front, rear] = forces(car, p, &u, [drive.motion.v_y[row], drive.motion.r[row]]);
         (front + rear) / car.body.m
     }
 }

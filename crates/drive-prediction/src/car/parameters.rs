@@ -47,7 +47,7 @@ pub struct Parameters<T> {
 }
 
 impl<T: Number> Parameters<T> {
-    /// From the numbers that are estimated. The lag is no part of the motion: [`super::motion::Steered`] has it.
+    /// From the numbers that are estimated. The lag is no part of the motion: [`super::motion::LaggedSteering`] has it.
     pub fn new(x: &[T; COUNT]) -> Self {
         Self {
             K: [x[0].exp(), x[1].exp()],

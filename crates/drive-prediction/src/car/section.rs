@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use crate::car::information::Errors;
-use crate::car::motion::{Driven, WARM_UP};
-use crate::drive::Drive;
+use crate::car::motion::{DriveWithRates, WARM_UP};
+use crate::drive::EvenDrive;
 use crate::predictor::State;
 
 /// A drive is divided into sections of about this long [s]: tires change within minutes.
@@ -23,7 +23,7 @@ const UNCORRELATED: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub struct Section {
     /// The drive, of which only the rows of the part count.
-    pub driven: Arc<Driven>,
+    pub driven: Arc<DriveWithRates>,
     /// First rows of the rollouts.
     pub starts: Vec<usize>,
     /// Rows of each.
@@ -49,8 +49,8 @@ impl Section {
 
 /// The sections of drives that have rollouts.
 #[must_use]
-pub fn sections(drives: &[Drive]) -> Vec<Section> {
-    let all: Vec<Driven> = drives.iter().map(Driven::new).collect();
+pub fn sections(drives: &[EvenDrive]) -> Vec<Section> {
+    let all: Vec<DriveWithRates> = drives.iter().map(DriveWithRates::new).collect();
     let mut sections: Vec<Section> =
         all.iter().flat_map(|driven| parts(&driven.drive, all.len() == 1)).collect();
     let rollouts: usize = sections.iter().map(|section| section.starts.len()).sum();
@@ -62,7 +62,7 @@ pub fn sections(drives: &[Drive]) -> Vec<Section> {
 }
 
 /// The sections of one drive.
-fn parts(drive: &Drive, alone: bool) -> Vec<Section> {
+fn parts(drive: &EvenDrive, alone: bool) -> Vec<Section> {
     let rows: Vec<usize> = (0..drive.rows()).filter(|row| drive.counts[*row]).collect();
     let seconds = rows.len() as f64 * drive.step;
     let mut parts = (seconds / LENGTH).round().max(1.0) as usize;
@@ -75,28 +75,22 @@ fn parts(drive: &Drive, alone: bool) -> Vec<Section> {
         let (first, last) = (*rows.get(from)?, *rows.get(to.checked_sub(1)?)?);
         let one = cut(drive, first, last);
         let (starts, ahead) = starts(&one, HORIZON, EVERY);
-        let driven = Arc::new(Driven::new(&one));
+        let driven = Arc::new(DriveWithRates::new(&one));
         (!starts.is_empty()).then_some(Section { driven, starts, ahead, weight: 1.0 })
     };
     (0..parts).filter_map(part).collect()
 }
 
 /// The rows from `first` to `last` alone count; of the others only those stay that a lag of the steering remembers.
-fn cut(drive: &Drive, first: usize, last: usize) -> Drive {
+fn cut(drive: &EvenDrive, first: usize, last: usize) -> EvenDrive {
     let begin = first.saturating_sub((WARM_UP / drive.step).ceil() as usize);
     let end = (last + 2).min(drive.rows());
-    let channel = |of: &[f64]| of.get(begin..end).map_or(Vec::new(), <[f64]>::to_vec);
-    Drive {
+    EvenDrive {
         name: drive.name.clone(),
         log: drive.log,
         step: drive.step,
-        time: channel(&drive.time),
-        v_x: channel(&drive.v_x),
-        v_y: channel(&drive.v_y),
-        r: channel(&drive.r),
-        a_y: channel(&drive.a_y),
-        r_dot: channel(&drive.r_dot),
-        delta: channel(&drive.delta),
+        motion: drive.motion.slice(begin..end),
+        r_dot: drive.r_dot.get(begin..end).map_or(Vec::new(), <[f64]>::to_vec),
         counts: (begin..end)
             .map(|row| (first..=last).contains(&row) && drive.counts[row])
             .collect(),
@@ -106,7 +100,7 @@ fn cut(drive: &Drive, first: usize, last: usize) -> Drive {
 }
 
 /// The first rows of rollouts over `horizon` [s], one each `every` [s], all of whose rows count; and their number of rows.
-pub(super) fn starts(drive: &Drive, horizon: f64, every: f64) -> (Vec<usize>, usize) {
+pub(super) fn starts(drive: &EvenDrive, horizon: f64, every: f64) -> (Vec<usize>, usize) {
     let rows = |time: f64| ((time / drive.step).round() as usize).max(1);
     let (ahead, every) = (rows(horizon), rows(every));
     let mut starts = Vec::new();
@@ -140,6 +134,8 @@ fn correlated(series: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use preparation::Drive;
+
     use super::*;
 
     #[test]
@@ -155,13 +151,16 @@ mod tests {
     #[test]
     fn rollouts_avoid_rows_that_do_not_count() {
         let n = 1000;
-        let mut drive = Drive {
+        let mut drive = EvenDrive {
             step: 0.01,
-            time: (0..n).map(|i| f64::from(i) * 0.01).collect(),
-            v_x: vec![2.0; n as usize],
-            v_y: vec![0.0; n as usize],
             counts: vec![true; n as usize],
-            ..Drive::default()
+            motion: Drive {
+                t: (0..n).map(|i| f64::from(i) * 0.01).collect(),
+                v_x: vec![2.0; n as usize],
+                v_y: vec![0.0; n as usize],
+                ..Drive::default()
+            },
+            ..EvenDrive::default()
         };
         drive.counts[420] = false;
         let (starts, ahead) = starts(&drive, 1.5, 1.0);
@@ -171,19 +170,22 @@ mod tests {
     #[test]
     fn a_long_drive_has_sections_that_hold_only_their_rows() {
         let n = 40_000;
-        let mut drive = Drive {
+        let mut drive = EvenDrive {
             step: 0.01,
-            time: vec![0.0; n],
-            v_x: vec![2.0; n],
-            v_y: vec![0.1; n],
-            r: vec![0.5; n],
-            a_y: vec![1.0; n],
             r_dot: vec![0.0; n],
-            delta: vec![0.1; n],
             counts: vec![true; n],
-            ..Drive::default()
+            motion: Drive {
+                t: vec![0.0; n],
+                v_x: vec![2.0; n],
+                v_y: vec![0.1; n],
+                r: vec![0.5; n],
+                a_y: vec![1.0; n],
+                delta: vec![0.1; n],
+                ..Drive::default()
+            },
+            ..EvenDrive::default()
         };
-        drive.v_y[100] = f64::NAN;
+        drive.motion.v_y[100] = f64::NAN;
         let sections = sections(&[drive]);
         assert_eq!(sections.len(), 5);
         for section in &sections {

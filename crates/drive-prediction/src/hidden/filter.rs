@@ -1,29 +1,27 @@
-//! The extended Kalman filter: moves state and covariance from row to row and takes in whatever was measured there.
+//! The extended Kalman filter of the car, augmented by disturbances that are Gauss–Markov processes: prediction from row to row, and
+//! whatever was measured there, one channel after the other.
 #![allow(non_snake_case, reason = "symbols as in estimation")]
 
-use nalgebra::SMatrix;
+use kalman::augmented::StateEstimate;
+use nalgebra::{SMatrix, SVector};
 
 use super::car::{BANK, COMMON, Car, GRADE, Input, Linear, MOVING, SLIP, STATES, State, TRIM};
 use super::parameters::Parameters;
-use super::setup::{Setup, Wander};
+use super::setup::{GaussMarkov, Setup};
 use super::signals::{CHANNELS, Channel, Signals};
 use crate::lag::lag;
 
 pub(super) type Square = SMatrix<f64, STATES, STATES>;
 
-/// State and covariance.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Belief {
-    pub x: State,
-    pub P: Square,
-}
+/// Mean and covariance of the state.
+pub(super) type Estimate = StateEstimate<f64, STATES>;
 
 /// What happened at a row.
-pub(super) struct Row {
+pub(super) struct FilterRow {
     /// Before the measurements.
-    pub prior: Belief,
+    pub prior: Estimate,
     /// After them.
-    pub belief: Belief,
+    pub posterior: Estimate,
     /// Derivative of the prior's state by the state after the row before.
     pub F: Square,
     /// Residuals and their variances, in the order of the channels; NaN where nothing was measured.
@@ -49,8 +47,8 @@ const YAW_RATE: f64 = 1.0;
 /// A filter for one car.
 pub(super) struct Filter<'a> {
     car: Car<'a>,
-    /// The states that wander, with their rates of decay [1/s] and the growth of their variances [unit²/s].
-    wanders: [(usize, f64, f64); 5],
+    /// The states that are Gauss–Markov processes.
+    disturbances: [(usize, GaussMarkov); 5],
     process: [f64; 3],
     /// Variances of the channels.
     noise: [f64; CHANNELS],
@@ -60,9 +58,6 @@ impl<'a> Filter<'a> {
     /// With the variance of measured v_y [m²/s²], where the filter may see it.
     pub fn new(setup: &'a Setup, parameters: &'a Parameters, v_y_variance: f64) -> Self {
         let it = &setup.disturbances;
-        let of = |place: usize, Wander { std, time }: Wander| {
-            (place, 1.0 / time, 2.0 * std * std / time)
-        };
         let [r, a_y, v_x] = parameters.sensor_noise().map(|std| std * std);
         let [course, speed] = setup.gnss.map(|std| std * std);
         let mut noise = [0.0; CHANNELS];
@@ -70,16 +65,16 @@ impl<'a> Filter<'a> {
         noise[Channel::YawRate as usize] = r;
         noise[Channel::LateralAcceleration as usize] = a_y;
         noise[Channel::LateralSpeed as usize] = v_y_variance;
-        noise[Channel::Course as usize] = course;
+        noise[Channel::AdaptivePredictor as usize] = course;
         noise[Channel::GroundSpeed as usize] = speed;
         Self {
             car: Car::new(setup, parameters),
-            wanders: [
-                of(GRADE, it.grade),
-                of(BANK, it.bank),
-                of(SLIP[0], it.slip[0]),
-                of(SLIP[1], it.slip[1]),
-                of(COMMON, it.common_slip),
+            disturbances: [
+                (GRADE, it.grade),
+                (BANK, it.bank),
+                (SLIP[0], it.slip[0]),
+                (SLIP[1], it.slip[1]),
+                (COMMON, it.common_slip),
             ],
             process: parameters.process_noise().map(|std| std * std),
             noise,
@@ -87,7 +82,7 @@ impl<'a> Filter<'a> {
     }
 
     /// Shows every row of a drive, with the bank that a map gives for each, if any.
-    pub fn run(&self, signals: &Signals, bank: Option<&[f64]>, mut show: impl FnMut(&Row)) {
+    pub fn run(&self, signals: &Signals, bank: Option<&[f64]>, mut show: impl FnMut(&FilterRow)) {
         let setup = self.car.setup;
         let steering = lag(&signals.delta, setup.steering_lag, signals.step);
         let input = |row: usize| Input {
@@ -98,7 +93,7 @@ impl<'a> Filter<'a> {
         };
         let trim = setup.disturbances.trim;
         let mut trim = [0.0, trim * trim];
-        let mut belief = Belief { x: State::zeros(), P: Square::identity() };
+        let mut estimate = self.first(&[f64::NAN; CHANNELS], trim);
         let (mut slow, mut last) = (true, setup.least_speed);
         for row in 0..signals.rows() {
             let measured = &signals.measured[row];
@@ -109,55 +104,66 @@ impl<'a> Filter<'a> {
             }
             let mut F = Square::identity();
             if start || slow {
-                belief = self.first(measured, trim);
+                estimate = self.first(measured, trim);
             } else {
                 let parts = (signals.step * self.car.fastest(last) / STABLE).ceil();
                 let inputs = [input(row - 1), input(row)];
-                F = self.predict(&mut belief, &inputs, signals.step, parts.clamp(1.0, MOST_PARTS));
+                let parts = parts.clamp(1.0, MOST_PARTS) as usize;
+                F = self.predict(&mut estimate, &inputs, signals.step, parts);
             }
-            let prior = belief;
+            let prior = estimate;
             let (mut residual, mut variance) = ([f64::NAN; CHANNELS], [f64::NAN; CHANNELS]);
             if !start && !slow {
-                self.correct(&mut belief, &input(row), measured, &mut residual, &mut variance);
-                trim = [belief.x[TRIM], belief.P[(TRIM, TRIM)]];
+                self.update(&mut estimate, &input(row), measured, &mut residual, &mut variance);
+                trim = [estimate.x[TRIM], estimate.P[TRIM][TRIM]];
             }
             let taken = measured.map(|value| value.is_finite() && !start && !slow);
-            show(&Row { prior, belief, F, residual, variance, measured: taken, start, slow });
+            let posterior = estimate;
+            show(&FilterRow {
+                prior,
+                posterior,
+                F,
+                residual,
+                variance,
+                measured: taken,
+                start,
+                slow,
+            });
         }
     }
 
-    /// What is believed where the car has just become fast enough.
-    fn first(&self, measured: &[f64; CHANNELS], [trim, variance]: [f64; 2]) -> Belief {
-        let mut x = State::zeros();
+    /// The estimate where the car has just become fast enough.
+    fn first(&self, measured: &[f64; CHANNELS], [trim, variance]: [f64; 2]) -> Estimate {
+        let mut first = Estimate { x: [0.0; STATES], P: [[0.0; STATES]; STATES] };
+        let Estimate { x, P } = &mut first;
         x[0] = speed_of(measured).unwrap_or(0.0).max(self.car.setup.least_speed);
         let r = measured[Channel::YawRate as usize];
         x[2] = if r.is_finite() { r } else { 0.0 };
         x[TRIM] = trim;
-        let mut P = Square::zeros();
-        P[(0, 0)] = 4.0 * self.noise[Channel::Speed as usize].max(1e-6);
-        P[(1, 1)] = (SIDESLIP * x[0]).powi(2);
+        P[0][0] = 4.0 * self.noise[Channel::Speed as usize].max(1e-6);
+        P[1][1] = (SIDESLIP * x[0]).powi(2);
         let yaw = 4.0 * self.noise[Channel::YawRate as usize];
-        P[(2, 2)] = if r.is_finite() { yaw } else { YAW_RATE * YAW_RATE };
-        P[(3, 3)] = ANY_HEADING * ANY_HEADING;
-        for (place, decay, growth) in self.wanders {
-            P[(place, place)] = growth / (2.0 * decay);
+        P[2][2] = if r.is_finite() { yaw } else { YAW_RATE * YAW_RATE };
+        P[3][3] = ANY_HEADING * ANY_HEADING;
+        for (state, GaussMarkov { std, .. }) in self.disturbances {
+            P[state][state] = std * std;
         }
-        P[(TRIM, TRIM)] = variance;
-        Belief { x, P }
+        P[TRIM][TRIM] = variance;
+        first
     }
 
-    /// Moves a belief over a step [s] in parts; the derivative of the new state by the old one.
+    /// Moves an estimate over a step [s] in parts; the derivative of the new state by the old one.
     fn predict(
         &self,
-        belief: &mut Belief,
+        estimate: &mut Estimate,
         [from, to]: &[Input; 2],
         step: f64,
-        parts: f64,
+        parts: usize,
     ) -> Square {
-        let h = step / parts;
+        let h = step / parts as f64;
         let mut all = Square::identity();
-        for part in 0..parts as usize {
-            let share = (part as f64 + 0.5) / parts;
+        for part in 0..parts {
+            let share = (part as f64 + 0.5) / parts as f64;
             let between = |a: f64, b: f64| a + share * (b - a);
             let input = Input {
                 delta: between(from.delta, to.delta),
@@ -165,43 +171,48 @@ impl<'a> Filter<'a> {
                 bank: between(from.bank, to.bank),
                 ..*to
             };
-            let F = self.move_mean(&mut belief.x, &input, h);
-            belief.P = F * belief.P * F.transpose();
+            let (moved, F) = self.transition(&estimate.x, &input, h);
+            let rows: [[f64; STATES]; MOVING] =
+                std::array::from_fn(|i| std::array::from_fn(|j| F[(i, j)]));
+            estimate.propagate_covariance(&rows);
             for (i, growth) in self.process.iter().enumerate() {
-                belief.P[(i, i)] += growth * h;
+                estimate.P[i][i] += growth * h;
             }
-            for (place, decay, growth) in self.wanders {
-                belief.P[(place, place)] += growth * -(-2.0 * decay * h).exp_m1() / (2.0 * decay);
+            for (state, disturbance) in self.disturbances {
+                let (correlation, variance) = disturbance.step(h);
+                estimate.propagate_gauss_markov(state, correlation, variance);
             }
+            estimate.x[..MOVING].copy_from_slice(&moved);
             all = if part == 0 { F } else { F * all };
         }
         all
     }
 
-    /// Moves the mean by its Taylor series of second order over `h` [s]; the derivative of that.
-    fn move_mean(&self, x: &mut State, input: &Input, h: f64) -> Square {
-        let Linear { rates, A, .. } = self.car.linear(x, input);
+    /// The moving states after `h` [s] by their Taylor series of second order, and the derivative of all states by those before.
+    fn transition(&self, x: &[f64; STATES], input: &Input, h: f64) -> ([f64; MOVING], Square) {
+        let x = State::from(*x);
+        let Linear { rates, A, .. } = self.car.linear(&x, input);
         let mut whole = Square::zeros();
         whole.fixed_view_mut::<MOVING, STATES>(0, 0).copy_from(&A);
         let mut speed = State::zeros();
         speed.fixed_rows_mut::<MOVING>(0).copy_from(&rates);
-        for (place, decay, _) in self.wanders {
-            whole[(place, place)] = -decay;
-            speed[place] = -decay * x[place];
+        for (state, GaussMarkov { time, .. }) in self.disturbances {
+            whole[(state, state)] = -1.0 / time;
+            speed[state] = -x[state] / time;
         }
         let bent = whole * speed;
-        *x += speed * h + bent * (0.5 * h * h);
+        let moved = x + speed * h + bent * (0.5 * h * h);
         let mut F = whole * whole * (0.5 * h * h) + whole * h + Square::identity();
-        for (place, decay, _) in self.wanders {
-            F[(place, place)] = (-decay * h).exp();
+        for (state, disturbance) in self.disturbances {
+            F[(state, state)] = disturbance.step(h).0;
         }
-        F
+        (std::array::from_fn(|i| moved[i]), F)
     }
 
     /// Takes in the measurements one after the other.
-    fn correct(
+    fn update(
         &self,
-        belief: &mut Belief,
+        estimate: &mut Estimate,
         input: &Input,
         measured: &[f64; CHANNELS],
         residuals: &mut [f64; CHANNELS],
@@ -210,19 +221,18 @@ impl<'a> Filter<'a> {
         if measured.iter().all(|value| value.is_nan()) {
             return;
         }
-        let prior = belief.x;
+        let prior = State::from(estimate.x);
         let at = self.car.linear(&prior, input);
         for channel in (0..CHANNELS).filter(|channel| measured[*channel].is_finite()) {
             let (expected, H) = self.expected(channel, &prior, &at, input);
-            let with = belief.P * H;
-            let variance = H.dot(&with) + self.noise[channel];
-            let mut residual = measured[channel] - expected - H.dot(&(belief.x - prior));
-            if channel == Channel::Course as usize {
+            let cross_covariance = estimate.P.map(|row| SVector::from(row).dot(&H));
+            let variance = H.dot(&SVector::from(cross_covariance)) + self.noise[channel];
+            let moved = State::from(estimate.x) - prior;
+            let mut residual = measured[channel] - expected - H.dot(&moved);
+            if channel == Channel::AdaptivePredictor as usize {
                 residual -= std::f64::consts::TAU * (residual / std::f64::consts::TAU).round();
             }
-            let gain = with / variance;
-            belief.x += gain * residual;
-            belief.P -= gain * with.transpose();
+            estimate.update(&cross_covariance, residual, variance);
             (residuals[channel], variances[channel]) = (residual, variance);
         }
     }
@@ -242,7 +252,7 @@ impl<'a> Filter<'a> {
             H = at.A.row(2).transpose() * -r_delay;
             H[2] += 1.0;
             x[2] - r_delay * at.rates[2]
-        } else if channel == Channel::Course as usize {
+        } else if channel == Channel::AdaptivePredictor as usize {
             (H[0], H[1], H[3]) = (-v_y / square, v_x / square, 1.0);
             x[3] + v_y.atan2(v_x)
         } else if channel == Channel::GroundSpeed as usize {
@@ -250,9 +260,9 @@ impl<'a> Filter<'a> {
             (H[0], H[1]) = (v_x / speed, v_y / speed);
             speed
         } else {
-            let place = usize::from(channel == Channel::LateralSpeed as usize);
-            H[place] = 1.0;
-            x[place]
+            let state = usize::from(channel == Channel::LateralSpeed as usize);
+            H[state] = 1.0;
+            x[state]
         };
         (value, H)
     }

@@ -1,27 +1,35 @@
-//! What is known or decided before a fit without v_y: the car, and how its disturbances wander.
+//! What is known or decided before a fit without v_y: the car, its sensors, and the Gauss–Markov processes of its disturbances.
 
 use vehicle::Body;
 
-/// A quantity that wanders about zero: an Ornstein–Uhlenbeck process.
+/// A disturbance that wanders about zero: a Gauss–Markov process of first order (Ornstein–Uhlenbeck).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Wander {
+pub struct GaussMarkov {
     /// Standard deviation, in the unit of the quantity.
     pub std: f64,
     /// Correlation time [s].
     pub time: f64,
 }
 
+impl GaussMarkov {
+    /// Correlation over `h` [s], and the variance that it gains in that time.
+    pub(super) fn step(&self, h: f64) -> (f64, f64) {
+        let gained = -(-2.0 * h / self.time).exp_m1();
+        ((-h / self.time).exp(), self.std * self.std * gained)
+    }
+}
+
 /// What disturbs the motion. Yaw rate and a_y cannot tell these sizes, so they are engineering, not estimates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disturbances {
     /// Gravity along the car: grade [m/s²].
-    pub grade: Wander,
+    pub grade: GaussMarkov,
     /// Gravity across the car: bank [m/s²].
-    pub bank: Wander,
+    pub bank: GaussMarkov,
     /// Errors of the slip angles of the front and rear axle [rad].
-    pub slip: [Wander; 2],
+    pub slip: [GaussMarkov; 2],
     /// Error of the slip angles of both axles alike [rad].
-    pub common_slip: Wander,
+    pub common_slip: GaussMarkov,
     /// The standard deviation that the same error has in estimates [rad]. It is larger: a fit that allows for more than yaw rate and a_y can
     /// tell finds tires that are too soft, while an estimate must hold what curves get wrong.
     pub blind_slip: f64,
@@ -32,20 +40,20 @@ pub struct Disturbances {
 impl Disturbances {
     /// Of a car on a road or race track.
     pub const ROAD: Self = Self {
-        grade: Wander { std: 0.04, time: 3.0 },
-        bank: Wander { std: 0.2, time: 4.0 },
-        slip: [Wander { std: 0.0015, time: 2.0 }; 2],
-        common_slip: Wander { std: 0.002, time: 2.0 },
+        grade: GaussMarkov { std: 0.04, time: 3.0 },
+        bank: GaussMarkov { std: 0.2, time: 4.0 },
+        slip: [GaussMarkov { std: 0.0015, time: 2.0 }; 2],
+        common_slip: GaussMarkov { std: 0.002, time: 2.0 },
         blind_slip: 0.004,
         trim: 0.01,
     };
 
     /// Of a small car on a flat floor whose steering has play.
     pub const SMALL: Self = Self {
-        grade: Wander { std: 1e-3, time: 1.0 },
-        bank: Wander { std: 0.01, time: 1.0 },
-        slip: [Wander { std: 0.015, time: 1.0 }, Wander { std: 0.01, time: 1.0 }],
-        common_slip: Wander { std: 0.003, time: 1.0 },
+        grade: GaussMarkov { std: 1e-3, time: 1.0 },
+        bank: GaussMarkov { std: 0.01, time: 1.0 },
+        slip: [GaussMarkov { std: 0.015, time: 1.0 }, GaussMarkov { std: 0.01, time: 1.0 }],
+        common_slip: GaussMarkov { std: 0.003, time: 1.0 },
         blind_slip: 0.003,
         trim: 0.02,
     };

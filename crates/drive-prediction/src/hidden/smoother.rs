@@ -1,39 +1,38 @@
-//! Looks back: the belief in every row given all measurements, by Rauch, Tung and Striebel.
+//! The smoother of Rauch, Tung and Striebel over the rows of the filter: the estimate in every row given all measurements.
 #![allow(non_snake_case, reason = "symbols as in estimation")]
 
-use super::filter::{Belief, Row, Square};
+use kalman::{Gaussian, smooth_step};
+
+use super::car::STATES;
+use super::filter::{FilterRow, Square};
 
 /// What the smoother needs of a row.
 pub(super) struct Step {
-    pub prior: Belief,
-    pub belief: Belief,
-    pub F: Square,
+    prior: Gaussian<STATES>,
+    posterior: Gaussian<STATES>,
+    F: Square,
     /// Whether nothing before this row belongs to it.
-    pub start: bool,
+    start: bool,
 }
 
-impl From<&Row> for Step {
-    fn from(row: &Row) -> Self {
-        let Row { prior, belief, F, start, slow, .. } = row;
-        Self { prior: *prior, belief: *belief, F: *F, start: *start || *slow }
+impl From<&FilterRow> for Step {
+    fn from(row: &FilterRow) -> Self {
+        let FilterRow { prior, posterior, F, start, slow, .. } = row;
+        let (prior, posterior) = (prior.into(), posterior.into());
+        Self { prior, posterior, F: *F, start: *start || *slow }
     }
 }
 
-/// Smoothed beliefs.
-pub(super) fn smooth(steps: &[Step]) -> Vec<Belief> {
-    let mut beliefs: Vec<Belief> = steps.iter().map(|step| step.belief).collect();
+/// Smoothed estimates; one before a prediction that is singular stays as it was filtered.
+pub(super) fn smooth(steps: &[Step]) -> Vec<Gaussian<STATES>> {
+    let mut smoothed: Vec<_> = steps.iter().map(|step| step.posterior).collect();
     for k in (0..steps.len().saturating_sub(1)).rev() {
         let next = &steps[k + 1];
         if next.start {
             continue;
         }
-        let Some(inverse) = next.prior.P.cholesky().map(|it| it.inverse()) else { continue };
-        let gain = beliefs[k].P * next.F.transpose() * inverse;
-        let later = beliefs[k + 1];
-        let belief = &mut beliefs[k];
-        belief.x += gain * (later.x - next.prior.x);
-        belief.P += gain * (later.P - next.prior.P) * gain.transpose();
-        belief.P = (belief.P + belief.P.transpose()) * 0.5;
+        let state = smooth_step(&smoothed[k], &next.F, &next.prior, &smoothed[k + 1]);
+        smoothed[k] = state.unwrap_or(smoothed[k]);
     }
-    beliefs
+    smoothed
 }

@@ -1,17 +1,21 @@
 //! Estimates v_y and sideslip of a drive with what a fit found, looking back only or both ways, with intervals that hold what the fit does
 //! not know.
 
+use kalman::Gaussian;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::bank::BankMap;
-use super::car::BANK;
-use super::filter::{Belief, Filter};
+use super::car::{BANK, STATES};
+use super::filter::Filter;
 use super::fit::Fit;
 use super::parameters::{Parameters, SIZE};
 use super::setup::Setup;
 use super::signals::Signals;
 use super::smoother::{Step, smooth};
+
+/// What the filter or the smoother says in a row, and whether the car is too slow there to tell anything.
+type RowEstimate = (Gaussian<STATES>, bool);
 
 /// What is known of the motion in each row.
 #[derive(Clone, Debug, Default)]
@@ -45,15 +49,17 @@ fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both:
     let times = fit.step / signals.step;
     let mut blind = *setup;
     blind.disturbances.common_slip.std = setup.disturbances.blind_slip;
-    let beliefs = |parameters: &Parameters| {
+    let estimates = |parameters: &Parameters| {
         let parameters = parameters.sampled(times);
         // v_y is a secret here even where a drive shows it.
         let hidden = signals.hiding_v_y();
         let filter = Filter::new(&blind, &parameters, f64::INFINITY);
         if !both {
-            let mut beliefs = Vec::with_capacity(signals.rows());
-            filter.run(&hidden, bank.as_deref(), |row| beliefs.push((row.belief, row.slow)));
-            return beliefs;
+            let mut rows = Vec::with_capacity(signals.rows());
+            filter.run(&hidden, bank.as_deref(), |row| {
+                rows.push((Gaussian::from(&row.posterior), row.slow));
+            });
+            return rows;
         }
         let (mut steps, mut slow) = (Vec::with_capacity(signals.rows()), Vec::new());
         filter.run(&hidden, bank.as_deref(), |row| {
@@ -62,13 +68,13 @@ fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both:
         });
         smooth(&steps).into_iter().zip(slow).collect()
     };
-    let here = beliefs(&fit.parameters);
-    let unsure = unsure(fit, &here, &beliefs);
+    let here = estimates(&fit.parameters);
+    let unsure = parameter_variance(fit, &here, &estimates);
     let mut estimate = Estimate::default();
-    for ((Belief { x, P }, slow), more) in here.iter().zip(unsure) {
+    for ((Gaussian { mean: x, cov }, slow), more) in here.iter().zip(unsure) {
         // Where the car is too slow to tell, its rear axle does not slip.
         let v_y = if *slow { setup.body.l_r * x[2] } else { x[1] };
-        let std = (P[(1, 1)].max(0.0) + more).sqrt();
+        let std = (cov[(1, 1)].max(0.0) + more).sqrt();
         let v_x = x[0].max(setup.least_speed);
         estimate.v_y.push(v_y);
         estimate.v_y_std.push(std);
@@ -80,9 +86,9 @@ fn run(setup: &Setup, fit: &Fit, signals: &Signals, map: Option<&BankMap>, both:
 }
 
 /// The variance of v_y in each row by what the fit does not know of its unknowns, along the principal axes of their covariance.
-fn unsure<F>(fit: &Fit, here: &[(Belief, bool)], beliefs: &F) -> Vec<f64>
+fn parameter_variance<F>(fit: &Fit, here: &[RowEstimate], estimates: &F) -> Vec<f64>
 where
-    F: Fn(&Parameters) -> Vec<(Belief, bool)> + Sync,
+    F: Fn(&Parameters) -> Vec<RowEstimate> + Sync,
 {
     let axes = fit.covariance.clone().symmetric_eigen();
     let moved = |k: usize| {
@@ -90,9 +96,9 @@ where
         // The estimate is far from linear over a whole standard deviation of what is hardly known.
         let share = 0.1;
         let x = &fit.coordinates + axes.eigenvectors.column(k) * (std * share);
-        let there = beliefs(&fit.at(&x));
-        let square = |(there, here): (&(Belief, bool), &(Belief, bool))| {
-            ((there.0.x[1] - here.0.x[1]) / share).powi(2)
+        let there = estimates(&fit.at(&x));
+        let square = |(there, here): (&RowEstimate, &RowEstimate)| {
+            ((there.0.mean[1] - here.0.mean[1]) / share).powi(2)
         };
         there.iter().zip(here).map(square).collect::<Vec<f64>>()
     };

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use drive_prediction::car::{Car, Steering, Variation};
 use drive_prediction::zero_phase::{derivative, low_pass};
-use drive_prediction::{Drive, Sensors};
+use drive_prediction::{EvenDrive, Sensors};
+use preparation::Drive;
 use vehicle::Body;
 
 /// The folder of the data; `TRACKSIDE_DATA` names another one.
@@ -44,12 +45,12 @@ pub fn dart_body() -> Body {
 pub const DART_LAG: f64 = 0.06;
 
 /// A log of DART, by its name without `dart_`.
-pub fn dart(name: &str) -> Option<Drive> {
+pub fn dart(name: &str) -> Option<EvenDrive> {
     dart_in(&folder(), name)
 }
 
 /// The same from a folder.
-pub fn dart_in(folder: &Path, name: &str) -> Option<Drive> {
+pub fn dart_in(folder: &Path, name: &str) -> Option<EvenDrive> {
     let column = columns(folder, &format!("dart_{name}.csv"))?;
     let v_x = column("v_x");
     let gap = column("gap");
@@ -61,19 +62,22 @@ pub fn dart_in(folder: &Path, name: &str) -> Option<Drive> {
         a_x: None,
         ..Sensors::default()
     };
-    Some(Drive {
+    Some(EvenDrive {
         name: name.to_owned(),
         step: 0.01,
-        time: column("time_s"),
-        v_y: column("v_y"),
-        r: column("yaw_rate"),
-        a_y: column("a_y"),
         r_dot: column("yaw_acc"),
-        delta: column("steering_angle_rad"),
-        v_x,
         counts,
         sensors: Some(sensors),
-        ..Drive::default()
+        motion: Drive {
+            t: column("time_s"),
+            v_y: column("v_y"),
+            r: column("yaw_rate"),
+            a_y: column("a_y"),
+            delta: column("steering_angle_rad"),
+            v_x,
+            ..Drive::default()
+        },
+        ..EvenDrive::default()
     })
 }
 
@@ -83,12 +87,12 @@ pub fn lm_body() -> Body {
 }
 
 /// The log of the 250 LM.
-pub fn lm() -> Option<Drive> {
+pub fn lm() -> Option<EvenDrive> {
     lm_in(&folder())
 }
 
 /// The same from a folder.
-pub fn lm_in(folder: &Path) -> Option<Drive> {
+pub fn lm_in(folder: &Path) -> Option<EvenDrive> {
     let column = columns(folder, "revs_250lm.csv")?;
     let smooth = |title: &str| low_pass(&column(title), 5.0, 0.01);
     let v_x = smooth("vx_mps");
@@ -102,19 +106,22 @@ pub fn lm_in(folder: &Path) -> Option<Drive> {
         a_x: Some(column("ax_mps2")),
         ..Sensors::default()
     };
-    Some(Drive {
+    Some(EvenDrive {
         name: "250 LM".to_owned(),
         step: 0.01,
-        time: column("t_s"),
-        v_y: smooth("vy_mps"),
-        a_y: smooth("ay_mps2"),
         r_dot: derivative(&r, 0.01),
-        r,
-        delta: column("delta_rad"),
-        v_x,
         counts,
         sensors: Some(sensors),
-        ..Drive::default()
+        motion: Drive {
+            t: column("t_s"),
+            v_y: smooth("vy_mps"),
+            a_y: smooth("ay_mps2"),
+            r,
+            delta: column("delta_rad"),
+            v_x,
+            ..Drive::default()
+        },
+        ..EvenDrive::default()
     })
 }
 

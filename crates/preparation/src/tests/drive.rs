@@ -78,7 +78,7 @@ pub fn simulate(vehicle: &Vehicle, seconds: f64, side: f64) -> Vec<Instant> {
 
 /// What the sensors show: every signal at its own rate, `every` so many instants: velocities 200 Hz, accelerations and
 /// yaw rate 400 Hz, steering 100 Hz, shifted in phase.
-pub fn record(drive: &[Instant]) -> DriveLog {
+pub fn record(drive: &[Instant]) -> DriveLog<'static> {
     let mut recording = DriveLog::default();
     let mut signal = |name: &str, first: usize, every: usize, of: &dyn Fn(&Instant) -> f64| {
         let rows = || drive.iter().skip(first).step_by(every);

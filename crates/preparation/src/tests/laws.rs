@@ -15,19 +15,19 @@ fn drive() -> Vec<Instant> {
 }
 
 fn changed(
-    recording: &DriveLog,
+    recording: &DriveLog<'static>,
     name: &str,
     change: impl Fn(usize, f64, f64) -> Option<(f64, f64)>,
-) -> DriveLog {
+) -> DriveLog<'static> {
     let mut recording = recording.clone();
     let signal = recording.get(name).expect("it is there").clone();
-    let rows = signal.time.iter().zip(&signal.value).enumerate();
+    let rows = signal.time.iter().zip(&*signal.value).enumerate();
     let (time, value) = rows.filter_map(|(i, (t, v))| change(i, *t, *v)).unzip();
     recording.insert(name, time, value);
     recording
 }
 
-fn later(recording: &DriveLog, by: f64) -> DriveLog {
+fn later(recording: &DriveLog<'static>, by: f64) -> DriveLog<'static> {
     let present: Vec<_> =
         SIGNALS.iter().map(|s| s.0).filter(|n| recording.get(n).is_some()).collect();
     present.iter().fold(recording.clone(), |r, name| changed(&r, name, |_, t, v| Some((t + by, v))))

@@ -15,7 +15,7 @@ fn path() -> PathBuf {
     folder.join("revs_250lm.csv")
 }
 
-fn recording() -> Option<DriveLog> {
+fn recording() -> Option<DriveLog<'static>> {
     let text = std::fs::read_to_string(path()).ok()?;
     let mut lines = text.lines();
     let names: Vec<&str> = lines.next()?.split(',').collect();
@@ -118,7 +118,7 @@ fn mirrored_ferrari() {
     let mut mirrored = recording.clone();
     for name in ["v_y", "a_y", "r", "delta"] {
         let signal = recording.get(name).expect("it was put in");
-        mirrored.insert(name, signal.time.clone(), signal.value.iter().map(|v| -v).collect());
+        mirrored.insert(name, signal.time.to_vec(), signal.value.iter().map(|v| -v).collect());
     }
     let [a, b] =
         [&recording, &mirrored].map(|r| settings().run(r).expect("it is complete").rear.lateral);

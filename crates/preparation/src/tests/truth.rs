@@ -138,7 +138,11 @@ fn offsets_of_the_sensors_are_found_and_taken_off() {
     let drive = simulate(&vehicle, 24.0, 1.0);
     let disturb = |name: &str, by: f64, recording: &mut crate::DriveLog| {
         let signal = recording.get(name).expect("it is there").clone();
-        recording.insert(name, signal.time, signal.value.iter().map(|v| v + by).collect());
+        recording.insert(
+            name,
+            signal.time.into_owned(),
+            signal.value.iter().map(|v| v + by).collect(),
+        );
     };
     let mut recording = record(&drive);
     for (name, by) in [("r", 0.003), ("a_x", -0.1), ("a_y", 0.15)] {
@@ -167,7 +171,7 @@ fn noisy_sensors_scatter_about_the_curves() {
         let noise = Normal::new(0.0, std).expect("it is positive");
         let signal = recording.get(name).expect("it is there").clone();
         let value = signal.value.iter().map(|v| v + noise.sample(&mut random)).collect();
-        recording.insert(name, signal.time, value);
+        recording.insert(name, signal.time.into_owned(), value);
     }
     let car = Car { body: vehicle.body, aero: vehicle.aero, ..Car::default() };
     let settings = Pipeline { car, offsets: no_offsets(), ..Pipeline::default() };

@@ -1,6 +1,6 @@
 //! Shows in the recording what was found along each drive: states, slip angles, innovations, accelerations.
 
-use drive_inference::{Drive, Identified};
+use drive_inference::{Drive, Identification};
 use plugin::{Host, Signal};
 use tire_inference::axles::Axle;
 use vehicle::Vehicle;
@@ -30,7 +30,12 @@ fn group(name: &str, time: &[f64], columns: impl IntoIterator<Item = Column>, ho
 }
 
 /// Records everything, one drive after the other in the same columns.
-pub(super) fn record(car: &Vehicle, recordings: &[Drive], found: &Identified, host: &mut dyn Host) {
+pub(super) fn record(
+    car: &Vehicle,
+    recordings: &[Drive],
+    found: &Identification,
+    host: &mut dyn Host,
+) {
     let time: Vec<f64> = recordings.iter().flat_map(|recording| &recording.t).copied().collect();
     let all =
         |of: &dyn Fn(usize) -> Vec<f64>| (0..recordings.len()).flat_map(of).collect::<Vec<f64>>();
@@ -48,7 +53,7 @@ pub(super) fn record(car: &Vehicle, recordings: &[Drive], found: &Identified, ho
     let accelerations = [
         ("a_y", "m/s2", all(&|k| series[k].a_y.clone())),
         ("a_y_expected", "m/s2", all(&|k| series[k].a_y_expected(&recordings[k]).collect())),
-        ("a_y_reconstructed", "m/s2", all(&|k| found.explained[k].a_y.clone())),
+        ("a_y_reconstructed", "m/s2", all(&|k| found.smoothed[k].a_y.clone())),
         ("a_y_measured", "m/s2", all(&|k| recordings[k].a_y.clone())),
     ];
     group("lateral acceleration", &time, accelerations, host);
@@ -60,10 +65,10 @@ fn smoothed(
     car: &Vehicle,
     time: &[f64],
     recordings: &[Drive],
-    found: &Identified,
+    found: &Identification,
     host: &mut dyn Host,
 ) {
-    let states = || found.explained.iter().flat_map(|explained| &explained.smoothed.states);
+    let states = || found.smoothed.iter().flat_map(|smoothed| &smoothed.states.states);
     let columns = NOMINAL.into_iter().enumerate().flat_map(|(i, [name, std, unit])| {
         [
             (name, unit, states().map(|state| state.mean[i]).collect()),

@@ -1,18 +1,10 @@
-//! Holds the smoothed signals that three relations of the motion are made of, and the sums of squares of each relation.
+//! The smoothed signals of a log that the relations of its motion are made of.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use super::causes::{CAUSES, CONSTANT};
-use crate::blocks::{Blocks, split, trim};
-use crate::case::Case;
 use crate::motion::Motion;
-use crate::statistics::quantile;
 
 /// Narrowest filter [s].
 const FILTER: f64 = 0.06;
-/// Share of the highest lateral acceleration below which slip goes with force, but for its cube.
-const LINEAR: f64 = 0.6;
-/// Fewest rows of a relation.
-const LEAST_ROWS: usize = 400;
 
 /// Smoothed signals: the number is the order of the derivative.
 pub(super) struct Terms {
@@ -52,21 +44,6 @@ impl Relation {
     }
 }
 
-pub(super) const RELATIONS: [Relation; 3] = [Relation::RigidBody, Relation::Rear, Relation::Front];
-/// Columns of an axle that the car decides: force, its cube, its change with speed, yaw acceleration, distance to the axle.
-const PER_AXLE: usize = 5;
-/// Columns before those of the causes.
-pub(super) const NUISANCES: usize = 2 * PER_AXLE;
-
-/// The sums of one relation.
-pub(super) struct Measured {
-    pub relation: Relation,
-    /// Columns: those that the car decides, then those of the causes.
-    pub blocks: Blocks,
-    /// Columns of its own that are fitted with the causes.
-    pub own: Vec<usize>,
-}
-
 impl Terms {
     /// The name of a channel that is mostly noise, if there is one.
     pub fn new(motion: &Motion) -> Result<Self, &'static str> {
@@ -85,114 +62,5 @@ impl Terms {
             curvature: both(&ratio("r")),
             delta: both(&motion.raw("delta")),
         })
-    }
-
-    /// Sums of all relations that the log has the channels for.
-    /// `known` are errors, by their index, with which rows are told that no fit explains.
-    pub fn measure(&self, case: &Case, known: &[(usize, f64)]) -> Vec<Measured> {
-        let top = quantile(self.v_x[0].iter().copied(), 0.95);
-        let moves: Vec<bool> = self.v_x[0].iter().map(|v_x| *v_x > 0.3 * top).collect();
-        let split = split(&moves);
-        RELATIONS
-            .into_iter()
-            .filter_map(|relation| self.relation(case, relation, &split, known))
-            .collect()
-    }
-
-    fn relation(
-        &self,
-        case: &Case,
-        relation: Relation,
-        split: &[Option<usize>],
-        known: &[(usize, f64)],
-    ) -> Option<Measured> {
-        let rows = self.v_x[0].len();
-        let arm =
-            case.car.axles.map(|[l_f, l_r]| if relation == Relation::Front { l_f } else { l_r });
-        let target = self.target(relation, arm);
-        let force = self.forces(relation, case);
-        let top = quantile(force.iter().map(|force| force.abs()), 0.98);
-        let linear = |k: usize| relation == Relation::RigidBody || force[k].abs() < LINEAR * top;
-        let nuisances = self.nuisances(force.clone());
-        let first = match relation {
-            Relation::RigidBody => None,
-            Relation::Rear => Some(0),
-            Relation::Front => Some(PER_AXLE),
-        };
-        let own: Vec<usize> = match (first, arm) {
-            (None, _) => Vec::new(),
-            (Some(first), Some(_)) => (first..first + PER_AXLE - 1).collect(),
-            (Some(first), None) => (first..first + PER_AXLE).collect(),
-        };
-        let mut used: Vec<_> = (0..rows).map(|k| split[k].filter(|_| linear(k))).collect();
-        if first.is_some() {
-            // Past its peak an axle has little force at much slip.
-            let one = vec![1.0; rows];
-            let columns = own.iter().map(|column| &nuisances[column % PER_AXLE][..]);
-            let mut right = target.clone();
-            for &(index, value) in known {
-                if let Some(column) = CAUSES[index].column(relation, self, 0.0, arm) {
-                    right
-                        .iter_mut()
-                        .zip(&column)
-                        .for_each(|(right, error)| *right -= value * error);
-                }
-            }
-            used = trim(&columns.chain([&one[..]]).collect::<Vec<_>>(), &right, &used);
-        }
-        let sums = |compliance: f64| {
-            let mut columns: Vec<Option<&[f64]>> = vec![None; NUISANCES];
-            for &column in &own {
-                columns[column] = Some(&nuisances[column % PER_AXLE]);
-            }
-            let causes: Vec<_> =
-                CAUSES.iter().map(|cause| cause.column(relation, self, compliance, arm)).collect();
-            columns.extend(causes.iter().map(Option::as_deref));
-            let mut blocks = Blocks::new(columns.len());
-            blocks.add(&columns, &target, |k| used[k]);
-            blocks
-        };
-        let mut blocks = sums(0.0);
-        if blocks.rows < LEAST_ROWS {
-            return None;
-        }
-        if first.is_some() {
-            let alone = blocks.fit(&[&own[..], &[NUISANCES + CONSTANT]].concat())?;
-            if relation.is_of_a_tire(alone.t(0)) {
-                blocks = sums(alone.values[0].abs());
-            }
-        }
-        Some(Measured { relation, blocks, own })
-    }
-
-    /// What is 0 for true signals, but for the slip that the force of an axle makes.
-    fn target(&self, relation: Relation, arm: Option<f64>) -> Vec<f64> {
-        let at = |k: usize| -> f64 {
-            let reach = arm.unwrap_or(0.0) * self.curvature[0][k];
-            match relation {
-                Relation::RigidBody => self.a_y[0][k] - self.turn[0][k] - self.v_y[0][k],
-                Relation::Rear => self.sideslip[0][k] - reach,
-                Relation::Front => self.delta[0][k] - self.sideslip[0][k] - reach,
-            }
-        };
-        (0..self.v_x[0].len()).map(at).collect()
-    }
-
-    /// The force of an axle over the mass that it carries [m/s²]: a_y + l_f r' in front and a_y − l_r r' in the rear, with
-    /// I_zz of about m l_f l_r.
-    fn forces(&self, relation: Relation, case: &Case) -> Vec<f64> {
-        let arm = match (relation, case.car.axles) {
-            (Relation::Front, Some([l_f, _])) => l_f,
-            (Relation::Rear, Some([_, l_r])) => -l_r,
-            _ => 0.0,
-        };
-        self.a_y[0].iter().zip(&self.r[1]).map(|(a_y, rate)| a_y + arm * rate).collect()
-    }
-
-    fn nuisances(&self, force: Vec<f64>) -> [Vec<f64>; PER_AXLE] {
-        let cube = force.iter().map(|force| force.powi(3)).collect();
-        let with_speed =
-            force.iter().zip(&self.v_x[0]).map(|(force, v_x)| force * v_x.powi(2)).collect();
-        [force, cube, with_speed, self.r[1].clone(), self.curvature[0].clone()]
     }
 }

@@ -5,9 +5,10 @@
 
 use numerics::text::significant;
 
-use super::Found;
-use super::causes::CAUSES;
-use super::terms::{Measured, NUISANCES, Relation};
+use super::ErrorFit;
+use super::log_errors::{LOG_ERRORS, unit};
+use super::relation_sums::{NUISANCES, RelationSums};
+use super::terms::Relation;
 use crate::blocks::ONE_CONSTANT;
 
 /// Standard deviations from 0 at which a relation alone tells an error, and between two that differ.
@@ -23,7 +24,7 @@ struct Witness {
 }
 
 impl Witness {
-    fn of(measured: &Measured, found: &Found, place: usize) -> Option<Self> {
+    fn of(measured: &RelationSums, found: &ErrorFit, place: usize) -> Option<Self> {
         let here = |cause: &&usize| measured.blocks.has(NUISANCES + **cause);
         let causes: Vec<usize> = found.causes.iter().filter(here).copied().collect();
         let index = causes.iter().position(|cause| *cause == found.causes[place])?;
@@ -58,9 +59,13 @@ impl Witness {
 
 /// Why an error of `v_y` may not be corrected: the rear axle, which no steering disturbs, does not tell it, no second relation does,
 /// or one of them tells another value. `None` where they agree.
-pub(super) fn contradiction(measured: &[Measured], found: &Found, place: usize) -> Option<String> {
+pub(super) fn contradiction(
+    measured: &[RelationSums],
+    found: &ErrorFit,
+    place: usize,
+) -> Option<String> {
     let value = found.fit.values[found.before + place];
-    let unit = CAUSES[found.causes[place]].unit();
+    let unit = unit(LOG_ERRORS[found.causes[place]]);
     let all: Vec<Witness> =
         measured.iter().filter_map(|it| Witness::of(it, found, place)).collect();
     if let Some(other) = all.iter().find(|it| it.differs(value)) {

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use numerics::text::significant;
+use preparation::ColumnKey;
 use units::STANDARD_GRAVITY;
 
 use crate::correction::{Correction, Key};
@@ -88,7 +89,9 @@ impl Mistake {
     /// What corrects it, with a factor that is found only now.
     pub fn correction(&self, factor: f64) -> Correction {
         let gain = match self.kind {
-            Kind::SteeringWheel | Kind::RimSpeed => Some(Key::Gain(self.scale / factor.abs())),
+            Kind::SteeringWheel | Kind::RimSpeed => {
+                Some(ColumnKey::Gain(self.scale / factor.abs()).into())
+            }
             _ => None,
         };
         let mirrored = (self.sign < 0.0).then_some(Key::Mirrored);

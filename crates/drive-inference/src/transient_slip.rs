@@ -1,0 +1,91 @@
+//! The process model of the filter on tires with transient slip, which follows the motion over a relaxation length.
+//!
+//! The state is x = [v_x, v_y, r, α_f, α_r, ξ_x] in m/s, m/s, rad/s, rad, rad and N, with σ α' = |v_x| (slip of the motion − α)
+//! (Pacejka, Tire and Vehicle Dynamics, section 7.2).
+
+use kalman::augmented::ProcessModel;
+use numerics::scalar::Scalar;
+
+use crate::car::{Car, CarLinearisation, HeldInput, Loads, curve, motion, size, slip, slip_speed};
+use crate::tires::Tires;
+
+/// States that have rates.
+pub const MOVING: usize = 5;
+/// All states of the car.
+pub const STATES: usize = 6;
+
+/// The car on tires whose slip follows the motion.
+pub struct TransientSlip<T> {
+    /// The car.
+    pub car: Car<T>,
+    /// The tires.
+    pub tires: Tires<T>,
+    /// Relaxation lengths of the front and the rear tires [m].
+    pub lengths: [T; 2],
+}
+
+impl<T: Scalar> ProcessModel<T, MOVING, STATES> for TransientSlip<T> {
+    type Input = HeldInput<T>;
+    type Linearised = CarLinearisation<T, MOVING, STATES>;
+    const NOISY: &'static [usize] = &[0, 1, 2, STATES - 1];
+
+    #[inline(always)]
+    fn linearise(&self, x: &[T; STATES], u: &HeldInput<T>) -> Self::Linearised {
+        linearise(&self.car, &self.tires, &self.lengths, x, u)
+    }
+}
+
+/// Rates at a state under an input, with relaxation lengths of both axles [m].
+#[inline(always)]
+pub fn linearise<T: Scalar>(
+    car: &Car<T>,
+    tires: &Tires<T>,
+    lengths: &[T; 2],
+    x: &[T; STATES],
+    u: &HeldInput<T>,
+) -> CarLinearisation<T, MOVING, STATES> {
+    let [v_x, v_y, r, alpha_f, alpha_r, xi_x] = *x;
+    let zero = v_x.constant(0.0);
+    let [mu_f, slope_f] = curve(&tires.front, alpha_f);
+    let [mu_r, slope_r] = curve(&tires.rear, alpha_r);
+    let loads = Loads::new(car, u, [v_x, xi_x], mu_f);
+    let Loads { front: F_zf, rear: F_zr, drag, by_v, by_xi, .. } = loads;
+    // Changes of F_yf and F_yr with each state.
+    let changes = [
+        (by_v * mu_f, (loads.total_by_v - by_v) * mu_r),
+        (zero, zero),
+        (zero, zero),
+        (slope_f * F_zf.plus(drag, mu_f), -(slope_f * drag * mu_r)),
+        (zero, slope_r * F_zr),
+        (by_xi * mu_f, -(by_xi * mu_r)),
+    ];
+    let forces = [F_zf * mu_f, F_zr * mu_r];
+    let mut linear = motion(car, u, [v_x, v_y, r], &loads, forces, &changes);
+    add_slip_rates(&mut linear, lengths, x, &[car.l_f, -car.l_r], &[u.delta, zero]);
+    linear
+}
+
+/// Adds the rates of the slips of axles at some distances ahead of the centre of gravity [m], steered by some angles [rad].
+#[inline(always)]
+fn add_slip_rates<T: Scalar>(
+    CarLinearisation { rates, A, .. }: &mut CarLinearisation<T, MOVING, STATES>,
+    lengths: &[T; 2],
+    &[v_x, v_y, r, alpha_f, alpha_r, _]: &[T; STATES],
+    positions: &[T; 2],
+    steering: &[T; 2],
+) {
+    let v = size(v_x);
+    let slowness = slip_speed(v_x).recip();
+    for axle in 0..2 {
+        let (ahead, steered) = (positions[axle], steering[axle]);
+        let [q, motion, by_v_y] = slip(v_y.plus(r, ahead) * slowness, slowness);
+        let behind = motion + steered - [alpha_f, alpha_r][axle];
+        let short = lengths[axle].recip();
+        let (row, pole) = (3 + axle, v * short);
+        rates[row] = pole * behind;
+        A[row][0] = (behind * short).minus(pole * by_v_y, q);
+        A[row][1] = pole * by_v_y;
+        A[row][2] = pole * by_v_y * ahead;
+        A[row][row] = -pole;
+    }
+}

@@ -1,0 +1,231 @@
+//! Tells people what an identification found: the verdict first, then errors that were estimated, then each quantity in a table.
+
+use drive_doctor::Examination;
+use numerics::text::{decimals, with_std};
+use plugin::{Row, Table, Words};
+use preparation::direction::Direction;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+use tire_inference::estimate::Estimate;
+use tire_inference::model::{CauseEstimate, Fit, ModelVerdict};
+use tire_inference::parameters::{Parameter, curve};
+use tire_inference::prior::Prior;
+use tire_inference::quantity::{HIGHEST_PEAK_SLIP, Quantity};
+use tire_inference::verdict::Verdict;
+
+use crate::names::{origin, the_box, unit, words};
+
+/// One curve that was identified.
+#[derive(Clone, Copy, Debug)]
+pub struct CurveSummary<'a> {
+    /// As "front".
+    pub name: &'a str,
+    /// Which force.
+    pub direction: Direction,
+    /// What is published of it.
+    pub estimate: &'a Estimate,
+    /// What was known before.
+    pub prior: &'a Prior,
+}
+
+impl CurveSummary<'_> {
+    /// Name in a sentence.
+    pub fn title(&self) -> String {
+        match self.direction {
+            Direction::Lateral => self.name.to_owned(),
+            Direction::Longitudinal => format!("{}, longitudinal", self.name),
+        }
+    }
+}
+
+/// What was found as a whole.
+#[derive(Clone, Debug, Default)]
+pub struct IdentificationSummary<'a> {
+    /// Whether the model fits.
+    pub model: ModelVerdict,
+    /// Errors of sensors and car that were estimated with the tires.
+    pub causes: &'a [CauseEstimate],
+    /// Sentences about the log, the worst first.
+    pub log: Vec<String>,
+    /// The curves.
+    pub curves: Vec<CurveSummary<'a>>,
+    /// What makes intervals and bands wider than their source says, in a sentence; empty if nothing does.
+    pub widened: &'static str,
+    /// Sentences that come last.
+    pub remarks: Vec<String>,
+}
+
+impl IdentificationSummary<'_> {
+    /// The verdict in a sentence.
+    pub fn verdict(&self) -> String {
+        self.summary().swap_remove(0)
+    }
+
+    /// Sentences, of which the first has the verdict.
+    pub fn summary(&self) -> Vec<String> {
+        let known = match (self.model.sentence.as_str(), self.model.verdict) {
+            ("", Fit::Fits) if !self.is_tested() => "Whether the model fits was not tested.",
+            ("", Fit::Fits) => "The model fits the data.",
+            ("", Fit::DoesNotFit) => "The model does not fit the data.",
+            (sentence, _) => sentence,
+        };
+        let mut sentences = vec![known.to_owned(), self.count()];
+        sentences.extend(self.causes.iter().map(|cause| cause.sentence.clone()));
+        sentences.extend(self.log.iter().cloned());
+        let bounded = self.list(|told, quantity| {
+            quantity.parameter().is_some_and(|it| told.estimate.at_bound.contains(&it))
+        });
+        if !bounded.is_empty() {
+            sentences.push(format!("On a bound of the box: {bounded}."));
+        }
+        let mut boxes: Vec<_> = self.curves.iter().map(|told| the_box(told.prior)).collect();
+        boxes.dedup();
+        sentences.extend(boxes);
+        sentences.extend(self.origins());
+        sentences.extend(self.remarks.iter().cloned());
+        sentences
+    }
+
+    /// Where intervals and bands come from.
+    fn origins(&self) -> Vec<String> {
+        let source = |told: &CurveSummary| origin(told.estimate.source, self.widened);
+        let mut origins: Vec<_> = self.curves.iter().map(source).collect();
+        origins.dedup();
+        origins
+    }
+
+    /// The number of quantities that are identified, and the names of the others.
+    fn count(&self) -> String {
+        let verdicts = || self.curves.iter().flat_map(|told| told.estimate.identified.values());
+        let identified = verdicts().filter(|it| **it == Verdict::Identified).count();
+        let of = |verdict| {
+            let list = self
+                .list(|told, quantity| told.estimate.identified.get(&quantity) == Some(&verdict));
+            (!list.is_empty()).then(|| format!("; {}: {list}", words(verdict)))
+        };
+        let rest: String =
+            [Verdict::Weak, Verdict::NotIdentifiable].into_iter().filter_map(of).collect();
+        format!("{identified} of {} quantities are identified{rest}.", verdicts().count())
+    }
+
+    /// Quantities by curve: "front B, C; rear C".
+    fn list(&self, is: impl Fn(&CurveSummary, Quantity) -> bool) -> String {
+        let of = |told: &CurveSummary| {
+            let all = Quantity::ALL.into_iter();
+            let names: Vec<_> =
+                all.filter(|quantity| is(told, *quantity)).map(Quantity::name).collect();
+            (!names.is_empty()).then(|| format!("{} {}", told.title(), names.join(", ")))
+        };
+        self.curves.iter().filter_map(of).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Whether anything was tested of the model.
+    pub fn is_tested(&self) -> bool {
+        let ModelVerdict { sentence, tests, .. } = &self.model;
+        !sentence.is_empty() || !tests.is_empty()
+    }
+
+    /// Whether nothing speaks against the model.
+    pub fn is_sound(&self) -> bool {
+        self.model.verdict == Fit::Fits
+    }
+
+    /// What is for people.
+    fn words(&self) -> Words {
+        let mut tables = Vec::new();
+        for direction in [Direction::Lateral, Direction::Longitudinal] {
+            let curves: Vec<_> =
+                self.curves.iter().filter(|told| told.direction == direction).collect();
+            tables.extend((!curves.is_empty()).then(|| table(&curves)));
+        }
+        if !self.causes.is_empty() {
+            let row = |it: &CauseEstimate| {
+                let value = format!("{} {}", with_std(it.value, it.std), it.unit);
+                [it.title.clone(), value.trim_end().to_owned(), words(it.verdict).to_owned()]
+            };
+            tables.push(Table::new(["error", "value", ""], self.causes.iter().map(row)));
+        }
+        Words { summary: self.summary(), sound: self.is_sound(), tables }
+    }
+
+    /// The result: what is found as a whole, before the numbers of each task.
+    pub fn result(&self, doctor: Option<&Examination>, numbers: Map<String, Value>) -> Value {
+        let (model, causes) = (&self.model, self.causes);
+        json!(Outcome { words: self.words(), model, causes, doctor, numbers })
+    }
+}
+
+/// The keys that results of all tasks share, and the numbers of each.
+#[derive(Serialize)]
+struct Outcome<'a> {
+    #[serde(flatten)]
+    words: Words,
+    /// Whether the model fits, with its tests.
+    model: &'a ModelVerdict,
+    /// Errors of sensors and car that were estimated with the tires.
+    causes: &'a [CauseEstimate],
+    /// What is wrong with the log.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doctor: Option<&'a Examination>,
+    #[serde(flatten)]
+    numbers: Map<String, Value>,
+}
+
+/// A row for each quantity, two columns for each curve.
+fn table(curves: &[&CurveSummary]) -> Table {
+    let head = curves.iter().flat_map(|told| [told.name, ""]);
+    let head = std::iter::once("").chain(head).map(str::to_owned).collect();
+    let there =
+        |quantity: &Quantity| curves.iter().any(|told| told.estimate.mean.contains_key(quantity));
+    let row = |quantity: Quantity| {
+        let cells = curves.iter().flat_map(|told| cells(told.estimate, quantity));
+        let title = match unit(quantity, told_direction(curves)) {
+            "–" => quantity.name().to_owned(),
+            unit => format!("{quantity} [{unit}]"),
+        };
+        Row(std::iter::once(title).chain(cells).collect())
+    };
+    Table { head, rows: Quantity::ALL.into_iter().filter(there).map(row).collect() }
+}
+
+fn told_direction(curves: &[&CurveSummary]) -> Direction {
+    curves.first().map_or(Direction::Lateral, |told| told.direction)
+}
+
+/// Value with interval, and verdict.
+fn cells(estimate: &Estimate, quantity: Quantity) -> [String; 2] {
+    let Some(&value) = estimate.mean.get(&quantity) else {
+        return ["–".to_owned(), String::new()];
+    };
+    let std = estimate.std.get(&quantity).copied().unwrap_or(f64::NAN);
+    let places = decimals(value, std);
+    let interval = match estimate.interval.get(&quantity) {
+        _ if estimate.is_held(quantity) => " (held)".to_owned(),
+        Some([low, high]) => format!(" [{low:.places$}, {high:.places$}]"),
+        None => String::new(),
+    };
+    let verdict = estimate.identified.get(&quantity).copied().map_or("", words);
+    [format!("{value:.places$}{interval}"), verdict.to_owned()]
+}
+
+/// Removes the slip at the peak from an estimate whose curve, or whose posterior, has no peak.
+pub fn forget_absent_peak(estimate: &mut Estimate) {
+    let value = |parameter: Parameter| {
+        estimate.mean.get(&Quantity::from(parameter)).copied().unwrap_or(0.0)
+    };
+    let peak = curve(&Parameter::ALL.map(value)).peak_slip();
+    let slip = &Quantity::PeakSlip;
+    let drawn = estimate.interval.get(slip).is_none_or(|[low, _]| *low < HIGHEST_PEAK_SLIP);
+    if drawn && peak.is_some_and(|slip| slip.abs() < HIGHEST_PEAK_SLIP) {
+        return;
+    }
+    for numbers in [&mut estimate.mean, &mut estimate.std] {
+        numbers.remove(slip);
+    }
+    estimate.interval.remove(slip);
+    estimate.identified.remove(slip);
+    estimate.reason.remove(slip);
+}
+
+#[cfg(test)]
+mod tests;
