@@ -1,11 +1,15 @@
-//! Runs the listed tests, and reports those with absent requirements as ignored.
+//! Runs the listed tests, reports those with absent requirements as ignored, and ends those that wait without end.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Failed, Trial};
 
+use super::harness::is_overdue;
 use super::requirement::{self, Requirement};
 
 /// A test and its requirements.
@@ -39,6 +43,7 @@ macro_rules! tests {
 /// Runs the tests. With CI=true what is absent makes its tests fail, but for what not every machine can start.
 pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     remember_panics();
+    std::thread::spawn(watch);
     let ci = std::env::var("CI").is_ok_and(|value| value == "true");
     let trials = tests.into_iter().map(|test| trial(arguments, test, ci)).collect();
     requirement::explain();
@@ -53,7 +58,7 @@ fn trial(arguments: &Arguments, test: Test, ci: bool) -> Trial {
         !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
     let needs = if chosen { test.needs } else { &[] };
     let missing = needs.iter().find(|need| need.missing().is_some());
-    let trial = Trial::test(name, move || body(test.body));
+    let trial = Trial::test(name.clone(), move || body(&name, test.body));
     match missing {
         Some(need) => {
             trial.with_kind(need.absence()).with_ignored_flag(!ci || need.may_be_absent())
@@ -76,9 +81,68 @@ fn remember_panics() {
     }));
 }
 
-fn body(test: fn()) -> Result<(), Failed> {
+fn body(name: &str, test: fn()) -> Result<(), Failed> {
     IN_TEST.set(true);
+    // PID/task/TID
+    let thread = std::fs::read_link("/proc/thread-self").unwrap_or_default();
+    let watched = Watched {
+        name: name.to_owned(),
+        thread: Path::new("/proc").join(thread),
+        begin: Instant::now(),
+    };
+    let thread = watched.thread.clone();
+    watched_tests().push(watched);
     let result = catch_unwind(AssertUnwindSafe(test));
+    watched_tests().retain(|it| it.thread != thread);
     IN_TEST.set(false);
     result.map_err(|_| PANIC.take().into())
+}
+
+/// A test may take this long on an idle machine: some build packages, or make the environment of Python.
+const LIMIT: Duration = Duration::from_secs(900);
+
+/// A test that goes on.
+struct Watched {
+    name: String,
+    /// The folder of its thread in `/proc`, which tells the processes that it started.
+    thread: PathBuf,
+    begin: Instant,
+}
+
+fn watched_tests() -> std::sync::MutexGuard<'static, Vec<Watched>> {
+    static TESTS: Mutex<Vec<Watched>> = Mutex::new(Vec::new());
+    TESTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills what a test has started that takes too long, so that its waits end and it says what it waited for. One that waits for
+/// something else ends the suite.
+fn watch() {
+    loop {
+        std::thread::sleep(Duration::from_secs(1));
+        for test in watched_tests().iter().filter(|it| is_overdue(it.begin, LIMIT)) {
+            let (name, seconds) = (&test.name, test.begin.elapsed().as_secs());
+            let processes = descendants(&test.thread);
+            for process in &processes {
+                let line = std::fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+                let line = String::from_utf8_lossy(&line).replace('\0', " ");
+                eprintln!("{name}: killed after {seconds} s: {line}");
+                let _ = Command::new("kill").args(["-KILL", process]).status();
+            }
+            if processes.is_empty() && is_overdue(test.begin, LIMIT + LIMIT / 10) {
+                eprintln!("{name}: does not end after {seconds} s, without a process of its own");
+                std::process::exit(101);
+            }
+        }
+    }
+}
+
+/// The processes that a thread started, and those below them.
+fn descendants(thread: &Path) -> Vec<String> {
+    let children = std::fs::read_to_string(thread.join("children")).unwrap_or_default();
+    let mut all: Vec<_> = children.split_whitespace().map(str::to_owned).collect();
+    for child in all.clone() {
+        let threads = std::fs::read_dir(format!("/proc/{child}/task")).into_iter().flatten();
+        all.extend(threads.flatten().flat_map(|thread| descendants(&thread.path())));
+    }
+    all
 }
