@@ -40,31 +40,34 @@ macro_rules! tests {
     };
 }
 
-/// Runs the tests. With CI=true what is absent makes its tests fail, but for what not every machine can start.
+/// Runs the tests. Those with a requirement that is rare or absent are ignored and say so; `--include-ignored` runs all of them, and
+/// then absence is a failure, but for what not every machine can start: its tests are left out.
 pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     remember_panics();
     std::thread::spawn(watch);
-    let ci = std::env::var("CI").is_ok_and(|value| value == "true");
-    let trials = tests.into_iter().map(|test| trial(arguments, test, ci)).collect();
+    let trials = tests.into_iter().filter_map(|test| trial(arguments, test)).collect();
     requirement::explain();
     libtest_mimic::run(arguments, trials).exit_code()
 }
 
-fn trial(arguments: &Arguments, test: Test, ci: bool) -> Trial {
+fn trial(arguments: &Arguments, test: Test) -> Option<Trial> {
     let module = test.module.rsplit("::").next().unwrap_or_default();
     let name = format!("{module}::{}", test.name);
+    let all = arguments.include_ignored || arguments.ignored;
+    let rare = test.needs.iter().find(|need| need.is_rare());
     // The search for an environment may make it, which takes minutes: not for tests that are left out.
     let chosen =
         !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
-    let needs = if chosen { test.needs } else { &[] };
+    let needs = if chosen && (all || rare.is_none()) { test.needs } else { &[] };
     let missing = needs.iter().find(|need| need.missing().is_some());
-    let trial = Trial::test(name.clone(), move || body(&name, test.body));
-    match missing {
-        Some(need) => {
-            trial.with_kind(need.absence()).with_ignored_flag(!ci || need.may_be_absent())
-        }
-        None => trial,
+    if all && missing.is_some_and(|need| need.may_be_absent()) {
+        return None;
     }
+    let trial = Trial::test(name.clone(), move || body(&name, test.body));
+    Some(match rare.or(missing) {
+        Some(need) => trial.with_kind(format!("needs {}", need.name())).with_ignored_flag(true),
+        None => trial,
+    })
 }
 
 thread_local! {

@@ -1,15 +1,12 @@
 //! Identifies tires from drives with something wrong in the log: it is found, corrected or refused.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "support/drive.rs"]
-mod drive;
-#[path = "support/mistakes.rs"]
-mod mistakes;
+use crate::drive;
 
+use crate::mistakes::{MISTAKES, TIRES};
 use drive_inference::cause::Cause;
 use drive_inference::selection::{Mode, Wanted};
 use drive_inference::{CauseOptions, Drive, DriveOptions, Identified, SmootherOptions, identify};
-use mistakes::{MISTAKES, TIRES};
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;
 use tire_inference::verdict::Verdict;

@@ -1,17 +1,15 @@
 //! Compares characteristic values with answers that are known in closed form.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod support;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::support::{Car, common, log, manoeuvre, values};
 use manoeuvre::kind::{
     Acceleration, BrakingInATurn, Constant, Excitation, FrequencyResponse, Kind, LaneChange,
     MuSplitBraking, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle, StepSteer, StopAndGo,
     TipIn,
 };
 use manoeuvre::{Direction, Driver, GRAVITY, Log};
-use support::{Car, common, log, manoeuvre, values};
 
 #[track_caller]
 fn near(found: Option<f64>, expected: f64, share: f64) {
