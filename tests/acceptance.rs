@@ -166,9 +166,6 @@ mod surroundings;
 // A second opinion on our FMUs.
 #[path = "acceptance/interop.rs"]
 mod interop;
-// Lengths of files and functions.
-#[path = "acceptance/lengths.rs"]
-mod lengths;
 // Whoever looks runs nothing.
 #[path = "acceptance/looking.rs"]
 mod looking;
@@ -250,88 +247,79 @@ mod validating;
 
 fn main() -> ExitCode {
     let mut tests = Vec::new();
-    first_half(&mut tests);
-    second_half(&mut tests);
+    architecture::register(&mut tests);
+    archives::register(&mut tests);
+    bad_input::register(&mut tests);
+    baselines::register(&mut tests);
+    call_faults::register(&mut tests);
+    checkpoint_mistakes::register(&mut tests);
+    checkpoints::register(&mut tests);
+    cli::register(&mut tests);
+    clocks::register(&mut tests);
+    cluster::register(&mut tests);
+    #[cfg(feature = "rerun")]
+    comparing::register(&mut tests);
+    conform::register(&mut tests);
+    conform3::register(&mut tests);
+    coupling::register(&mut tests);
+    coupling_together::register(&mut tests);
+    coupling_words::register(&mut tests);
+    crashes::register(&mut tests);
+    descriptions::register(&mut tests);
+    determinism::register(&mut tests);
+    doctor::register(&mut tests);
+    documents::register(&mut tests);
+    editors::register(&mut tests);
+    ending::register(&mut tests);
+    escapes::register(&mut tests);
+    extending::register(&mut tests);
+    failing_fmu::register(&mut tests);
+    features::register(&mut tests);
+    first_day::register(&mut tests);
+    fmi3::register(&mut tests);
+    foreign::register(&mut tests);
+    full_disks::register(&mut tests);
+    hostile_inputs::register(&mut tests);
+    identification::register(&mut tests);
+    importers::register(&mut tests);
+    interop::register(&mut tests);
+    isolated::register(&mut tests);
+    killed::register(&mut tests);
+    libraries::register(&mut tests);
+    #[cfg(feature = "rerun")]
+    live::register(&mut tests);
+    looking::register(&mut tests);
+    manoeuvres::register(&mut tests);
+    memory::register(&mut tests);
+    messages::register(&mut tests);
+    packed_system::register(&mut tests);
+    pages::register(&mut tests);
+    parameters::register(&mut tests);
+    playback::register(&mut tests);
+    plugins::register(&mut tests);
+    python_analyses::register(&mut tests);
+    python_fmus::register(&mut tests);
+    python_package::register(&mut tests);
+    recordings::register(&mut tests);
+    reference_fmus::register(&mut tests);
+    results::register(&mut tests);
+    ros_bags::register(&mut tests);
+    signals::register(&mut tests);
+    sizes::register(&mut tests);
+    ssp_export::register(&mut tests);
+    state::register(&mut tests);
+    submitting::register(&mut tests);
+    subsystem_mistakes::register(&mut tests);
+    subsystems::register(&mut tests);
+    surroundings::register(&mut tests);
+    sweep_mistakes::register(&mut tests);
+    sweeps::register(&mut tests);
+    systems::register(&mut tests);
+    terminals::register(&mut tests);
+    tires::register(&mut tests);
+    tunable::register(&mut tests);
+    types::register(&mut tests);
+    units::register(&mut tests);
+    validating::register(&mut tests);
     suite::run(&libtest_mimic::Arguments::from_args(), tests)
-}
-
-fn first_half(tests: &mut Vec<suite::Test>) {
-    architecture::register(tests);
-    bad_input::register(tests);
-    hostile_inputs::register(tests);
-    baselines::register(tests);
-    cli::register(tests);
-    sweeps::register(tests);
-    sweep_mistakes::register(tests);
-    cluster::register(tests);
-    submitting::register(tests);
-    #[cfg(feature = "rerun")]
-    comparing::register(tests);
-    conform::register(tests);
-    messages::register(tests);
-    conform3::register(tests);
-    coupling::register(tests);
-    coupling_words::register(tests);
-    coupling_together::register(tests);
-    full_disks::register(tests);
-    killed::register(tests);
-    crashes::register(tests);
-    determinism::register(tests);
-    doctor::register(tests);
-    documents::register(tests);
-    editors::register(tests);
-    ending::register(tests);
-    escapes::register(tests);
-    extending::register(tests);
-    failing_fmu::register(tests);
-    call_faults::register(tests);
-    checkpoints::register(tests);
-    checkpoint_mistakes::register(tests);
-    clocks::register(tests);
-    fmi3::register(tests);
-    descriptions::register(tests);
-    foreign::register(tests);
-}
-
-fn second_half(tests: &mut Vec<suite::Test>) {
-    python_package::register(tests);
-    reference_fmus::register(tests);
-    features::register(tests);
-    first_day::register(tests);
-    parameters::register(tests);
-    tires::register(tests);
-    identification::register(tests);
-    importers::register(tests);
-    interop::register(tests);
-    isolated::register(tests);
-    signals::register(tests);
-    #[cfg(feature = "rerun")]
-    live::register(tests);
-    lengths::register(tests);
-    looking::register(tests);
-    libraries::register(tests);
-    archives::register(tests);
-    manoeuvres::register(tests);
-    memory::register(tests);
-    packed_system::register(tests);
-    pages::register(tests);
-    playback::register(tests);
-    ros_bags::register(tests);
-    plugins::register(tests);
-    python_analyses::register(tests);
-    python_fmus::register(tests);
-    recordings::register(tests);
-    results::register(tests);
-    state::register(tests);
-    sizes::register(tests);
-    ssp_export::register(tests);
-    surroundings::register(tests);
-    systems::register(tests);
-    terminals::register(tests);
-    subsystems::register(tests);
-    subsystem_mistakes::register(tests);
-    types::register(tests);
-    tunable::register(tests);
-    units::register(tests);
-    validating::register(tests);
 }

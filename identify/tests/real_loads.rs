@@ -1,10 +1,6 @@
 //! Asserts what is said of loads and longitudinal forces of real cars, if the recordings are at hand.
 
-#[path = "../../crates/drive-doctor/tests/support/real_log.rs"]
-mod real_log;
-#[path = "support/windows.rs"]
-mod windows;
-
+use crate::windows::Log;
 use drive_inference::CarUncertainty;
 use identify::loads::{AxleLoadEffects, Loads};
 use identify::uncertainty_propagation::{cars_with_other_brake_share, perturbed_cars};
@@ -12,7 +8,6 @@ use preparation::{Pipeline, Series};
 use tire_inference::load::{Axle, Obstacle};
 use tire_inference::local::StretchPrior;
 use tire_inference::verdict::Verdict;
-use windows::Log;
 
 /// What is told with this uncertainty of the car.
 fn told(log: &Log, uncertainty: &CarUncertainty) -> Vec<AxleLoadEffects> {
@@ -56,8 +51,9 @@ fn verdicts(told: &AxleLoadEffects) -> [Verdict; 3] {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn the_250lm_tells_its_rear_ellipse_and_no_load_sensitivity() {
-    let Some(log) = Log::of_250lm() else { return };
+    let log = Log::of_250lm().expect("a log of TRACKSIDE_DATA");
     // The height is a guess (scenarios/tires_250lm.toml).
     let told = told(&log, &CarUncertainty { h: 0.05, ..CarUncertainty::default() });
     let [front, rear] = [0, 1].map(|axle| verdicts(&told[axle]));
@@ -69,8 +65,9 @@ fn the_250lm_tells_its_rear_ellipse_and_no_load_sensitivity() {
 
 /// Effects that are put into the forces of a real axle are found on top of its own.
 #[test]
+#[ignore = "needs logs of real cars"]
 fn what_is_added_to_a_real_axle_is_found() {
-    let Some(log) = Log::of_250lm() else { return };
+    let log = Log::of_250lm().expect("a log of TRACKSIDE_DATA");
     let prepared = log.pipeline.run(&log.recording).expect("points");
     let (series, usual) = (&prepared.rear.lateral.series, StretchPrior::default());
     let [_, nominal] = log.pipeline.car.body.static_loads();
@@ -103,8 +100,9 @@ fn what_is_added_to_a_real_axle_is_found() {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn without_load_transfer_nothing_is_said_of_loads() {
-    let Some(mut log) = Log::of_250lm() else { return };
+    let mut log = Log::of_250lm().expect("a log of TRACKSIDE_DATA");
     log.pipeline.car.body.h = 0.0;
     for axle in told(&log, &CarUncertainty::NONE) {
         let effects = axle.effects.as_ref().expect("rows");
@@ -115,9 +113,10 @@ fn without_load_transfer_nothing_is_said_of_loads() {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_car_that_hardly_brakes_tells_nothing() {
     for name in ["dart_free_fast.csv", "dart_free_moderate.csv"] {
-        let Some(log) = Log::of_dart(name) else { return };
+        let log = Log::of_dart(name).expect("a log of TRACKSIDE_DATA");
         for axle in told(&log, &CarUncertainty::NONE) {
             assert!(verdicts(&axle).iter().all(|it| *it != Verdict::Identified), "{axle:?}");
         }

@@ -15,6 +15,7 @@ tests! {
     modules_of_a_crate_have_no_circular_dependencies,
     circular_dependencies_are_detected,
     every_acceptance_test_is_listed,
+    packages_have_one_program_of_integration_tests,
     fmu_crates_forbid_unsafe_code,
     unsafe_code_stays_at_foreign_interfaces,
     every_file_opens_with_a_description,
@@ -30,20 +31,24 @@ const FMUS: [&str; 6] = [
     "crates/plant-dual-fmu",
 ];
 
-/// The build dependencies of each package, ours and others; those of tests and benches don't count.
-fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+/// What cargo says of each of our packages.
+fn packages() -> Vec<serde_json::Value> {
     let mut cargo = Command::new(env!("CARGO"));
     cargo.args(["metadata", "--no-deps", "--format-version", "1"]).current_dir(ROOT);
     let ended = Ended::of(cargo.output().expect("cargo")).expect(0);
     let metadata: serde_json::Value = serde_json::from_str(&ended.stdout).expect("JSON");
-    let packages = metadata["packages"].as_array().expect("a list");
+    metadata["packages"].as_array().expect("a list").clone()
+}
+
+/// The build dependencies of each package, ours and others; those of tests and benches don't count.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let text = |value: &serde_json::Value| value.as_str().expect("a text").to_owned();
     let of = |package: &serde_json::Value| {
         let all = package["dependencies"].as_array().expect("a list");
         let built = all.iter().filter(|dependency| dependency["kind"] != "dev");
         (text(&package["name"]), built.map(|dependency| text(&dependency["name"])).collect())
     };
-    packages.iter().map(of).collect()
+    packages().iter().map(of).collect()
 }
 
 /// The dependencies of each package on our packages.
@@ -371,6 +376,30 @@ fn every_acceptance_test_is_listed() {
         let attribute = text.lines().position(|line| line.trim() == "#[test]");
         let line = attribute.map_or(0, |line| line + 1);
         assert!(attribute.is_none(), "{}:{line}: list it in `tests!` instead", path.display());
+    }
+}
+
+/// Each program is linked with all that its package needs.
+fn packages_have_one_program_of_integration_tests() {
+    for package in packages() {
+        let (name, targets) = (&package["name"], package["targets"].as_array().expect("a list"));
+        let of_tests = |it: &&serde_json::Value| it["kind"][0] == "test";
+        let programs: Vec<_> = targets.iter().filter(of_tests).collect();
+        // Those of the whole program: as a user starts it, its scenarios, and one with an allocator of its own.
+        let most = if name == "orchestrator" { 3 } else { 1 };
+        assert!(programs.len() <= most, "{name} has {} programs of tests", programs.len());
+        let Some(main) = programs.first().filter(|it| it["name"] == "integration") else {
+            continue;
+        };
+        let main = Path::new(main["src_path"].as_str().expect("a path"));
+        let listed = std::fs::read_to_string(main).expect("a text");
+        for entry in main.parent().expect("a folder").read_dir().expect("a folder").flatten() {
+            let file = entry.path();
+            let module = file.file_stem().unwrap_or_default().to_string_lossy();
+            let is_module = file.extension().is_some_and(|it| it == "rs") && module != "main";
+            let is_listed = listed.contains(&format!("mod {module};"));
+            assert!(!is_module || is_listed, "{} is no module of main.rs", file.display());
+        }
     }
 }
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use sweep::table;
 
-use super::engines::{Machines, Random, ends_with, hyperqueue, said, signal, slurm, until};
+use super::engines::{Machines, Random, ends_with, hyperqueue, said, signal, slurm};
 use super::fixture::Scenario;
 use super::fmus::{misbehave, relay};
-use super::harness::Lab;
+use super::harness::{Lab, wait_until};
 
 tests! {
     slurm_gives_the_table_of_one_process_whatever_is_killed: Compiler + Slurm,
@@ -123,7 +123,7 @@ fn slurm_gives_the_table_of_one_process_whatever_is_killed() {
     plan(&machines);
     // By mistake two of them, at the same moment.
     let twice = ["first.out", "second.out"].map(|output| submit(&machines, "slurm", output));
-    until("the first task", || machines.lab.has("plan/submit/slurm/0001/job")).expect("a job");
+    wait_until("a task is submitted", || machines.lab.has("plan/submit/slurm/0001/job"));
     // On machines whose file system does not lock, all might come once more: so it does here.
     let again = machines.lab.path("plan/submit/slurm/0001");
     let mut sbatch = machines.command("sbatch");
@@ -168,8 +168,7 @@ fn a_slurm_that_is_left_alone_gives_the_table_without_a_second_submission() {
     // Ended while it follows, it leaves the tasks alone.
     let following = [&words[..], &["--engine", "slurm"]].concat();
     let child = machines.start(machines.trackside(&following), "following.out");
-    until("following", || machines.lab.read("following.out").contains("chunks done"))
-        .expect("a line");
+    wait_until("it follows", || machines.lab.read("following.out").contains("chunks done"));
     signal(child.id(), "INT");
     ends_with(child, 130, "following.out", &machines.lab);
     let message = machines.lab.read("following.out");
@@ -202,7 +201,7 @@ fn hyperqueue_gives_the_table_of_one_process_whatever_is_killed() {
     plan(&machines);
     let twice = ["first.out", "second.out"].map(|output| submit(&machines, "hyperqueue", output));
     for output in ["first.out", "second.out"] {
-        until("following", || machines.lab.read(output).contains("chunks done")).expect("a line");
+        wait_until("it follows", || machines.lab.read(output).contains("chunks done"));
     }
     kill(&mut machines, 8, |machines, moment| {
         // With its server all of its jobs are lost.

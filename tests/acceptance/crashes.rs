@@ -126,7 +126,7 @@ fn a_signal_from_outside_is_nobodys_crash() {
     lab.write("misbehave.fmu", misbehave());
     lab.write("case.toml", scenario("misbehave.fmu", "sleep", 0.5));
     let child = super::signals::start(&lab, &["run", "case.toml", "--out", "out"], "sleeping.pid");
-    super::signals::signal(&child, "ABRT");
+    super::harness::signal(&child, "ABRT");
     let ended = Ended::of(child.wait_with_output().expect("it ends"));
     assert_eq!(ended.code(), None, "{}", ended.stderr);
     assert!(!ended.stderr.contains("node `tank`"), "{}", ended.stderr);

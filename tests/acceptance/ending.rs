@@ -2,11 +2,10 @@
 
 use std::path::Path;
 use std::process::Stdio;
-use std::time::{Duration, Instant};
 
 use super::fixture::Scenario;
 use super::fmus::{compile, misbehave};
-use super::harness::{Ended, Lab, trackside};
+use super::harness::{Ended, Lab, trackside, wait_until};
 
 tests! {
     an_exit_of_an_fmu_never_passes_for_a_verdict: Compiler,
@@ -289,15 +288,6 @@ pub fn lives(lab: &Lab, file: &str) -> bool {
     let status = std::fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
     let state = status.rsplit(')').next().unwrap_or_default().trim_start().chars().next();
     !number.is_empty() && state.is_some_and(|state| state != 'Z' && state != 'X')
-}
-
-/// Waits for what comes without fail; a test does not fail because a machine is slow.
-pub fn wait_until(what: &str, holds: impl Fn() -> bool) {
-    let begin = Instant::now();
-    while !holds() {
-        assert!(begin.elapsed() < Duration::from_secs(300), "waited in vain until {what}");
-        std::thread::sleep(Duration::from_millis(10));
-    }
 }
 
 /// The folders of unpacked archives whose process is this one.

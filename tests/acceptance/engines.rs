@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
-use super::harness::{Ended, Lab, trackside};
+use super::harness::{Ended, Lab, signalled, wait_for, wait_until};
 use super::python::python;
 
 /// Longer than anything here takes on a busy machine.
@@ -59,7 +59,7 @@ impl Machines {
 
     /// `trackside`, which sees them.
     pub fn trackside(&self, arguments: &[&str]) -> Command {
-        let mut command = trackside(&self.lab.path(""));
+        let mut command = signalled(&self.lab.path(""));
         command.envs(self.variables.iter().map(|(name, value)| (*name, value.as_str())));
         command.args(arguments);
         command
@@ -123,18 +123,6 @@ impl Drop for Machines {
     }
 }
 
-/// Waits until something is so.
-pub fn until(what: &str, mut is_so: impl FnMut() -> bool) -> Result<(), String> {
-    let begin = Instant::now();
-    while !is_so() {
-        if begin.elapsed() > PATIENCE {
-            return Err(format!("{what} takes longer than {} s", PATIENCE.as_secs()));
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    Ok(())
-}
-
 /// A port that nobody listens at, below those that systems give to connections: one of these may be taken before a daemon listens.
 fn free_port() -> Result<u16, String> {
     static NEXT: AtomicU16 = AtomicU16::new(0);
@@ -177,7 +165,7 @@ pub fn slurm(lab: Lab) -> Result<Machines, String> {
         munged.arg(format!("--{option}={}", machines.lab.path(name).display()));
     }
     machines.daemon("munged", munged);
-    until("munged", || machines.lab.has("munge.socket"))?;
+    wait_for("munged listens", || machines.lab.has("munge.socket"))?;
     let mut controller = machines.command("slurmctld");
     controller.arg("-D");
     machines.daemon("slurmctld", controller);
@@ -197,7 +185,7 @@ impl Machines {
     /// Waits until it takes tasks.
     fn wait_for_node(&mut self) -> Result<(), String> {
         let mut said = String::new();
-        until("the start of Slurm", || {
+        wait_for("Slurm starts", || {
             let mut sinfo = self.command("sinfo");
             let output = sinfo.args(["--noheader", "--format=%t"]).output();
             said = output
@@ -222,7 +210,7 @@ impl Machines {
         let mut server = self.command(self.lab.path("bin/hq"));
         server.args(["serve", "2"]);
         self.daemon("server", server);
-        until("the start of HyperQueue", || self.lab.has("server/ready")).expect("a server");
+        wait_until("HyperQueue starts", || self.lab.has("server/ready"));
     }
 
     /// Kills a chunk that runs and that was not killed before: its script, its process, or its worker.

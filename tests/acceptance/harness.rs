@@ -2,8 +2,9 @@
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Output, Stdio};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
 
@@ -127,6 +128,75 @@ pub fn trackside(folder: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_trackside"));
     command.current_dir(folder).stdin(Stdio::null()).env("TMPDIR", temporary());
     command
+}
+
+/// The program, to be started in `folder`, with its signals as they are on a terminal. It keeps to what it inherits, as all programs
+/// do: shells start jobs in the background with SIGINT ignored, `nohup` with SIGHUP.
+pub fn signalled(folder: &Path) -> Command {
+    with_signals(folder, "--default-signal=INT,TERM,HUP")
+}
+
+/// The program, to be started in `folder` by `env` with this option about signals.
+pub fn with_signals(folder: &Path, option: &str) -> Command {
+    let own = trackside(folder);
+    let mut command = Command::new("env");
+    command.arg(option).arg(own.get_program()).current_dir(folder).stdin(Stdio::null());
+    command.envs(own.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    command
+}
+
+/// Sends a signal to a process that a test started.
+#[track_caller]
+pub fn signal(child: &Child, name: &str) {
+    let kill = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
+    assert!(kill.expect("kill").success());
+}
+
+/// The time that something may take which is a matter of milliseconds on an idle machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Waits until something is so.
+#[track_caller]
+pub fn wait_until(what: &str, is_so: impl FnMut() -> bool) {
+    wait_for(what, is_so).unwrap_or_else(|reason| panic!("{reason}"));
+}
+
+/// Waits until something is so.
+///
+/// # Errors
+/// When it takes too long.
+pub fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) -> Result<(), String> {
+    let begin = Instant::now();
+    while !is_so() {
+        if is_overdue(begin, PATIENCE) {
+            return Err(format!("waited {} s in vain until {what}", begin.elapsed().as_secs()));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(())
+}
+
+/// Waits until something is so that a program does, which must go on meanwhile.
+#[track_caller]
+pub fn wait_while_it_runs(child: &mut Child, what: &str, mut is_so: impl FnMut() -> bool) {
+    wait_until(what, || {
+        let ended = child.try_wait().expect("its state");
+        assert!(ended.is_none(), "it ended by itself before {what}: {ended:?}");
+        is_so()
+    });
+}
+
+/// Whether what began then takes too long, for the machine as it is now: one that is ten times slower, or that busy, has ten times as long.
+pub fn is_overdue(begin: Instant, limit: Duration) -> bool {
+    /// What a start of the program takes on an idle machine of 2020, unoptimised.
+    const START: Duration = Duration::from_millis(100);
+    if begin.elapsed() < limit {
+        return false;
+    }
+    let now = Instant::now();
+    let started = trackside(Path::new(ROOT)).arg("--version").output();
+    started.expect("it starts");
+    begin.elapsed() > limit.mul_f64(now.elapsed().div_duration_f64(START).max(1.0))
 }
 
 /// A folder for temporary files that is not cleared while tests run, outside of the workspace.

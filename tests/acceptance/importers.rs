@@ -11,11 +11,11 @@ use super::harness::{Ended, Lab, ROOT, record, trackside};
 use super::python::{Python, python};
 
 tests! {
-    the_plant_gives_equal_results_in_other_importers: Python,
-    the_jacobi_closed_loop_gives_equal_results_in_other_importers: Python,
-    the_closed_loop_as_a_system_gives_equal_results_in_other_importers: Python,
-    the_example_gives_equal_results_in_other_importers: Python,
-    a_scenario_in_one_fmu_gives_equal_results_in_other_importers: Python,
+    the_plant_gives_equal_results_in_other_importers: Masters,
+    the_jacobi_closed_loop_gives_equal_results_in_other_importers: Masters,
+    the_closed_loop_as_a_system_gives_equal_results_in_other_importers: Masters,
+    the_example_gives_equal_results_in_other_importers: Masters,
+    a_scenario_in_one_fmu_gives_equal_results_in_other_importers: Masters,
     two_fmus_made_in_python_exchange_values_of_all_types: PythonLibrary,
     an_fmu_made_in_python_runs: PythonLibrary,
 }

@@ -1,13 +1,12 @@
 //! Runs FMUs in processes of their own: same numbers, failures that end nothing else, a sandbox, and no process that stays behind.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 use super::clocks;
-use super::ending::wait_until;
 use super::fixture::Scenario;
 use super::fmus::{changed, clocked, compile, misbehave, ours, relay, resizable, trespass};
-use super::harness::{Ended, Lab, trackside};
+use super::harness::{Ended, Lab, signal, signalled, trackside, wait_until};
 
 tests! {
     an_fmu_in_a_process_of_its_own_gives_the_same_bits: Compiler,
@@ -265,7 +264,7 @@ fn sleeping(lab: &Lab) -> (std::process::Child, u32) {
         isolated("misbehave.fmu", "u = 0.0, fault = 'sleep', at = 0.5", "").text(),
     );
     std::fs::create_dir(lab.path("temporary")).expect("a folder");
-    let mut command = trackside(lab.path(".").as_path());
+    let mut command = signalled(&lab.path("."));
     command.args(["run", "case.toml", "--out", "out", "--rerun", "off"]);
     command.env("TMPDIR", lab.path("temporary")).stdout(Stdio::null()).stderr(Stdio::piped());
     let child = command.spawn().expect("it starts");
@@ -303,9 +302,7 @@ fn no_process_outlives_a_run_that_is_killed() {
 fn a_signal_ends_a_run_whose_fmu_does_not_return() {
     let lab = lab();
     let (child, guest) = sleeping(&lab);
-    let mut kill = Command::new("kill");
-    kill.args(["-INT", &child.id().to_string()]);
-    assert!(kill.status().expect("it starts").success());
+    signal(&child, "INT");
     let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(130);
     ended.says(&["a signal ended the run: SIGINT"]);
     let report = lab.report("out");

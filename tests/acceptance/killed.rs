@@ -1,14 +1,14 @@
 //! Kills runs at random moments, and counts what `recover` gives back of the steps that the run had made.
 
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Child;
 use std::time::Duration;
 
 use mcap::MessageStream;
 
 use super::fixture::Scenario;
 use super::fmus::clock;
-use super::harness::{Lab, trackside};
+use super::harness::{Lab, signal, signalled, wait_while_it_runs};
 
 tests! {
     a_run_killed_at_full_speed_loses_at_most_a_second: Compiler,
@@ -35,7 +35,7 @@ impl Running {
         lab.write("clock.fmu", clock());
         let scenario = Scenario::new().time(step, 1e5).fmu("clock", "clock.fmu", "");
         lab.write("case.toml", scenario.text());
-        let mut command = trackside(&lab.path(""));
+        let mut command = signalled(&lab.path(""));
         command.env("CLOCK_FILE", lab.path("noted")).args(["run", "case.toml", "--out", "out"]);
         let output = std::fs::File::create(lab.path("output")).expect("a file");
         command.args(words).stdout(output.try_clone().expect("a file")).stderr(output);
@@ -43,29 +43,26 @@ impl Running {
         Running { lab, child }
     }
 
-    /// The steps that the run has made.
-    fn steps(&self) -> u64 {
-        let bytes = std::fs::read(self.lab.path("noted")).unwrap_or_default();
-        bytes.first_chunk().map_or(0, |bytes| f64::from_le_bytes(*bytes) as u64)
-    }
-
     /// Waits until the run has made so many steps.
     fn wait_for(&mut self, steps: u64) {
-        while self.steps() < steps {
-            let ended = self.child.try_wait().expect("its state");
-            assert!(ended.is_none(), "it ended by itself: {}", self.lab.read("output"));
-            std::thread::sleep(Duration::from_millis(1));
-        }
+        let Running { lab, child } = self;
+        wait_while_it_runs(child, &format!("it has made {steps} steps"), || made(lab) >= steps);
     }
 
     /// Kills the run; gives the steps that it had made, and those that are left of it.
     fn kill(mut self) -> [u64; 2] {
         self.child.kill().expect("it still runs");
         self.child.wait().expect("it ends");
-        let made = self.steps();
+        let made = made(&self.lab);
         self.lab.trackside(&["recover", "out/run.mcap", "--out", "new.mcap"]).expect(0);
         [made, recovered(&self.lab.path("new.mcap"))]
     }
+}
+
+/// The steps that the run of a lab has made.
+fn made(lab: &Lab) -> u64 {
+    let bytes = std::fs::read(lab.path("noted")).unwrap_or_default();
+    bytes.first_chunk().map_or(0, |bytes| f64::from_le_bytes(*bytes) as u64)
 }
 
 /// The last step in a recording, which has all before it, with their values.
@@ -126,16 +123,17 @@ fn a_signal_at_any_moment_leaves_all_rows() {
         running.wait_for(1);
         let share = (f64::from(place) * 0.618_033_988_75).fract();
         std::thread::sleep(Duration::from_secs_f64(0.2 * share));
-        let (signal, code) = [("INT", 130), ("TERM", 143), ("HUP", 129)][place as usize % 3];
-        let child = running.child.id().to_string();
-        let kill = Command::new("kill").args([&format!("-{signal}"), &child]).status();
-        assert!(kill.expect("kill").success());
+        let (name, code) = [("INT", 130), ("TERM", 143), ("HUP", 129)][place as usize % 3];
+        signal(&running.child, name);
         let status = running.child.wait().expect("it ends");
         assert_eq!(status.code(), Some(code), "{}", running.lab.read("output"));
         let report = running.lab.report("out");
         assert_eq!(report["verdict"], "interrupted");
         let steps = report["steps"].as_u64().expect("a number");
-        assert_eq!((running.steps(), recovered(&running.lab.path("out/run.mcap"))), (steps, steps));
+        assert_eq!(
+            (made(&running.lab), recovered(&running.lab.path("out/run.mcap"))),
+            (steps, steps)
+        );
         assert!(!running.lab.has("out/run.csv"));
     }
 }

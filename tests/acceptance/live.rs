@@ -3,12 +3,12 @@
 use std::fs::File;
 use std::net::{TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::{Child, Stdio};
+use std::time::Duration;
 
 use super::fixture::Scenario;
 use super::fmus::ours;
-use super::harness::{Ended, Lab, trackside};
+use super::harness::{Ended, Lab, signal, trackside, wait_for, wait_while_it_runs};
 use super::python::{environment, python};
 
 tests! {
@@ -37,27 +37,21 @@ impl Viewer {
         let process =
             rerun.spawn().map_err(|error| format!("the viewer does not start: {error}"))?;
         let mut viewer = Viewer { process, port: 0 };
-        while viewer.port == 0 {
-            std::thread::sleep(Duration::from_millis(50));
+        wait_for("the Rerun viewer listens", || {
             viewer.port = listening_port(viewer.process.id()).unwrap_or_default();
-            if viewer.process.try_wait().is_ok_and(|ended| ended.is_some()) {
-                let text = std::fs::read(&log).unwrap_or_default();
-                let text = String::from_utf8_lossy(&text).into_owned();
-                let reason = text.lines().find(|line| line.contains("panicked")).unwrap_or(&text);
-                return Err(format!("the Rerun viewer does not run here: {}", reason.trim()));
-            }
+            viewer.port != 0 || !matches!(viewer.process.try_wait(), Ok(None))
+        })?;
+        if viewer.port == 0 {
+            let text = std::fs::read(&log).unwrap_or_default();
+            let text = String::from_utf8_lossy(&text).into_owned();
+            let reason = text.lines().find(|line| line.contains("panicked")).unwrap_or(&text);
+            return Err(format!("the Rerun viewer does not run here: {}", reason.trim()));
         }
         Ok(viewer)
     }
 
     fn url(&self) -> String {
         format!("rerun+http://127.0.0.1:{}/proxy", self.port)
-    }
-
-    fn signal(&self, signal: &str) {
-        let mut kill = Command::new("kill");
-        let status = kill.args([signal, &self.process.id().to_string()]).status();
-        assert!(status.expect("kill").success());
     }
 }
 
@@ -122,25 +116,15 @@ fn run(lab: &Lab, more: &[&str]) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts")
 }
 
-/// How the run ends; it is called off after ten minutes.
-fn end(mut run: Child) -> Ended {
-    let begin = Instant::now();
-    while run.try_wait().expect("its state").is_none() {
-        if begin.elapsed() > Duration::from_secs(600) {
-            run.kill().expect("it still runs");
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    Ended::of(run.wait_with_output().expect("it ended"))
+/// How the run ends.
+fn end(run: Child) -> Ended {
+    Ended::of(run.wait_with_output().expect("it ends"))
 }
 
 /// Waits until the first simulated seconds of the run are in its recording.
 fn is_under_way(lab: &Lab, run: &mut Child) {
     let recorded = || lab.path("out/run.mcap").metadata().map_or(0, |file| file.len());
-    while recorded() < 50_000 {
-        assert!(run.try_wait().expect("its state").is_none(), "it ended before it was under way");
-        std::thread::sleep(Duration::from_millis(5));
-    }
+    wait_while_it_runs(run, "it is under way", || recorded() >= 50_000);
 }
 
 /// A port where nobody listens and that nobody else gets: that of a connection, as long as it is kept.
@@ -175,7 +159,7 @@ fn a_run_continues_after_its_viewer_is_killed() {
     let more = ["--rerun", "connect", "--viewer", &viewer.url(), "--realtime"];
     let mut run = run(&lab, &more);
     is_under_way(&lab, &mut run);
-    viewer.signal("-KILL");
+    signal(&viewer.process, "KILL");
     assert!(run.try_wait().expect("its state").is_none(), "it ended before the viewer did");
     end(run).expect(0).says(&["warning: the viewer at", "was lost"]);
     assert_eq!(lab.report("out")["steps"], 12_000);
@@ -186,11 +170,11 @@ fn a_stuck_viewer_loses_rows_and_does_not_hold_up_the_run() {
     let viewer = Viewer::start(&lab.path("")).expect("a viewer");
     let mut run = run(&lab, &["--rerun", "connect", "--viewer", &viewer.url()]);
     is_under_way(&lab, &mut run);
-    viewer.signal("-STOP");
+    signal(&viewer.process, "STOP");
     assert!(run.try_wait().expect("its state").is_none(), "it ended before the viewer was stuck");
     // The viewer goes on after the end of the run only: a run that waited for it would not end.
     let ended = end(run);
-    viewer.signal("-CONT");
+    signal(&viewer.process, "CONT");
     ended.expect(0).says(&["warning: the viewer at", "stuck", "was too slow for", "rows"]);
     assert_eq!(lab.report("out")["steps"], 400_000);
 }

@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::harness::{Ended, Lab, ROOT, trackside};
+use super::harness::{Ended, Lab, ROOT, signal, trackside};
 use super::python::python;
-use super::signals::{signal, start};
+use super::signals::start;
 
 tests! {
     a_script_gets_signals_in_its_units_and_what_it_finds_is_checked,

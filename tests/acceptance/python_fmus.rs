@@ -5,10 +5,9 @@ use std::process::{Command, Stdio};
 
 use super::checkpoints::{from, run};
 use super::conform::{conform, rules};
-use super::ending::wait_until;
 use super::fixture::Scenario;
 use super::fmus::ours;
-use super::harness::{Ended, Lab, ROOT, trackside};
+use super::harness::{Ended, Lab, ROOT, trackside, wait_until};
 use super::python::python;
 
 tests! {

@@ -16,6 +16,8 @@ pub enum Requirement {
     Compiler,
     /// A virtual environment with other people's programs.
     Python,
+    /// Other masters of FMI, in that environment.
+    Masters,
     /// Python as a library, which FMUs of pythonfmu expect in the process.
     PythonLibrary,
     /// The Rerun viewer of that environment, which wants graphics drivers even without a window.
@@ -36,32 +38,41 @@ pub enum Requirement {
 }
 
 /// For each requirement that was looked for, why it is missing, if it is.
-static ANSWERS: [OnceLock<Option<String>>; 10] = [const { OnceLock::new() }; 10];
+static ANSWERS: [OnceLock<Option<String>>; 11] = [const { OnceLock::new() }; 11];
 
 /// Prints why something is missing; the lines of the tests have room for its name only.
 pub fn explain() {
     for reason in ANSWERS.iter().filter_map(|answer| answer.get()?.as_ref()) {
-        eprintln!("some tests are ignored: {reason}");
+        eprintln!("some tests do not run: {reason}");
     }
 }
 
 impl Requirement {
-    /// Its absence in two words.
-    pub fn absence(self) -> &'static str {
+    /// What it is called in the list of tests.
+    pub fn name(self) -> &'static str {
         match self {
-            Requirement::Compiler => "no cc",
-            Requirement::Python => "no Python",
-            Requirement::PythonLibrary => "no libpython",
+            Requirement::Compiler => "cc",
+            Requirement::Python => "Python",
+            Requirement::Masters => "other masters",
+            Requirement::PythonLibrary => "libpython",
             #[cfg(feature = "rerun")]
-            Requirement::Viewer => "no viewer",
-            Requirement::Valgrind => "no valgrind",
-            Requirement::Slurm => "no Slurm",
-            Requirement::SmallDisk => "no mount",
-            Requirement::ReferenceFmus | Requirement::Cases | Requirement::Bags => "no data",
+            Requirement::Viewer => "viewer",
+            Requirement::Valgrind => "valgrind",
+            Requirement::Slurm => "Slurm",
+            Requirement::SmallDisk => "mount",
+            Requirement::ReferenceFmus => "Reference FMUs",
+            Requirement::Cases => "cases",
+            Requirement::Bags => "bags",
         }
     }
 
-    /// Whether its tests are ignored in CI, too: containers without privileges cannot start its daemons.
+    /// Whether its tests are for `--include-ignored` alone: few machines have it, or it takes minutes.
+    pub fn is_rare(self) -> bool {
+        use Requirement::{Bags, Cases, Masters, ReferenceFmus, Slurm, Valgrind};
+        matches!(self, Masters | Valgrind | Slurm | ReferenceFmus | Cases | Bags)
+    }
+
+    /// Whether its tests are left out even then: containers without privileges cannot start its daemons.
     pub fn may_be_absent(self) -> bool {
         matches!(self, Requirement::Slurm)
     }
@@ -81,7 +92,9 @@ impl Requirement {
                 let mounts = mount.is_ok_and(|mount| mount.status.success());
                 (!mounts).then(|| "this user cannot mount a small disk (unshare, mount)".to_owned())
             }
-            Requirement::Python => python::environment().as_ref().err().cloned(),
+            Requirement::Python | Requirement::Masters => {
+                python::environment().as_ref().err().cloned()
+            }
             Requirement::PythonLibrary => python::environment().as_ref().map_or_else(
                 |reason| Some(reason.clone()),
                 |python| {

@@ -1,10 +1,8 @@
 //! Checks that results survive a mistake, a kill and a second run, and that nothing else in their folder is touched.
 
-use std::time::{Duration, Instant};
-
 use super::fixture::Scenario;
 use super::fmus::ours;
-use super::harness::{Lab, trackside};
+use super::harness::{Lab, trackside, wait_while_it_runs};
 
 tests! {
     a_mistake_leaves_the_results_of_the_last_run: Compiler,
@@ -115,12 +113,9 @@ fn long_run(lab: &Lab) -> std::process::Child {
     lab.write("long.toml", coasting(100.0).text());
     let arguments = ["run", "long.toml", "--out", "out", "--rerun", "off", "--realtime", "0.1"];
     let mut child = trackside(&lab.path("")).args(arguments).spawn().expect("it starts");
-    let begin = Instant::now();
-    while !(lab.has("out/report.json.partial") && lab.has("out/run.mcap")) {
-        assert!(child.try_wait().expect("a process").is_none(), "it ended");
-        assert!(begin.elapsed() < Duration::from_secs(300), "nothing was recorded");
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    wait_while_it_runs(&mut child, "it records", || {
+        lab.has("out/report.json.partial") && lab.has("out/run.mcap")
+    });
     child
 }
 

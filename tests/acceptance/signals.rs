@@ -2,29 +2,22 @@
 
 use std::process::{Child, Command, Stdio};
 
-use super::ending::{analysed, lab, lives, passing, recorded, unpacked, wait_until};
-use super::harness::{Ended, Lab, trackside};
+use super::ending::{analysed, lab, lives, passing, recorded, unpacked};
+use super::harness::{Ended, Lab, signal, signalled, wait_until, with_signals};
 
 tests! {
     a_signal_ends_a_run_at_the_next_communication_point: Compiler,
     a_signal_ends_an_analysis_and_the_runs_to_come: Compiler,
     a_second_signal_ends_a_run_at_once: Compiler,
     a_signal_to_a_test_is_passed_on_and_the_rest_is_told: Compiler,
+    a_signal_that_is_ignored_from_the_start_stays_so: Compiler,
 }
 
-/// The program with its signals as they are on a terminal: a shell that runs the tests in the background has SIGINT ignored.
+/// The program, which can be signalled, with its output in pipes.
 fn listening(lab: &Lab) -> Command {
-    let own = trackside(&lab.path(""));
-    let mut command = Command::new("env");
-    command.arg("--default-signal=INT,TERM,HUP").arg(own.get_program()).current_dir(lab.path(""));
-    command.envs(own.get_envs().filter_map(|(name, value)| Some((name, value?))));
-    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut command = signalled(&lab.path(""));
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command
-}
-
-pub fn signal(child: &Child, name: &str) {
-    let kill = Command::new("kill").args([&format!("-{name}"), &child.id().to_string()]).status();
-    assert!(kill.expect("kill").success());
 }
 
 /// Starts the program and waits until this file is there.
@@ -121,4 +114,23 @@ fn a_signal_to_a_test_is_passed_on_and_the_rest_is_told() {
     }
     assert!(lab.read("junit.xml").contains("errors=\"2\""));
     wait_until("the run is gone", || !lives(&lab, "sleeping.pid"));
+}
+
+/// As `nohup` and the background jobs of shells have it.
+fn a_signal_that_is_ignored_from_the_start_stays_so() {
+    let lab = lab();
+    let long = passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4");
+    lab.write("case.toml", long);
+    let mut command = with_signals(&lab.path(""), "--ignore-signal=INT,HUP");
+    command.args(["run", "case.toml", "--out", "out", "--rerun", "off", "--realtime", "1"]);
+    let child = command.stderr(Stdio::piped()).spawn().expect("it starts");
+    let steps = || lab.path("out/run.mcap.tail").metadata().map_or(0, |file| file.len());
+    wait_until("it records", || steps() > 0);
+    signal(&child, "INT");
+    signal(&child, "HUP");
+    let before = steps();
+    wait_until("it goes on", || steps() > before);
+    signal(&child, "TERM");
+    let ended = Ended::of(child.wait_with_output().expect("it ends")).expect(143);
+    ended.says(&["a signal ended the run: SIGTERM"]);
 }

@@ -3,7 +3,7 @@
 use std::process::Stdio;
 
 use super::cluster::{lab, same_table, submitted};
-use super::harness::{Lab, trackside};
+use super::harness::{Lab, signal, signalled, trackside, wait_while_it_runs};
 
 tests! {
     chunks_in_processes_of_their_own_give_the_table_of_one_process: Compiler,
@@ -102,21 +102,18 @@ fn a_task_that_would_fail_everywhere_ends_all() {
 
 fn a_submission_that_is_ended_goes_on_with_the_same_command() {
     let lab = planned(40);
-    let mut command = trackside(&lab.path(""));
+    let mut command = signalled(&lab.path(""));
     command.args(SUBMIT).args(["--jobs", "1"]);
     let output = std::fs::File::create(lab.path("said")).expect("a file");
     let mut child = command.stderr(output).spawn().expect("it starts");
-    while !lab.has("plan/parts/000001.parquet") {
-        assert!(child.try_wait().expect("its state").is_none(), "{}", lab.read("said"));
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
+    wait_while_it_runs(&mut child, "a part is done", || lab.has("plan/parts/000001.parquet"));
     let mut other = trackside(&lab.path(""));
     let other = super::engines::said({
         other.args(SUBMIT);
         other
     });
     other.expect(2).says(&["another trackside sweep submit runs the chunks of plan here"]);
-    super::engines::signal(child.id(), "TERM");
+    signal(&child, "TERM");
     let status = child.wait().expect("it ends");
     assert_eq!(status.code(), Some(143), "{}", lab.read("said"));
     assert!(lab.read("said").contains("the same command goes on"), "{}", lab.read("said"));

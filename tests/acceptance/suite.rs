@@ -1,11 +1,15 @@
-//! Runs the listed tests, and reports those with absent requirements as ignored.
+//! Runs the listed tests, reports those with absent requirements as ignored, and ends those that wait without end.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::process::ExitCode;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Failed, Trial};
 
+use super::harness::is_overdue;
 use super::requirement::{self, Requirement};
 
 /// A test and its requirements.
@@ -36,30 +40,34 @@ macro_rules! tests {
     };
 }
 
-/// Runs the tests. With CI=true what is absent makes its tests fail, but for what not every machine can start.
+/// Runs the tests. Those with a requirement that is rare or absent are ignored and say so; `--include-ignored` runs all of them, and
+/// then absence is a failure, but for what not every machine can start: its tests are left out.
 pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     remember_panics();
-    let ci = std::env::var("CI").is_ok_and(|value| value == "true");
-    let trials = tests.into_iter().map(|test| trial(arguments, test, ci)).collect();
+    std::thread::spawn(watch);
+    let trials = tests.into_iter().filter_map(|test| trial(arguments, test)).collect();
     requirement::explain();
     libtest_mimic::run(arguments, trials).exit_code()
 }
 
-fn trial(arguments: &Arguments, test: Test, ci: bool) -> Trial {
+fn trial(arguments: &Arguments, test: Test) -> Option<Trial> {
     let module = test.module.rsplit("::").next().unwrap_or_default();
     let name = format!("{module}::{}", test.name);
+    let all = arguments.include_ignored || arguments.ignored;
+    let rare = test.needs.iter().find(|need| need.is_rare());
     // The search for an environment may make it, which takes minutes: not for tests that are left out.
     let chosen =
         !arguments.list && arguments.filter.as_ref().is_none_or(|part| name.contains(part));
-    let needs = if chosen { test.needs } else { &[] };
+    let needs = if chosen && (all || rare.is_none()) { test.needs } else { &[] };
     let missing = needs.iter().find(|need| need.missing().is_some());
-    let trial = Trial::test(name, move || body(test.body));
-    match missing {
-        Some(need) => {
-            trial.with_kind(need.absence()).with_ignored_flag(!ci || need.may_be_absent())
-        }
-        None => trial,
+    if all && missing.is_some_and(|need| need.may_be_absent()) {
+        return None;
     }
+    let trial = Trial::test(name.clone(), move || body(&name, test.body));
+    Some(match rare.or(missing) {
+        Some(need) => trial.with_kind(format!("needs {}", need.name())).with_ignored_flag(true),
+        None => trial,
+    })
 }
 
 thread_local! {
@@ -76,9 +84,68 @@ fn remember_panics() {
     }));
 }
 
-fn body(test: fn()) -> Result<(), Failed> {
+fn body(name: &str, test: fn()) -> Result<(), Failed> {
     IN_TEST.set(true);
+    // PID/task/TID
+    let thread = std::fs::read_link("/proc/thread-self").unwrap_or_default();
+    let watched = Watched {
+        name: name.to_owned(),
+        thread: Path::new("/proc").join(thread),
+        begin: Instant::now(),
+    };
+    let thread = watched.thread.clone();
+    watched_tests().push(watched);
     let result = catch_unwind(AssertUnwindSafe(test));
+    watched_tests().retain(|it| it.thread != thread);
     IN_TEST.set(false);
     result.map_err(|_| PANIC.take().into())
+}
+
+/// A test may take this long on an idle machine: some build packages, or make the environment of Python.
+const LIMIT: Duration = Duration::from_secs(900);
+
+/// A test that goes on.
+struct Watched {
+    name: String,
+    /// The folder of its thread in `/proc`, which tells the processes that it started.
+    thread: PathBuf,
+    begin: Instant,
+}
+
+fn watched_tests() -> std::sync::MutexGuard<'static, Vec<Watched>> {
+    static TESTS: Mutex<Vec<Watched>> = Mutex::new(Vec::new());
+    TESTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills what a test has started that takes too long, so that its waits end and it says what it waited for. One that waits for
+/// something else ends the suite.
+fn watch() {
+    loop {
+        std::thread::sleep(Duration::from_secs(1));
+        for test in watched_tests().iter().filter(|it| is_overdue(it.begin, LIMIT)) {
+            let (name, seconds) = (&test.name, test.begin.elapsed().as_secs());
+            let processes = descendants(&test.thread);
+            for process in &processes {
+                let line = std::fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
+                let line = String::from_utf8_lossy(&line).replace('\0', " ");
+                eprintln!("{name}: killed after {seconds} s: {line}");
+                let _ = Command::new("kill").args(["-KILL", process]).status();
+            }
+            if processes.is_empty() && is_overdue(test.begin, LIMIT + LIMIT / 10) {
+                eprintln!("{name}: does not end after {seconds} s, without a process of its own");
+                std::process::exit(101);
+            }
+        }
+    }
+}
+
+/// The processes that a thread started, and those below them.
+fn descendants(thread: &Path) -> Vec<String> {
+    let children = std::fs::read_to_string(thread.join("children")).unwrap_or_default();
+    let mut all: Vec<_> = children.split_whitespace().map(str::to_owned).collect();
+    for child in all.clone() {
+        let threads = std::fs::read_dir(format!("/proc/{child}/task")).into_iter().flatten();
+        all.extend(threads.flatten().flat_map(|thread| descendants(&thread.path())));
+    }
+    all
 }

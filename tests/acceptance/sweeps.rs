@@ -6,10 +6,9 @@ use std::process::Stdio;
 use sweep::table::{self, Column, Table};
 
 use super::cluster::{lab as noisy, same_table};
-use super::engines::{signal, until};
 use super::fixture::Scenario;
 use super::fmus::{drifting_relay, forgetful, misbehave, relay};
-use super::harness::{Ended, Lab, ROOT, trackside};
+use super::harness::{Ended, Lab, ROOT, signal, signalled, trackside, wait_while_it_runs};
 
 tests! {
     a_grid_has_every_combination_with_units_margins_and_collected_values: Compiler,
@@ -113,7 +112,8 @@ fn a_sweep_that_was_killed_goes_on() {
     let code = whole.trackside(&words).code();
     for parts in [2, 7] {
         let mut child = trackside(&killed.path("")).args(words).spawn().expect("it starts");
-        until("parts", || count(&killed.path("plan/parts")) >= parts).expect("parts");
+        let done = || count(&killed.path("plan/parts")) >= parts;
+        wait_while_it_runs(&mut child, "parts are done", done);
         child.kill().and_then(|()| child.wait()).expect("it dies");
     }
     assert!(!killed.has("plan/sweep.json"), "it was killed before its end");
@@ -129,10 +129,11 @@ fn a_sweep_that_was_asked_to_end_keeps_what_is_done() {
     let (whole, ended) = (noisy(400), noisy(400));
     let words = ["sweep", "case.toml", "--out", "plan", "--chunk-size", "50"];
     let code = whole.trackside(&words).code();
-    let mut child = trackside(&ended.path(""));
-    let child = child.args(words).stderr(Stdio::piped()).spawn().expect("it starts");
-    until("a part", || count(&ended.path("plan/parts")) >= 2).expect("a part");
-    signal(child.id(), "INT");
+    let mut child = signalled(&ended.path(""));
+    let mut child = child.args(words).stderr(Stdio::piped()).spawn().expect("it starts");
+    let done = || count(&ended.path("plan/parts")) >= 2;
+    wait_while_it_runs(&mut child, "a part is done", done);
+    signal(&child, "INT");
     let output = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(130), "{said}");

@@ -1,11 +1,12 @@
 //! Makes temporary folders, such as those of unpacked archives, and removes those that a process left behind when it died.
 
 use std::fs::Permissions;
-use std::fs::{File, TryLockError};
+use std::fs::{DirEntry, File};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::sync::Once;
+use std::time::Duration;
 
 use tempfile::{Builder, TempDir};
 
@@ -13,6 +14,8 @@ use tempfile::{Builder, TempDir};
 const PREFIX: &str = "trackside-unpacked-";
 /// The file in each of them that its process holds locked: the system lets go of it however the process ends.
 const LOCK: &str = ".in-use";
+/// A folder is locked as soon as it is made: one without a lock that is older was left by a process that died in between.
+const YOUNG: Duration = Duration::from_secs(60);
 
 /// A folder that is removed when it is dropped, or by another process after this one died.
 #[derive(Debug)]
@@ -93,12 +96,19 @@ fn sweep(parent: &Path) {
         if !ours || !entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             continue;
         }
-        let Ok(lock) = File::open(entry.path().join(LOCK)) else { continue };
-        match lock.try_lock() {
-            Ok(()) => drop(std::fs::remove_dir_all(entry.path())),
-            Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {}
+        let unused = match File::open(entry.path().join(LOCK)) {
+            Ok(lock) => lock.try_lock().is_ok(),
+            Err(error) => error.kind() == ErrorKind::NotFound && is_old(&entry),
+        };
+        if unused {
+            drop(std::fs::remove_dir_all(entry.path()));
         }
     }
+}
+
+fn is_old(entry: &DirEntry) -> bool {
+    let modified = entry.metadata().and_then(|metadata| metadata.modified());
+    modified.is_ok_and(|time| time.elapsed().is_ok_and(|age| age > YOUNG))
 }
 
 #[cfg(test)]
@@ -115,12 +125,17 @@ mod tests {
         let dead = folder.keep();
         drop(lock);
         let unlocked = parent.path().join(format!("{PREFIX}young"));
+        let forgotten = parent.path().join(format!("{PREFIX}old"));
         let foreign = parent.path().join("trackside-notes");
-        for path in [&unlocked, &foreign] {
+        for path in [&unlocked, &forgotten, &foreign] {
             std::fs::create_dir(path).expect("a folder");
         }
+        for path in [&forgotten, &foreign] {
+            let long_ago = std::time::SystemTime::now() - 2 * YOUNG;
+            File::open(path).and_then(|folder| folder.set_modified(long_ago)).expect("its time");
+        }
         sweep(parent.path());
-        assert!(!dead.exists());
+        assert!(!dead.exists() && !forgotten.exists());
         assert!([alive.path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));
     }
 }

@@ -18,23 +18,28 @@ const SPACE: u64 = 4 << 20;
 /// A process tries this many cases, so that memory that it loses shows within them and dies with it.
 const SHIFT: u64 = 100_000;
 
-/// The body of a program that tries `COUNT SEED` cases. It leaves each input that was too hard in `target/damaged/NAME`; its exit code is
+/// The body of a program that tries `FORMAT COUNT SEED`: cases of one of these formats. It leaves each input that was too hard in `target/damaged/NAME`; its exit code is
 /// then 1. Inputs are named by their seeds.
 #[must_use]
-pub fn program(target: &Target) -> ExitCode {
+pub fn program(targets: &[&Target]) -> ExitCode {
     let words: Vec<_> = std::env::args_os().skip(1).collect();
+    let named = |format: &OsString| targets.iter().copied().find(|target| format == target.name);
     let outcome = match &words[..] {
-        [role, from, to, folder, place] if role == "work" => match (number(from), number(to)) {
-            (Some(from), Some(to)) => work(target, from..to, folder.as_ref(), place.as_ref()),
-            _ => return usage(),
-        },
-        [count, seed] => match (number(count), number(seed)) {
-            (Some(count), Some(seed)) => {
+        [role, format, from, to, folder, place] if role == "work" => {
+            match (named(format), number(from), number(to)) {
+                (Some(target), Some(from), Some(to)) => {
+                    work(target, from..to, folder.as_ref(), place.as_ref())
+                }
+                _ => return usage(targets),
+            }
+        }
+        [format, count, seed] => match (named(format), number(count), number(seed)) {
+            (Some(target), Some(count), Some(seed)) => {
                 watch(target, count, seed).map(|failures| std::process::exit((failures > 0).into()))
             }
-            _ => return usage(),
+            _ => return usage(targets),
         },
-        _ => return usage(),
+        _ => return usage(targets),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -49,8 +54,12 @@ fn number(word: &OsString) -> Option<u64> {
     word.to_str()?.parse().ok()
 }
 
-fn usage() -> ExitCode {
-    eprintln!("expected two numbers: how many inputs, and the first seed");
+fn usage(targets: &[&Target]) -> ExitCode {
+    let formats: Vec<_> = targets.iter().map(|target| target.name).collect();
+    eprintln!(
+        "expected a format, how many inputs, and the first seed; formats: {}",
+        formats.join(", ")
+    );
     ExitCode::from(2)
 }
 
@@ -84,7 +93,7 @@ fn watch(target: &Target, count: u64, seed: u64) -> std::io::Result<u64> {
             panics += 1;
             keep_case(seed, &format!("panics: {message}"))
         };
-        match shift([next, end], &files, &place, &mut told)? {
+        match shift(target, [next, end], &files, &place, &mut told)? {
             End::Done(work) => {
                 done.add(&work);
                 next = end;
@@ -135,12 +144,13 @@ fn seed_at(place: &Path) -> std::io::Result<u64> {
 
 /// Lets a process try seeds, and tells each panic.
 fn shift(
+    target: &Target,
     [from, to]: [u64; 2],
     files: &Path,
     place: &Path,
     told: &mut dyn FnMut(u64, &str) -> std::io::Result<()>,
 ) -> std::io::Result<End> {
-    let mut child = start([from, to], files, place)?;
+    let mut child = start(target, [from, to], files, place)?;
     let lines = lines(&mut child);
     let (mut at, mut since) = (from, Instant::now());
     let mut done = None;
@@ -173,11 +183,19 @@ fn shift(
 }
 
 /// Starts a process whose address space is bounded: asking for too much ends it.
-fn start([from, to]: [u64; 2], files: &Path, place: &Path) -> std::io::Result<Child> {
+fn start(
+    target: &Target,
+    [from, to]: [u64; 2],
+    files: &Path,
+    place: &Path,
+) -> std::io::Result<Child> {
     let program: PathBuf = std::env::current_exe()?;
     let mut shell = Command::new("sh");
     shell.arg("-c").arg(format!("ulimit -v {SPACE}; exec \"$0\" \"$@\"")).arg(program);
-    shell.arg("work").args([from, to].map(|it| it.to_string())).args([files, place]);
+    shell
+        .args(["work", target.name])
+        .args([from, to].map(|it| it.to_string()))
+        .args([files, place]);
     shell.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn()
 }
 

@@ -1,10 +1,7 @@
 //! Asserts that columns that stand for each other are told, that wheels are looked at, and that banked laps are recognised.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "../../drive-inference/tests/support/drive.rs"]
-mod drive;
-#[path = "support/mistake.rs"]
-mod mistake;
+use crate::mistake;
 
 use drive_doctor::{Examination, CarData, CorrectionTarget, Certainty, examine};
 use preparation::DriveLog;

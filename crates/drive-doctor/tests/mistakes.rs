@@ -1,10 +1,8 @@
 //! Asserts that mistakes in simulated logs are found and named, and that logs without one are left alone.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "../../drive-inference/tests/support/drive.rs"]
-mod drive;
-#[path = "support/mistake.rs"]
-mod mistake;
+use crate::drive;
+use crate::mistake;
 
 use std::sync::LazyLock;
 

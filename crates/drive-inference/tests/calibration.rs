@@ -1,17 +1,11 @@
 //! Asserts that errors of sensors that were made on purpose are recovered, in logs with the noise of a real one.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "support/drive.rs"]
-mod drive;
-#[path = "support/injected.rs"]
-mod injected;
-#[path = "../../drive-doctor/tests/support/real_log.rs"]
-mod real_log;
-
 use drive_inference::calibration::{assess, calibrate};
 use drive_inference::{Drive, DriveError, Error};
-use injected::{Injected, TIRES, car, clean, tolerance};
 use preparation::SystematicError;
+
+use crate::injected::{Injected, TIRES, car, clean, tolerance};
 use tire_inference::verdict::Verdict;
 
 #[test]

@@ -1,8 +1,7 @@
 //! Identifies both axles from simulated closed-loop drives of known tires.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "support/drive.rs"]
-mod drive;
+use crate::drive;
 
 use std::sync::LazyLock;
 

@@ -1,16 +1,11 @@
 //! Identifies tires from drives with something wrong in the log: it is found, corrected or refused.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-#[path = "support/drive.rs"]
-mod drive;
-#[path = "support/mistakes.rs"]
-mod mistakes;
+use crate::drive;
 
+use crate::mistakes::{MISTAKES, TIRES};
+use drive_inference::{Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify};
 use drive_inference::model_selection::{ErrorSelection, Mode};
-use drive_inference::{
-    Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify,
-};
-use mistakes::{MISTAKES, TIRES};
 use preparation::SystematicError;
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;

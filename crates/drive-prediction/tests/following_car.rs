@@ -1,6 +1,6 @@
 //! The car that follows a log: what it finds on simulated logs whose truth is known, laws of its equations, and logs of real cars.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 use std::slice;
@@ -215,24 +215,27 @@ fn without(mut all: Vec<EvenDrive>, name: &str) -> (Vec<EvenDrive>, EvenDrive) {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_small_car_that_drives_fast_is_predicted() {
-    let Some(all) = dart() else { return };
+    let all = dart().expect("a log of TRACKSIDE_DATA");
     let (fitted, judged) = without(all, "free_fast");
     let best = Best([0.060, 0.28, 0.81], [0.068, 0.33, 0.087], 0.70);
     beats(&fitted, &judged, &support::dart_car(), &best, [0.9, 0.98]);
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_small_car_that_drives_moderately_is_predicted() {
-    let Some(all) = dart() else { return };
+    let all = dart().expect("a log of TRACKSIDE_DATA");
     let (fitted, judged) = without(all, "free_moderate");
     let best = Best([0.018, 0.20, 0.85], [0.0179, 0.224, 0.063], 0.72);
     beats(&fitted, &judged, &support::dart_car(), &best, [0.9, 0.98]);
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_race_car_of_1964_is_predicted() {
-    let Some(drive) = support::lm() else { return };
+    let drive = support::lm().expect("a log of TRACKSIDE_DATA");
     let first = drive.motion.t[0];
     let fitted = [drive.between(first, first + 220.0)];
     let judged = drive.between(first + 220.0, f64::INFINITY);

@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case, reason = "symbols as in the literature")]
 
-mod support;
+use crate::support;
 
 use drive_prediction::hidden::{
     BankMap, Channel, Error, Estimate, Fit, Setup, Signals, estimate, fit, smoothed,
@@ -128,6 +128,7 @@ fn fitted(drive: &Simulated) -> Fit {
 }
 
 #[test]
+#[ignore = "takes long: coverage of posteriors"]
 fn v_y_and_tires_of_simulated_cars_are_found_within_their_intervals() {
     let seeds = 0..5;
     let count = f64::from(seeds.end as u32);
@@ -253,9 +254,11 @@ fn what_cannot_be_fitted_is_told() {
 
 /// The first 220 s of the 250 LM say how it slides in the rest; figures as `examples/hidden_v_y.rs` has them.
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_race_car_of_1964() {
-    let Some(column) = support::columns(&support::folder(), "revs_250lm.csv") else { return };
-    let Some(truth) = support::lm() else { return };
+    let column =
+        support::columns(&support::folder(), "revs_250lm.csv").expect("a log of TRACKSIDE_DATA");
+    let truth = support::lm().expect("a log of TRACKSIDE_DATA");
     let signals = Signals::new(0.01, &column("delta_rad"))
         .with_a_x(&column("ax_mps2"))
         .with(Channel::Speed, &column("vx_mps"))

@@ -71,6 +71,7 @@ fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Ended
     let mut command = Command::new(program);
     command.arg("conform").arg(path).args(["--rule", rule]);
     command.arg("--progress-log").arg(&path_of_log);
+    command.args(["--host", &std::process::id().to_string()]);
     command.args(["--limit", &limit.as_secs_f64().to_string()]).stdin(Stdio::null());
     command.stdout(output.try_clone().map_err(cannot)?);
     command.stderr(output.try_clone().map_err(cannot)?);

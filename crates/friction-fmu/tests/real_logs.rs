@@ -1,7 +1,7 @@
-//! Replays logs of real cars: rubber, tape, and a race track. Without the logs the tests are skipped.
+//! Replays logs of real cars: rubber, tape, and a race track.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod support;
+use crate::support;
 
 use support::fit::{self, a_y, axles, scaled};
 use support::log::{Log, dart, ferrari};
@@ -106,10 +106,11 @@ fn replay(log: &Log, curves: &[MagicFormula; 2], settings: &[(&str, f64)]) -> Re
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn tape_is_told_as_less_friction_and_not_as_less_stiffness() {
-    let Some((_, curves)) = rubber() else { return };
+    let (_, curves) = rubber().expect("a log of TRACKSIDE_DATA");
     for side in ["left", "right"] {
-        let Some(log) = dart(&format!("circles_tape_{side}")) else { return };
+        let log = dart(&format!("circles_tape_{side}")).expect("a log of TRACKSIDE_DATA");
         let (offline, least) = similarity(&log, &curves);
         let Replay { after: [factor, K_f, K_r], error, alarms, .. } =
             replay(&log, &curves, &SMALL_CAR);
@@ -124,8 +125,9 @@ fn tape_is_told_as_less_friction_and_not_as_less_stiffness() {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn rubber_makes_no_alarm() {
-    let Some((logs, curves)) = rubber() else { return };
+    let (logs, curves) = rubber().expect("a log of TRACKSIDE_DATA");
     for (name, log) in RUBBER.iter().zip(&logs) {
         let Replay { range: [low, high], alarms, means, .. } = replay(log, &curves, &SMALL_CAR);
         println!("{name}: factor {low:.3} to {high:.3}, means {means:.2?}");
@@ -136,8 +138,9 @@ fn rubber_makes_no_alarm() {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_race_car_keeps_the_friction_and_the_stiffness_of_the_offline_fit() {
-    let Some(log) = ferrari() else { return };
+    let log = ferrari().expect("a log of TRACKSIDE_DATA");
     let curves = curves(std::slice::from_ref(&log));
     // Its accelerometer has the engine in it.
     let Replay { alarms, means, range, .. } = replay(&log, &curves, &[("sensor.a_y", 1.0)]);

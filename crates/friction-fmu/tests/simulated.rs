@@ -1,7 +1,7 @@
 //! Holds the estimator against cars whose friction and stiffness are known.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod support;
+use crate::support;
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,17 +1,12 @@
 //! Reads logs of all formats to known answers.
 
-#[path = "support/ld.rs"]
-mod ld;
-#[path = "../../mat-file/tests/support/writer.rs"]
-mod mat;
-#[path = "support/writers.rs"]
-mod writers;
+use crate::mat;
 
+use crate::ld::{Ld, ld, ld_channels};
+use crate::writers::{VBO, arrow, by_footer, parquet};
 use arrow_ipc::CompressionType;
-use ld::{Ld, ld, ld_channels};
 use log_file::{Channel, Kind, Log, Time, Values};
 use mat::{Made, column};
-use writers::{VBO, arrow, by_footer, parquet};
 
 /// The log of these bytes, under a name that tells nothing.
 fn open(bytes: &[u8]) -> Result<Option<Log>, log_file::Error> {

@@ -1,17 +1,15 @@
 //! Compares characteristic values with answers that are known in closed form.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod support;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::support::{Car, common, log, manoeuvre, values};
 use manoeuvre::kind::{
     Acceleration, BrakingInATurn, Constant, Excitation, FrequencyResponse, LaneChange,
     ManoeuvreKind, MuSplitBraking, SineWithDwell, SlowlyIncreasingSteer, SteadyCircle, StepSteer,
     StopAndGo, TipIn,
 };
 use manoeuvre::{Direction, Driver, Log};
-use support::{Car, common, log, manoeuvre, values};
 use units::STANDARD_GRAVITY;
 
 #[track_caller]

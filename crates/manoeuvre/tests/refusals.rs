@@ -1,16 +1,14 @@
 //! Manoeuvres that cannot be driven are refused, and those that did not take place give no numbers.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-mod support;
-
 use std::sync::Arc;
 
+use crate::support::{Car, common, manoeuvre, values};
 use manoeuvre::kind::{
     Acceleration, FrequencyResponse, ManoeuvreKind, SineWithDwell, SlowlyIncreasingSteer,
     SteadyCircle, StepSteer,
 };
 use manoeuvre::{CommonParameters, Driver, Manoeuvre};
-use support::{Car, common, manoeuvre, values};
 
 fn refused(common: CommonParameters, kind: impl ManoeuvreKind + 'static) -> (&'static str, String) {
     let wrong = Manoeuvre { common, kind: Arc::new(kind) }.check().expect_err("a mistake");

@@ -1,10 +1,7 @@
 //! Reads files as MATLAB writes them, and refuses those that are none.
 
-#[path = "support/writer.rs"]
-mod writer;
-
+use crate::writer::{Made, column, file};
 use mat_file::{Value, is_mat, read};
-use writer::{Made, column, file};
 
 fn made() -> Vec<(&'static str, Made)> {
     let text = |it: &str| Made::Text(it.to_owned());

@@ -1,12 +1,10 @@
 //! Reads the HDF5 that h5py writes as MATLAB and as other programs do, and holds it against what was written.
 //!
-//! `TRACKSIDE_H5PY` names a Python that has h5py; else an environment is made for it, once. Without network the test is ignored,
-//! with the reason.
+//! `TRACKSIDE_H5PY` names a Python that has h5py; else an environment is made for it, once.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use libtest_mimic::{Arguments, Trial};
 use mat_file::{MatFile, Value, read};
 
 /// The version whose files we know.
@@ -36,27 +34,13 @@ fn python() -> Result<PathBuf, String> {
     Ok(python)
 }
 
-fn main() {
-    let arguments = Arguments::from_args();
-    let python = python();
-    let ignored = python.as_ref().err().map(|error| {
-        let last = error.trim().lines().last().unwrap_or_default().to_owned();
-        format!("no Python with h5py: {last}")
-    });
-    let run = move || {
-        what_h5py_writes_is_read(&python?);
-        Ok(())
-    };
-    let trial = Trial::test("what_h5py_writes_is_read", run)
-        .with_ignored_flag(ignored.is_some())
-        .with_kind(ignored.unwrap_or_default());
-    libtest_mimic::run(&arguments, vec![trial]).exit();
-}
-
-fn what_h5py_writes_is_read(python: &Path) {
+#[test]
+#[ignore = "needs Python with h5py, or venv and a network"]
+fn what_h5py_writes_is_read() {
+    let python = python().expect("h5py");
     let folder = tempfile::tempdir().expect("a folder");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/write.py");
-    run(Command::new(python).arg("-B").arg(&script).arg(folder.path())).expect("files");
+    run(Command::new(&python).arg("-B").arg(&script).arg(folder.path())).expect("files");
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).expect("a file");
     of_matlab(&read(&bytes("matlab.mat")).expect("version 7.3"));
     for name in ["old.h5", "new.h5"] {

@@ -1,20 +1,13 @@
 //! Compares what we read with what asammdf reads, to the bit: of files that asammdf writes, that we write, and that were made by hand.
 //!
-//! `TRACKSIDE_ASAMMDF` names a Python that has asammdf; else an environment is made for it, once. Without network the test is
-//! ignored, with the reason.
+//! `TRACKSIDE_ASAMMDF` names a Python that has asammdf; else an environment is made for it, once.
 
-#[path = "support/files.rs"]
-mod files;
-#[path = "support/made.rs"]
-mod made;
-#[path = "support/old.rs"]
-mod old;
+use crate::files;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use libtest_mimic::{Arguments, Trial};
 use mdf_file::{About, Cell, Column, File, Kind, Type, Values, Writer};
 use serde_json::Value;
 
@@ -50,15 +43,9 @@ fn corpus() -> Vec<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
     let folder = folder.join("corpus/mdf");
-    let files = std::fs::read_dir(&folder).map_err(|error| error.to_string());
-    files.map_or_else(
-        |error| {
-            println!("not tried: files of others in {}: {error}", folder.display());
-            assert!(std::env::var_os("CI").is_none(), "they must be there");
-            Vec::new()
-        },
-        |files| files.map(|it| it.expect("a file").path()).collect(),
-    )
+    let files = std::fs::read_dir(&folder);
+    let files = files.unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    files.map(|it| it.expect("a file").path()).collect()
 }
 
 /// Channels of files that begin like this which the judge gets wrong or sees in another way, with the reason; of ours, what is right is in the
@@ -282,24 +269,10 @@ fn written(path: &Path) {
     writer.finish().expect("it ends");
 }
 
-fn main() {
-    let arguments = Arguments::from_args();
-    let python = python();
-    let ignored = python.as_ref().err().map(|error| {
-        let last = error.trim().lines().last().unwrap_or_default().to_owned();
-        format!("no Python with asammdf: {last}")
-    });
-    let run = move || {
-        we_and_asammdf_read_the_same(&python?);
-        Ok(())
-    };
-    let trial = Trial::test("we_and_asammdf_read_the_same", run)
-        .with_ignored_flag(ignored.is_some())
-        .with_kind(ignored.unwrap_or_default());
-    libtest_mimic::run(&arguments, vec![trial]).exit();
-}
-
-fn we_and_asammdf_read_the_same(python: &Path) {
+#[test]
+#[ignore = "needs data/corpus/mdf, and Python with asammdf, or venv and a network"]
+fn we_and_asammdf_read_the_same() {
+    let python = &python().expect("asammdf");
     let folder = tempfile::tempdir().expect("a folder");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judge.py");
     let judge = |task: &str| {

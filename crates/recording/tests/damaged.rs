@@ -1,31 +1,10 @@
 //! Recordings that are damaged or very wide.
 
-#[path = "support/made.rs"]
-mod made;
-#[path = "support/readings.rs"]
-mod readings;
-#[path = "support/recoveries.rs"]
-mod recoveries;
-#[path = "support/tables.rs"]
-mod tables;
+use crate::made;
+use crate::recoveries;
 
 use recording::recover::recover;
 use recording::{Column, Direction, Golden, GoldenValues, Recording, ValueKind};
-
-#[test]
-fn damaged_tables_are_read_or_refused() {
-    damage::replay(&tables::TARGET, 2_000);
-}
-
-#[test]
-fn damaged_recordings_are_read_or_refused() {
-    damage::replay(&readings::TARGET, 300);
-}
-
-#[test]
-fn damaged_recordings_give_nothing_that_they_had_not_held() {
-    damage::replay(&recoveries::TARGET, 300);
-}
 
 /// A third of the recording is overwritten; the rest is saved.
 #[test]

@@ -1,8 +1,6 @@
 //! What recordings leave whose program was killed between two rows.
 
-#[path = "support/made.rs"]
-#[allow(dead_code)]
-mod made;
+use crate::made;
 
 use std::path::Path;
 

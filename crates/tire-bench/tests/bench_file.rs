@@ -1,15 +1,12 @@
 //! Fits the file of the scenario tires_from_bench.toml, and finds its tire again, whichever format it comes in.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-#[path = "support/bench_file.rs"]
-mod support;
-#[path = "../../mat-file/tests/support/writer.rs"]
-mod writer;
+use crate::written_bench as support;
 
+use crate::writer::{Made, column, file};
 use support::{WARM, bench_file, truth};
 use tire::{Axes, Coefficients};
 use tire_bench::{BenchData, Fit, Options, Reading, Verdict, fit, read, read_all, write_tir};
-use writer::{Made, column, file};
 
 const FILE: &str = include_str!("../../../scenarios/bench/sports_tire.csv");
 

@@ -1,14 +1,11 @@
 //! Reads small files as benches write them: tables as text and MAT files, good and bad.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-#[path = "../../mat-file/tests/support/writer.rs"]
-mod writer;
-
 use std::io::Write as _;
 
+use crate::writer::{Made, column, file};
 use tire::Axes;
 use tire_bench::{BenchData, Constant, FileUnits, Reading, read, read_all};
-use writer::{Made, column, file};
 
 const OWN: &str = "block,time_s,slip_ratio,slip_angle_rad,camber_rad,fz_n,pressure_pa,speed_mps,temp_centre_k,fx_n,fy_n,mz_nm";
 

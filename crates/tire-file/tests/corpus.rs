@@ -1,40 +1,32 @@
 //! Judges tires of files by a Magic Formula of its own in Python: own files, and those of strangers.
 //!
-//! The latter are in `data/corpus/tir` and `cases/logs` of a folder `shared` beside the repository, or of `TRACKSIDE_DATA` and beside it; without
-//! them their tests are ignored, but not where `CI` is set.
+//! The latter are in `data/corpus/tir` and `cases/logs` of a folder `shared` beside the repository, or of `TRACKSIDE_DATA` and beside it.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value as Json;
 use tire::{Characteristics, Coefficients, MfTire, Version};
 use tire_file::{Level, Message, read_bytes, write};
 
-fn main() {
-    let arguments = Arguments::from_args();
-    let data = data();
-    let [corpus, cases] = [data.join("corpus/tir"), data.join("../cases/logs")];
-    let mut trials = vec![Trial::test("own_files", own_files)];
-    let mut add = |name: &str, folder: &Path, test: fn(&Path) -> Result<(), Failed>| {
-        let is_there = folder.is_dir() || std::env::var_os("CI").is_some();
-        if !is_there {
-            println!("ignored: there is no {}", folder.display());
-        }
-        let folder = folder.to_owned();
-        trials.push(Trial::test(name, move || test(&folder)).with_ignored_flag(!is_there));
-    };
-    add("files_of_strangers", &corpus, |folder| {
-        let mut files = std::fs::read_dir(folder)?
-            .map(|entry| entry.map(|it| it.path()))
-            .collect::<Result<Vec<_>, _>>()?;
-        files.retain(|path| path.extension().is_some_and(|it| it == "tir"));
-        assert!(files.len() >= 19, "{} files", files.len());
-        judge(&files)
-    });
-    add("cases", &cases, |folder| CASES.iter().try_for_each(|case| case.judge(folder)));
-    libtest_mimic::run(&arguments, trials).exit();
+type Failed = Box<dyn std::error::Error>;
+
+#[test]
+#[ignore = "needs data/corpus/tir"]
+fn files_of_strangers() -> Result<(), Failed> {
+    let files = std::fs::read_dir(data().join("corpus/tir"))?;
+    let mut files = files.map(|entry| entry.map(|it| it.path())).collect::<Result<Vec<_>, _>>()?;
+    files.retain(|path| path.extension().is_some_and(|it| it == "tir"));
+    assert!(files.len() >= 19, "{} files", files.len());
+    judge(&files)
+}
+
+#[test]
+#[ignore = "needs cases/logs"]
+fn cases() -> Result<(), Failed> {
+    let folder = data().join("../cases/logs");
+    CASES.iter().try_for_each(|case| case.judge(&folder))
 }
 
 fn data() -> PathBuf {
@@ -80,6 +72,7 @@ fn judge(files: &[PathBuf]) -> Result<(), Failed> {
 }
 
 /// Tires of all versions with shifts, camber, pressure and scale factors, on either side.
+#[test]
 fn own_files() -> Result<(), Failed> {
     let folder = std::env::temp_dir().join(format!("tire-file-corpus-{}", std::process::id()));
     std::fs::create_dir_all(&folder)?;

@@ -1,12 +1,11 @@
 //! Compares tires with tables that other implementations made.
 //!
 //! Short tables of three invented tires are in `tables`. The long ones, also of real tires, are in `data/oracles/tire` of a folder
-//! `shared` beside the repository, or of `TRACKSIDE_DATA`; without it their tests are ignored.
+//! `shared` beside the repository, or of `TRACKSIDE_DATA`.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
 use tire::{Coefficients, FormulaConvention, Key, MfTire, Slip, Tire, Version};
 
@@ -19,34 +18,25 @@ const LOST_DIGITS: [(&str, &str, f64); 1] = [("t61_ttc", "Rl_m", 1e-10)];
 const TIRES: [&str; 8] =
     ["synth61", "synth62", "synth52", "t61_mf", "t62_tno205", "t52_mf", "t52_re050", "t61_ttc"];
 
-fn main() {
-    let arguments = Arguments::from_args();
+type Failed = Box<dyn std::error::Error>;
+
+#[test]
+fn short_tables() {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/tables");
-    let mut trials: Vec<_> =
-        TIRES[..3].iter().map(|name| trial("short", name, own.clone())).collect();
-    let folder = shared();
-    let there = folder.is_dir();
-    if !there {
-        println!("ignored: there is no {}", folder.display());
-    }
-    let long =
-        TIRES.iter().map(|name| trial("long", name, folder.clone()).with_ignored_flag(!there));
-    trials.extend(long);
-    libtest_mimic::run(&arguments, trials).exit();
+    TIRES[..3].iter().for_each(|name| agrees(name, &own, true));
 }
 
-fn shared() -> PathBuf {
+#[test]
+#[ignore = "needs data/oracles/tire"]
+fn long_tables() {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let data = std::env::var_os("TRACKSIDE_DATA").map_or_else(beside, PathBuf::from);
-    data.join("oracles/tire")
+    TIRES.iter().for_each(|name| agrees(name, &data.join("oracles/tire"), false));
 }
 
-fn trial(what: &str, name: &'static str, folder: PathBuf) -> Trial {
-    let is_short = what == "short";
-    Trial::test(format!("{what}_table_of_{name}"), move || {
-        let wrong = compare(name, &folder, is_short)?;
-        if wrong.is_empty() { Ok(()) } else { Err(Failed::from(wrong.join("\n"))) }
-    })
+fn agrees(name: &str, folder: &Path, is_short: bool) {
+    let wrong = compare(name, folder, is_short).unwrap_or_else(|error| panic!("{name}: {error}"));
+    assert!(wrong.is_empty(), "{name}: {}", wrong.join("\n"));
 }
 
 fn coefficients(name: &str, path: &Path) -> Result<Coefficients, Failed> {

@@ -26,6 +26,9 @@ pub struct Arguments {
     /// Where that process looks for what was found.
     #[arg(long, hide = true, requires = "rule")]
     progress_log: Option<PathBuf>,
+    /// The number of that process.
+    #[arg(long, hide = true, requires = "rule")]
+    host: Option<u32>,
 }
 
 /// Prints a line for each rule; exit code 1 when the FMU breaks one.
@@ -38,10 +41,13 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         None => conform::TIME_LIMIT,
     };
     if let (Some(rule), Some(log)) = (&arguments.rule, &arguments.progress_log) {
-        // A rule that hangs does not outlive who would end it.
+        // A rule that hangs does not outlive who would end it; who is gone already sends no signal any more.
         #[cfg(target_os = "linux")]
         let _ =
             rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::KILL));
+        if arguments.host.is_some_and(|host| !isolation::has_host(host)) {
+            return Err(Error::input("the process that judges by all rules has ended"));
+        }
         let report = conform::run_one(&arguments.fmu, rule, log, limit);
         return report.map(|()| 0).map_err(not_judged);
     }

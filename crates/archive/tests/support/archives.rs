@@ -10,7 +10,7 @@ use zip::{CompressionMethod, ZipWriter};
 
 pub const TARGET: Target = Target {
     name: "archives",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/archives"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../archive/tests/corpus/archives"),
     sound,
     words: &["../", "/tmp/", "resources/", "PK\x01\x02", "PK\x03\x04", "PK\x05\x06", "PK\x06\x06"],
     own: Some(|random, bytes| own(random, bytes)),

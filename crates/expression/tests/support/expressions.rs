@@ -10,7 +10,7 @@ use units::Unit;
 
 pub const TARGET: Target = Target {
     name: "expressions",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/expressions"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../expression/tests/corpus/expressions"),
     sound,
     words: &[
         "abs", "sqrt", "sin", "cos", "tan", "atan", "exp", "ln", "sign", "deg", "rad", "isfinite",

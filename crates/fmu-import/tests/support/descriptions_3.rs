@@ -2,11 +2,11 @@
 
 use damage::Target;
 
-use crate::opened::attempt;
+use super::opened::attempt;
 
 pub const TARGET: Target = Target {
     name: "descriptions_3",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/descriptions_3"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../fmu-import/tests/corpus/descriptions_3"),
     sound: || {
         vec![
             THREE.as_bytes().to_vec(),

@@ -9,7 +9,7 @@ use super::{ld, mat, writers};
 
 pub const TARGET: Target = Target {
     name: "logs",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/log_files"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../log-file/tests/corpus/log_files"),
     sound,
     words: &["[data]", "[header]", "time", "PAR1", "ARROW1", "\x07\0\x04\0", "\x40\0\0\0"],
     own: None,

@@ -1,4 +1,5 @@
 //! A linear car whose answers are known in closed form, and the loop that lets a driver drive it.
+#![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
 use std::sync::Arc;
 

@@ -9,8 +9,8 @@ use hdf5_pure::mat::{MatBuilder, Options};
 use super::writer::{Made, column, file};
 
 pub const TARGET: Target = Target {
-    name: "MAT files",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/mat_files"),
+    name: "mat_files",
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../mat-file/tests/corpus/mat_files"),
     sound,
     words: &[
         "MATLAB 5.0",

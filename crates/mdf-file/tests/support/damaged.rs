@@ -8,8 +8,8 @@ use damage::Target;
 use super::files;
 
 pub const TARGET: Target = Target {
-    name: "measurement files",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/measurement_files"),
+    name: "measurement_files",
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../mdf-file/tests/corpus/measurement_files"),
     sound: || files::all().into_iter().map(|it| it.1).collect(),
     words: &[
         "##HD",

@@ -10,7 +10,7 @@ use serde::Deserialize;
 
 pub const TARGET: Target = Target {
     name: "plugins",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/plugins"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../plugin/tests/corpus/plugins"),
     sound,
     words: &[
         "axle",

@@ -83,8 +83,9 @@ fn residual(points: &Samples) -> (f64, MagicFormula) {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn points_of_a_ferrari_250_lm() {
-    let Some(prepared) = prepared(&settings()) else { return };
+    let prepared = prepared(&settings()).expect("a log of TRACKSIDE_DATA");
     let report = &prepared.report;
     assert_eq!((report.lost.rows, report.lost.used, report.stretches.len()), (33_000, 33_000, 1));
     assert_eq!(report.held["a_y"], 3846);
@@ -113,8 +114,9 @@ fn points_of_a_ferrari_250_lm() {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn mirrored_ferrari() {
-    let Some(recording) = recording() else { return };
+    let recording = recording().expect("a log of TRACKSIDE_DATA");
     let mut mirrored = recording.clone();
     for name in ["v_y", "a_y", "r", "delta"] {
         let signal = recording.get(name).expect("it was put in");

@@ -1,4 +1,5 @@
 //! Makes recordings that are to be damaged.
+#![allow(dead_code, reason = "each user needs a part")]
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -6,11 +6,11 @@ use damage::Target;
 use recording::table::{self, Table, Wanted};
 use recording::{Golden, GoldenValues, Recording};
 
-use crate::made;
+use super::made;
 
 pub const TARGET: Target = Target {
     name: "readings",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/recordings"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../recording/tests/corpus/recordings"),
     sound: made::all,
     words: &[
         "fmi:c0",

@@ -1,4 +1,5 @@
 //! What tries damaged recordings by recovering them.
+#![allow(dead_code, reason = "each user needs a part")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -8,11 +9,11 @@ use damage::Target;
 use mcap::records::{MessageHeader, Record};
 use recording::recover::recover;
 
-use crate::made::{self, Failed};
+use super::made::{self, Failed};
 
 pub const TARGET: Target = Target {
     name: "recoveries",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/recordings"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../recording/tests/corpus/recordings"),
     sound: made::all,
     words: &["/car/outputs", "protobuf", "json", "lz4", "zstd"],
     own: Some(made::own),

@@ -8,7 +8,7 @@ use recording::table::{self, Dialect, Gaps, Reading, Table, Wanted};
 
 pub const TARGET: Target = Target {
     name: "tables",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/tables"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../recording/tests/corpus/tables"),
     sound,
     words: &[
         "time",

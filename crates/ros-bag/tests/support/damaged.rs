@@ -9,7 +9,7 @@ use super::made;
 
 pub const TARGET: Target = Target {
     name: "bags",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/bags"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../ros-bag/tests/corpus/bags"),
     sound,
     words: &[
         "[]",

@@ -7,11 +7,11 @@ use scenario::plan::RunPlan;
 use scenario::resolve::Overrides;
 use scenario::{BuildArtifacts, Scenario};
 
-use crate::everything;
+use super::everything;
 
 pub const TARGET: Target = Target {
     name: "scenarios",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/scenarios"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../scenario/tests/corpus/scenarios"),
     sound,
     words: &[
         "[[fmu]]",

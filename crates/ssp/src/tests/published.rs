@@ -41,8 +41,9 @@ fn numbers(values: &[(&str, f64)]) -> Vec<(String, Value)> {
 }
 
 #[test]
+#[ignore = "needs public systems of SSP"]
 fn mapped_parameters_with_factor_and_offset() {
-    let Some(folder) = published("LinearTransformation3") else { return };
+    let folder = published("LinearTransformation3").expect("a system of TRACKSIDE_FMUS");
     let system = open(&folder, None).expect("a system");
     let components: Vec<_> = system.components.iter().map(|x| x.name.as_str()).collect();
     assert_eq!((system.name.as_str(), components), ("default", vec!["Add1", "Gain1"]));
@@ -61,8 +62,9 @@ fn mapped_parameters_with_factor_and_offset() {
 }
 
 #[test]
+#[ignore = "needs public systems of SSP"]
 fn connections_give_parameters_their_values() {
-    let Some(folder) = published("import_export_parameters2") else { return };
+    let folder = published("import_export_parameters2").expect("a system of TRACKSIDE_FMUS");
     let system = open(&folder, None).expect("a system");
     // OMSimulator prints the same values after the initialisation.
     let value = |component, variable| number(&system, component, variable);
@@ -83,8 +85,9 @@ fn connections_give_parameters_their_values() {
 }
 
 #[test]
+#[ignore = "needs public systems of SSP"]
 fn one_value_is_mapped_to_connectors_of_three_systems() {
-    let Some(folder) = published("importParameterMapping") else { return };
+    let folder = published("importParameterMapping").expect("a system of TRACKSIDE_FMUS");
     let values = [
         ("Input_1", 20.0),
         ("Input_2", 20.0),
@@ -101,8 +104,9 @@ fn one_value_is_mapped_to_connectors_of_three_systems() {
 }
 
 #[test]
+#[ignore = "needs public systems of SSP"]
 fn systems_have_bindings_of_their_own() {
-    let Some(folder) = published("import_hierarchical_ssv_sources") else { return };
+    let folder = published("import_hierarchical_ssv_sources").expect("a system of TRACKSIDE_FMUS");
     let values = [
         ("System1.Input_1", -10.0),
         ("System1.parameter_1", -20.0),
@@ -116,8 +120,9 @@ fn systems_have_bindings_of_their_own() {
 }
 
 #[test]
+#[ignore = "needs public systems of SSP"]
 fn a_ship_without_its_fmus_is_refused_and_read_with_them() {
-    let Some(source) = published("dp_ship_structure") else { return };
+    let source = published("dp_ship_structure").expect("a system of TRACKSIDE_FMUS");
     let message = open(&source, None).expect_err("no FMUs").to_string();
     assert!(message.contains("models/DPController.fmu") && message.contains(":10:51"), "{message}");
     let text = std::fs::read_to_string(source.join("SystemStructure.ssd")).expect("a text");

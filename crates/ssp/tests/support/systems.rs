@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 
 pub const TARGET: Target = Target {
     name: "systems",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/systems"),
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../ssp/tests/corpus/systems"),
     sound,
     words: &[
         "",

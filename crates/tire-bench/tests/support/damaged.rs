@@ -9,8 +9,8 @@ use tire_bench::{FileUnits, Reading, read};
 use super::writer::{Made, column, file};
 
 pub const TARGET: Target = Target {
-    name: "bench files",
-    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/bench_files"),
+    name: "bench_files",
+    corpus: concat!(env!("CARGO_MANIFEST_DIR"), "/../tire-bench/tests/corpus/bench_files"),
     sound,
     words: &[
         "**HEADER",

@@ -5,7 +5,7 @@ use preparation::samples::Samples;
 use tire_inference::bounds::Bounds;
 use tire_inference::fit::{Constraints, FitError, FitOptions, Problem, SlipNoise, least_squares};
 
-use crate::support::{TRUTH, sweep};
+use super::support::{TRUTH, sweep};
 
 fn error(samples: &Samples, change: impl Fn(&mut Problem)) -> FitError {
     let mut problem = Problem::new(samples);

@@ -11,7 +11,7 @@ use tire_inference::fit::Problem;
 use tire_inference::kernel::{self, ValueAndSlope, local};
 use tire_inference::parameters::{Theta, curve};
 
-use crate::support::{ALL, TRUTH, cost_and_gradient, sweep};
+use super::support::{ALL, TRUTH, cost_and_gradient, sweep};
 
 fn thetas() -> impl Strategy<Value = Theta> {
     (5.0..40.0, 1.0..3.0, 0.1..2.0, -1.0..1.0, -0.02..0.02, -0.1..0.1)

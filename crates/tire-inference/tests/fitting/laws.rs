@@ -7,7 +7,7 @@ use tire_inference::fit::{FitOptions, Problem, joint_least_squares, least_square
 use tire_inference::parameters::{Normal, Parameter, Theta};
 use tire_inference::regularisation::{AxleCoupling, Regularisation};
 
-use crate::support::{ALL, TRUTH, sweep};
+use super::support::{ALL, TRUTH, sweep};
 
 fn fit(samples: &Samples) -> Theta {
     least_squares(&Problem::new(samples), &FitOptions::default()).expect("a fit").theta

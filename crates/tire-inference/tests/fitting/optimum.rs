@@ -9,7 +9,7 @@ use tire_inference::fit::{Constraints, FitOptions, Problem, least_squares, nelde
 use tire_inference::parameters::{Normal, Parameter, Theta, curve};
 use tire_inference::regularisation::Regularisation;
 
-use crate::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};
+use super::support::{ALL, TRUTH, cost_and_gradient, slope, sweep};
 
 struct Case {
     name: &'static str,

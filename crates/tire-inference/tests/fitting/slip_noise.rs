@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 use tire_inference::fit::{FitOptions, Problem, SlipNoise, least_squares};
 use tire_inference::kernel;
 
-use crate::support::TRUTH;
+use super::support::TRUTH;
 
 const SEEDS: u64 = 4;
 const COUNT: usize = 16_000;

@@ -79,8 +79,9 @@ fn is_refused(found: &Value) {
 }
 
 #[test]
+#[ignore = "needs logs of real cars"]
 fn a_late_yaw_rate_is_named_first_and_nothing_is_identified() {
-    let Some(columns) = read() else { return };
+    let columns = read().expect("a log of TRACKSIDE_DATA");
     for window in [[60.0, 160.0], [260.0, 360.0]] {
         is_refused(&found(&columns, window, true));
     }

@@ -1,11 +1,7 @@
 //! Reads hand-made files with known values, and files that are no MDF.
 
-#[path = "support/files.rs"]
-mod files;
-#[path = "support/made.rs"]
-mod made;
-#[path = "support/old.rs"]
-mod old;
+use crate::files;
+use crate::old;
 
 use mdf_file::{Axis, Columns, Error, File, Kind, Values};
 

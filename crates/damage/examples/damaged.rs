@@ -1,0 +1,8 @@
+//! Tries many damaged inputs of a format: `cargo run --release -p damage --example damaged -- FORMAT COUNT SEED`.
+
+#[path = "../tests/formats/mod.rs"]
+mod formats;
+
+fn main() -> std::process::ExitCode {
+    damage::program(&formats::ALL)
+}
