@@ -3,8 +3,8 @@
 mod page;
 mod previous_run;
 mod provenance;
+mod summary;
 mod text;
-mod told;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

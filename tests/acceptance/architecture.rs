@@ -89,7 +89,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("manoeuvre", &[]),
     ("numerics", &["elementary"]),
     ("diagnostics", &[]),
-    ("html-page", &[]),
+    ("html-page", &["numerics"]),
     ("archive", &[]),
     ("damage", &[]),
     ("isolation", &[]),

@@ -7,7 +7,7 @@ use diagnostics::in_markdown;
 
 use crate::messages::{self, Severity};
 
-use super::told::{Told, WIDEST};
+use super::summary::{ResultSummary, WIDEST};
 use super::{Ending, RunReport, Validated};
 
 impl RunReport {
@@ -79,12 +79,12 @@ impl RunReport {
     /// The lines that a person reads after a run.
     #[must_use]
     pub fn lines(&self) -> String {
-        let told = self.analyses.iter().map(|(name, result)| Told::of(result).lines(name));
-        let told: String = told.collect();
+        let analyses = self.analyses.iter().map(|(name, it)| ResultSummary::new(it).lines(name));
+        let analyses: String = analyses.collect();
         let checks = lines(&self.checks, "  ");
         let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);
         let summaries: String = summaries.map(|it| format!("  {}\n", it.line())).collect();
-        let mut text = format!("{}: {}\n{summaries}{told}{checks}", self.scenario, self.title);
+        let mut text = format!("{}: {}\n{summaries}{analyses}{checks}", self.scenario, self.title);
         for validation in &self.validations {
             let Validated { name, folder, checks, .. } = validation;
             // Writing into a string cannot fail.
