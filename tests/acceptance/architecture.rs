@@ -95,7 +95,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("manoeuvre", &["units"]),
     ("numerics", &["elementary"]),
     ("diagnostics", &[]),
-    ("html-page", &[]),
+    ("html-page", &["numerics"]),
     ("archive", &[]),
     ("damage", &[]),
     ("isolation", &[]),

@@ -1,5 +1,19 @@
 //! Makes text safe to stand in XML.
 
+use std::fmt::{Result, Write};
+
+use askama::filters::Escaper;
+
+/// How templates escape what stands in braces, see [`escape`].
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Xml;
+
+impl Escaper for Xml {
+    fn write_escaped_str<W: Write>(&self, mut page: W, text: &str) -> Result {
+        page.write_str(&escape(text))
+    }
+}
+
 /// Text that may stand in XML, in an attribute too. Characters that XML does not allow are replaced, and those that nobody would
 /// see are shown as their numbers, such as `\u{202e}`.
 pub fn escape(text: &str) -> String {

@@ -1,24 +1,30 @@
-//! Writes pages that need nothing but a browser: a style for light, dark and paper, and plots as SVG.
+//! Writes pages that need nothing but a browser: a template and a style for light, dark and paper, and plots as SVG.
+//!
+//! A page is a template of askama that extends `base.html` of this crate and has a field `title`. All that stands in braces is escaped
+//! by [`Xml`], but for [`Markup`].
 
 mod axis;
 mod escape;
+pub mod filters;
 mod plot;
 mod svg;
 
+use askama::Template;
+pub use askama::filters::Safe;
 pub use axis::Axis;
-pub use escape::escape;
+
+pub use escape::{Xml, escape};
 pub use plot::{Class, Layer, Plot, Shape};
 pub use svg::svg;
 
 /// The style of all pages: texts, tables and plots.
-const STYLE: &str = include_str!("style.css");
+const STYLE: &str = include_str!("../templates/style.css");
 
-/// A page of a title and a body, which is HTML. `style` is more CSS.
-pub fn page(title: &str, style: &str, body: &str) -> String {
-    let title = escape(title);
-    format!(
-        "<!DOCTYPE html>\n<html xmlns=\"http://www.w3.org/1999/xhtml\" lang=\"en\"><head><meta charset=\"utf-8\"/>\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/><title>{title}</title>\n\
-         <style>\n{STYLE}{style}</style></head>\n<body>\n<h1>{title}</h1>\n{body}</body></html>\n"
-    )
+/// What is XML already, such as a plot.
+pub type Markup = Safe<String>;
+
+/// The text of a page.
+#[must_use]
+pub fn render(page: &impl Template) -> String {
+    page.render().expect("writing into a string does not fail")
 }

@@ -2,10 +2,10 @@
 
 use std::fmt::Write;
 
-use crate::STYLE;
 use crate::axis::Tick;
 use crate::escape::escape;
 use crate::plot::{Layer, Plot, Shape};
+use crate::{Markup, STYLE, Safe};
 
 /// Space for the labels of the axes [px]: left at least, right, top, bottom.
 const MARGIN: [f64; 4] = [70.0, 24.0, 10.0, 44.0];
@@ -52,7 +52,8 @@ impl<'a> Drawing<'a> {
         &self,
         svg: &mut String,
         points: impl Iterator<Item = (f64, f64)>,
-        (kind, class): (&str, &str),
+        kind: &str,
+        class: &str,
     ) {
         let mut path = String::new();
         let mut pen_down = false;
@@ -74,13 +75,13 @@ impl<'a> Drawing<'a> {
         let Layer { shape, class, points, .. } = layer;
         let lower = || points.iter().map(|&(x, ends)| (x, ends[0]));
         match shape {
-            Shape::Line => self.path(svg, lower(), ("line", class)),
-            Shape::Dash => self.path(svg, lower(), ("dash", class)),
+            Shape::Line => self.path(svg, lower(), "line", class),
+            Shape::Dash => self.path(svg, lower(), "dash", class),
             Shape::Band => {
                 let upper = points.iter().map(|&(x, ends)| (x, ends[1]));
                 let outline = upper.chain(lower().rev());
                 let inside = outline.filter(|&(x, y)| self.at(x, y).is_some());
-                self.path(svg, inside, ("band", class));
+                self.path(svg, inside, "band", class);
             }
             Shape::Dot(radius) => {
                 for (x, y) in lower().filter_map(|(x, y)| self.at(x, y)) {
@@ -148,7 +149,7 @@ impl<'a> Drawing<'a> {
 
 impl Plot {
     /// The legend, for several plots together.
-    pub fn keys(&self) -> String {
+    pub fn keys(&self) -> Markup {
         let key = |Layer { shape, class, name, .. }: &Layer| {
             let mark = match shape {
                 Shape::Line => "line",
@@ -158,20 +159,20 @@ impl Plot {
             };
             format!(r#"<span class="key"><i class="{mark} {class}"></i>{}</span> "#, escape(name))
         };
-        self.layers.iter().filter(|layer| !layer.name.is_empty()).map(key).collect()
+        Safe(self.layers.iter().filter(|layer| !layer.name.is_empty()).map(key).collect())
     }
 
     /// The plot with a title and its legend, as a `figure`.
-    pub fn figure(&self, title: &str) -> String {
-        self.captioned(title, &self.keys())
+    pub fn figure(&self, title: &str) -> Markup {
+        self.captioned(title, &self.keys().0)
     }
 
     /// The plot with a title alone, for one of several with the same legend.
-    pub fn figure_of_many(&self, title: &str) -> String {
+    pub fn figure_of_many(&self, title: &str) -> Markup {
         self.captioned(title, "")
     }
 
-    fn captioned(&self, title: &str, keys: &str) -> String {
+    fn captioned(&self, title: &str, keys: &str) -> Markup {
         let [full_width, full_height] = self.size;
         let title = escape(title);
         // On a narrow screen the figure scrolls before its texts get too small.
@@ -181,7 +182,7 @@ impl Plot {
         );
         Drawing::new(self).draw(&mut svg);
         let _ = write!(svg, "</svg>\n<figcaption><b>{title}</b> {keys}</figcaption></figure>\n");
-        svg
+        Safe(svg)
     }
 }
 
@@ -225,7 +226,7 @@ mod tests {
         plot.line(&[(0.0, 0.0), (0.5, f64::NAN), (1.0, 0.0), (1.0, 1.0)], "c0", "");
         plot.dots(&[(f64::INFINITY, 0.0), (0.5, 0.0)], 2.0, "c0", "");
         plot.band(&[(0.0, [f64::NAN, 1.0]), (1.0, [-1.0, 1e300])], "c0", "");
-        let drawn = plot.figure("t");
+        let drawn = plot.figure("t").0;
         assert!(!drawn.contains("NaN") && !drawn.contains("inf"));
         assert_eq!(drawn.matches("<circle").count(), 1);
         assert_eq!(drawn.matches('M').count() - drawn.matches("class=\"grid\"").count() - 1, 3);
@@ -235,7 +236,7 @@ mod tests {
     fn points_are_where_their_numbers_are() {
         let mut plot = plot();
         plot.dots(&[(0.0, 0.0), (1.0, 1.1)], 2.0, "c0", "n <1>");
-        let drawn = plot.figure("a & b");
+        let drawn = plot.figure("a & b").0;
         // The drawing area is 206 px wide and 146 px high; y reaches from −1.1 to 1.1.
         assert!(
             drawn.contains(r#"cx="0.0" cy="73.0""#) && drawn.contains(r#"cx="206.0" cy="0.0""#),

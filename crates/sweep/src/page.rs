@@ -3,15 +3,19 @@
 mod bars;
 mod parallel;
 mod scatter;
-mod tables;
 
-use std::fmt::Write as _;
-
-use html_page::escape;
+use askama::Template;
+use html_page::{Markup, filters};
+use numerics::text::significant;
 
 use crate::statistics::Share;
-use crate::summary::{Method, Output, Summary};
-use crate::table::{Column, Role, Table};
+use crate::summary::{Check, Method, Output, Summary, Worst};
+use crate::table::{Column, Role, Table, Values};
+use bars::Bars;
+use parallel::Parallel;
+
+/// Varied values that stand beside a worst variant.
+const DRIVING: usize = 3;
 
 /// What the page says of the sweep besides its numbers.
 #[derive(Clone, Debug)]
@@ -26,103 +30,159 @@ pub struct About {
 
 /// How a variant ended.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
-enum Ended {
+enum Ending {
     Passed,
     Failed,
     Error,
 }
 
-impl Ended {
+impl Ending {
     /// Its class in the style.
     fn class(self) -> &'static str {
         match self {
-            Ended::Passed => "passed",
-            Ended::Failed => "failed",
-            Ended::Error => "ended",
+            Ending::Passed => "passed",
+            Ending::Failed => "failed",
+            Ending::Error => "ended",
         }
     }
+
+    /// In the legend.
+    fn text(self) -> &'static str {
+        match self {
+            Ending::Passed => "passed",
+            Ending::Failed => "failed a check",
+            Ending::Error => "did not end",
+        }
+    }
+}
+
+#[derive(Template)]
+#[template(path = "sweep.html")]
+struct Page<'a> {
+    title: &'a str,
+    plan: &'a str,
+    design: &'a str,
+    table: &'a Table,
+    summary: &'a Summary,
+    bars: Vec<Bars<'a>>,
+    parallel: Option<Parallel>,
+    scatter: Vec<Markup>,
 }
 
 /// The page of a table and its summary.
 #[must_use]
 pub fn page(about: &About, table: &Table, summary: &Summary) -> String {
-    let mut html = String::new();
-    head(&mut html, about, summary);
-    tables::checks(&mut html, summary);
-    effects(&mut html, summary);
-    parallel::write(&mut html, table, summary);
-    scatter::write(&mut html, table, summary);
-    tables::worst(&mut html, about, table, summary);
-    tables::failures(&mut html, about, summary);
-    html_page::page(&about.title, include_str!("page/style.css"), &html)
+    let About { title, plan, design } = about;
+    let outputs = summary.outputs.iter().filter(|output| !output.effects.is_empty());
+    html_page::render(&Page {
+        title,
+        plan,
+        design,
+        table,
+        summary,
+        bars: outputs.map(Bars::new).collect(),
+        parallel: Parallel::new(table, summary),
+        scatter: scatter::plots(table, summary),
+    })
 }
 
-fn head(html: &mut String, about: &About, summary: &Summary) {
-    let Summary { share, errors, .. } = summary;
-    let class = if share.passed == share.of { "pass" } else { "fail" };
-    let variants = if share.of == 1 { "variant passes" } else { "variants pass" };
-    let _ = write!(
-        html,
-        "<p class=\"banner {class}\"><b>{}</b> {} of {} {variants}",
-        percent(share),
-        grouped(share.passed),
-        grouped(share.of)
-    );
-    if let Some(interval) = interval(share) {
-        let _ = write!(html, "; 95 % interval {interval}");
+impl Page<'_> {
+    /// Results that never change, so nothing drives them.
+    fn constant(&self) -> impl Iterator<Item = &String> {
+        self.summary.outputs.iter().filter(|it| it.effects.is_empty()).map(|it| &it.name)
     }
-    html.push_str("</p>\n");
-    let _ = writeln!(html, "<p class=\"faint\">{}</p>", escape(&about.design));
-    if *errors > 0 {
-        let variants = if *errors == 1 { "variant" } else { "variants" };
-        let count = grouped(*errors);
-        let _ = writeln!(
-            html,
-            "<p class=\"warning\"><b>{count} {variants} did not end</b>: see <a href=\"#errors\">below</a>.</p>"
-        );
-    }
-}
 
-/// What drives the results, a figure for each.
-fn effects(html: &mut String, summary: &Summary) {
-    let told: Vec<&Output> =
-        summary.outputs.iter().filter(|output| !output.effects.is_empty()).collect();
-    let Some(first) = told.first() else { return };
-    html.push_str("<h2>What drives what?</h2>\n");
-    html.push_str(match first.method {
-        Method::Indices => {
-            "<p>Sobol's indices: the share of a result's variance that goes when one value is known (first, dark), and that stays when all \
-             others are known (total, light). Where the total is larger, the value acts together with others. Lines are 95 % intervals.</p>\n"
+    /// The varied values that drive a check most, or the first ones.
+    fn driving(&self, check: &Check) -> Vec<&Column> {
+        let names = [format!("margin.{}", check.name), format!("check.{}", check.name)];
+        let output = self.summary.outputs.iter().find(|output| names.contains(&output.name));
+        let effects = output.map(|output| &output.effects[..]).unwrap_or_default();
+        let driving = effects.iter().filter_map(|effect| self.table.column(&effect.parameter));
+        let driving: Vec<&Column> = driving.take(DRIVING).collect();
+        if driving.is_empty() {
+            self.table.of(Role::Parameter).take(DRIVING).collect()
+        } else {
+            driving
         }
-        Method::Ranks => {
-            "<p>Correlations of ranks: 1 or −1 when a result only rises or only falls with a value, however it bends. One that rises and \
-             falls again is not seen. Lines are 95 % intervals.</p>\n"
+    }
+
+    /// The command that runs a variant again, for a shell.
+    fn replay(&self, variant: &i64) -> String {
+        let path = format!("{}/{variant}", self.plan);
+        let plain = |c: char| c.is_ascii_alphanumeric() || "/._-+=:@%".contains(c);
+        match path.chars().all(plain) && !path.starts_with('-') {
+            true => format!("trackside replay {path}"),
+            false => format!("trackside replay '{}'", path.replace('\'', "'\\''")),
         }
-    });
-    html.push_str("<div class=\"grid two\">\n");
-    told.iter().for_each(|output| bars::write(html, output));
-    html.push_str("</div>\n");
-    let constant = summary.outputs.iter().filter(|output| output.effects.is_empty());
-    listed(html, "Without effects, since they never change", constant.map(|output| &output.name));
-    listed(html, "Not judged, since names have no order", summary.not_ordered.iter());
+    }
 }
 
-fn listed<'a>(html: &mut String, what: &str, names: impl Iterator<Item = &'a String>) {
-    let names: Vec<String> = names.map(|name| format!("<code>{}</code>", escape(name))).collect();
-    if !names.is_empty() {
-        let _ = writeln!(html, "<p class=\"faint\">{what}: {}.</p>", names.join(", "));
+impl Summary {
+    /// Checks of which there are worst variants.
+    fn ranked_checks(&self) -> impl Iterator<Item = &Check> {
+        self.checks.iter().filter(|check| !check.worst.is_empty())
     }
+}
+
+impl Check {
+    /// The variant with the smallest margin.
+    fn smallest(&self) -> Option<&Worst> {
+        self.worst.iter().find(|worst| !worst.margin.is_nan())
+    }
+
+    /// The margin of a variant, with its unit.
+    fn margin(&self, worst: &Worst) -> String {
+        let number = significant(worst.margin, 4);
+        match self.unit.as_deref().filter(|unit| worst.margin.is_finite() && *unit != "1") {
+            Some(unit) => format!("{number} {unit}"),
+            None => number,
+        }
+    }
+}
+
+impl Column {
+    /// Its name with its unit.
+    fn label(&self) -> String {
+        with_unit(&self.name, self.unit.as_deref())
+    }
+}
+
+impl Output {
+    /// Its name with its unit.
+    fn label(&self) -> String {
+        with_unit(&self.name, self.unit.as_deref())
+    }
+}
+
+/// A name with its unit, unless that is 1.
+fn with_unit(name: &str, unit: Option<&str>) -> String {
+    unit.filter(|unit| *unit != "1")
+        .map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
+}
+
+/// The value of a column in a variant.
+fn cell(column: &Column, worst: &Worst) -> String {
+    let row = worst.row;
+    match &column.values {
+        Values::Integers(values) => values.get(row).map(ToString::to_string),
+        Values::Numbers(values) => values.get(row).map(|value| significant(*value, 5)),
+        Values::Booleans(values) => {
+            values.get(row).copied().flatten().map(|value| value.to_string())
+        }
+        Values::Texts(values) => values.get(row).cloned().flatten(),
+    }
+    .unwrap_or_else(|| "–".to_owned())
 }
 
 /// How each variant ended.
-fn ended(table: &Table) -> Vec<Ended> {
+fn endings(table: &Table) -> Vec<Ending> {
     let verdicts = table.of(Role::Verdict).next().and_then(Column::texts).unwrap_or_default();
-    let ended = |verdict: &Option<String>| match verdict.as_deref() {
-        Some("passed") => Ended::Passed,
-        Some("failed") => Ended::Failed,
-        _ => Ended::Error,
+    let ending = |verdict: &Option<String>| match verdict.as_deref() {
+        Some("passed") => Ending::Passed,
+        Some("failed") => Ending::Failed,
+        _ => Ending::Error,
     };
-    verdicts.iter().map(ended).collect()
+    verdicts.iter().map(ending).collect()
 }
 
 /// At most so many rows out of all, evenly.
@@ -131,10 +191,13 @@ fn thinned(rows: &[usize], most: usize) -> Vec<usize> {
     (0..count).map(|k| rows[k * rows.len() / count]).collect()
 }
 
-/// A name with its unit, unless that is 1.
-fn with_unit(name: &str, unit: Option<&str>) -> String {
-    unit.filter(|unit| *unit != "1")
-        .map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
+/// The end of a name that is too long, which says more than its beginning.
+fn shortened(name: &str, letters: usize) -> String {
+    let count = name.chars().count();
+    if count <= letters {
+        return name.to_owned();
+    }
+    std::iter::once('…').chain(name.chars().skip(count + 1 - letters)).collect()
 }
 
 /// A share with as many decimals as it has variants: never 100 % unless all pass.
@@ -156,19 +219,6 @@ fn decimal(share: f64, of: u64) -> String {
     format!("{:.decimals$}", 100.0 * share)
 }
 
-/// A count with its thousands apart.
-fn grouped(count: u64) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (place, digit) in digits.chars().enumerate() {
-        if place > 0 && (digits.len() - place).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,7 +232,6 @@ mod tests {
         assert_eq!(of(999_999, 1_000_000), "99.9999 %");
         assert_eq!(of(1_000_000, 1_000_000), "100.0000 %");
         assert_eq!(of(0, 0), "–");
-        assert_eq!([0, 999, 1000, 1_234_567].map(grouped), ["0", "999", "1,000", "1,234,567"]);
     }
 
     #[test]

@@ -1,11 +1,12 @@
 //! Writes the page of one tire, or of two side by side: key figures, and curves over slip, load, camber and pressure.
 #![allow(non_snake_case, reason = "symbols as in Pacejka, Tire and Vehicle Dynamics")]
 
-use html_page::{Axis, Class, Plot, escape};
+use askama::Template;
+use html_page::{Axis, Class, Markup, Plot};
 use tire::{MfTire, Tire};
 
 use crate::NamedTire;
-use crate::figures::{OperatingPoint, digits, figures};
+use crate::figures::{Figure, OperatingPoint, digits, figures};
 
 /// Points of a curve, less one.
 const POINTS: u32 = 160;
@@ -14,8 +15,6 @@ const SIZE: [f64; 2] = [560.0, 340.0];
 
 /// Classes for the curves of one plot.
 const CLASSES: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
-
-const STYLE: &str = "td.number { text-align: right; }\n";
 
 type Points = Vec<(f64, f64)>;
 
@@ -196,35 +195,47 @@ fn friction(tire: &MfTire) -> Vec<Curve> {
     [("longitudinal", 0), ("lateral", 1)].into_iter().map(of).collect()
 }
 
+/// The page of one tire, or of two side by side: the second with dashes.
+#[derive(Template)]
+#[template(path = "tires.html")]
+struct Page<'a> {
+    title: String,
+    tires: Vec<&'a Named>,
+    rows: Vec<Row>,
+    plots: Vec<Markup>,
+}
+
+/// A key figure of each tire, and what the second one has more than the first.
+struct Row {
+    name: String,
+    unit: &'static str,
+    values: Vec<String>,
+    difference: String,
+}
+
 /// The page of a tire, with dashes for the second one.
 pub fn page(first: &NamedTire, second: Option<&NamedTire>) -> String {
-    let both: Vec<_> = std::iter::once(first).chain(second).collect();
-    let mut body = String::new();
-    for (place, named) in both.iter().enumerate() {
-        let line = if place == 0 { "lines" } else { "dashes" };
-        let version = named.tire.coefficients().version;
-        let of = if both.len() > 1 { format!(" ({line})") } else { String::new() };
-        body += &format!("<p><b>{}</b>{of}, {version}, ISO-W axes</p>\n", escape(&named.name));
-    }
-    body += &table(&both);
-    body += "<div class=\"grid two\">\n";
-    for diagram in &DIAGRAMS {
-        body += &plot(diagram, &both).figure(diagram.title);
-    }
-    body += "</div>\n";
-    for named in &both {
-        if named.messages.is_empty() {
-            continue;
+    let tires: Vec<_> = std::iter::once(first).chain(second).collect();
+    let columns: Vec<_> = tires.iter().map(|named| figures(&named.tire)).collect();
+    let row = |(k, Figure { name, unit, .. }): (usize, &Figure)| {
+        let values: Vec<f64> = columns.iter().map(|column| column[k].value).collect();
+        let share = values.get(1).map_or(f64::NAN, |second| second / values[0] - 1.0);
+        let difference =
+            if share.is_finite() { format!("{:+.1} %", 100.0 * share) } else { String::new() };
+        Row {
+            name: name.clone(),
+            unit,
+            values: values.into_iter().map(digits).collect(),
+            difference,
         }
-        let name = escape(&named.name);
-        body += &format!("<h2>What reading {name} told</h2>\n<ul>\n");
-        for message in &named.messages {
-            body += &format!("<li>{}</li>\n", escape(message));
-        }
-        body += "</ul>\n";
-    }
-    let names: Vec<_> = both.iter().map(|named| named.name.as_str()).collect();
-    html_page::page(&names.join(" and "), STYLE, &body)
+    };
+    let names: Vec<_> = tires.iter().map(|it| it.name.as_str()).collect();
+    html_page::render(&Page {
+        title: names.join(" and "),
+        rows: columns[0].iter().enumerate().map(row).collect(),
+        plots: DIAGRAMS.iter().map(|it| plot(it, &tires).figure(it.title)).collect(),
+        tires,
+    })
 }
 
 fn plot(diagram: &Diagram, both: &[&NamedTire]) -> Plot {
@@ -242,28 +253,4 @@ fn plot(diagram: &Diagram, both: &[&NamedTire]) -> Plot {
         }
     }
     plot
-}
-
-fn table(both: &[&NamedTire]) -> String {
-    let columns: Vec<_> = both.iter().map(|named| figures(&named.tire)).collect();
-    let mut html = String::from("<table>\n<tr><th></th>");
-    for named in both {
-        html += &format!("<th>{}</th>", escape(&named.name));
-    }
-    let compares = columns.len() > 1;
-    html += if compares { "<th>difference</th><th></th></tr>\n" } else { "<th></th></tr>\n" };
-    for (row, figure) in columns[0].iter().enumerate() {
-        html += &format!("<tr><td>{}</td>", escape(&figure.name));
-        for column in &columns {
-            html += &format!("<td class=\"number\">{}</td>", digits(column[row].value));
-        }
-        if compares {
-            let (a, b) = (figure.value, columns[1][row].value);
-            let share = (b - a) / a * 100.0;
-            let share = if share.is_finite() { format!("{share:+.1} %") } else { String::new() };
-            html += &format!("<td class=\"number\">{share}</td>");
-        }
-        html += &format!("<td>{}</td></tr>\n", figure.unit);
-    }
-    html + "</table>\n"
 }

@@ -3,9 +3,11 @@
 
 use std::fmt::Write;
 
-use html_page::{Axis, Plot, escape};
-use numerics::text::with_std;
-use tire_bench::{Channel, Fit, Point};
+use askama::Template;
+use html_page::{Axis, Plot};
+use tire_bench::{Channel, Fit, Point, Residuals};
+
+use crate::page::filters;
 
 /// The most sweeps that are shown of one force.
 const SWEEPS: usize = 12;
@@ -16,25 +18,30 @@ const SIZE: [f64; 2] = [420.0, 280.0];
 /// Slips of less do not tell a curve.
 const SWEPT: f64 = 0.05;
 
+#[derive(Template)]
+#[template(path = "bench.html")]
+struct Page<'a> {
+    title: &'static str,
+    fit: &'a Fit,
+    summary: &'a [String],
+    forces: Vec<Force<'a>>,
+}
+
+/// What the fit misses of one force, and some of its sweeps.
+struct Force<'a> {
+    name: &'static str,
+    unit: &'static str,
+    residuals: &'a Residuals,
+    sweeps: usize,
+    shown: usize,
+    plots: Vec<(String, Plot)>,
+}
+
 /// The page; `points` are all means over a revolution, in their order.
-pub fn bench(fit: &Fit, points: &[Point], summary: &[String]) -> String {
-    let mut html = String::new();
-    let mut sentences = summary.iter();
-    let first = sentences.next().map_or("", String::as_str);
-    let _ = writeln!(html, "<p>{}</p>", escape(first));
-    let list: String = sentences.map(|it| format!("<li>{}</li>\n", escape(it))).collect();
-    if !list.is_empty() {
-        let _ = writeln!(html, "<ul>\n{list}</ul>");
-    }
-    html.push_str(
-        "<p class=\"faint\">Dots are means over one revolution of the wheel. Lines are the fit at the conditions of each dot, its \
-         temperature included, so the two ways of a sweep may differ. 95 % of such means lie within the band.</p>\n",
-    );
-    for channel in [Channel::Longitudinal, Channel::Lateral, Channel::Aligning] {
-        force(&mut html, fit, channel, points);
-    }
-    coefficients(&mut html, fit);
-    html_page::page("Tire from a test bench", "", &html)
+pub fn page(fit: &Fit, points: &[Point], summary: &[String]) -> String {
+    let channels = [Channel::Longitudinal, Channel::Lateral, Channel::Aligning];
+    let forces = channels.into_iter().filter_map(|channel| force(fit, channel, points)).collect();
+    html_page::render(&Page { title: "Tire from a test bench", fit, summary, forces })
 }
 
 /// Name and unit of a force.
@@ -46,7 +53,7 @@ fn named(channel: Channel) -> [&'static str; 2] {
     }
 }
 
-fn force(html: &mut String, fit: &Fit, channel: Channel, points: &[Point]) {
+fn force<'a>(fit: &'a Fit, channel: Channel, points: &[Point]) -> Option<Force<'a>> {
     let along = channel == Channel::Longitudinal;
     let slip = |it: &Point| if along { it.sample.kappa } else { it.sample.alpha };
     let own =
@@ -59,28 +66,17 @@ fn force(html: &mut String, fit: &Fit, channel: Channel, points: &[Point]) {
         ends[1] - ends[0]
     };
     let sweeps: Vec<_> = points.chunk_by(own).filter(|sweep| range(sweep) > SWEPT).collect();
-    let Some(residuals) = fit.residuals.iter().find(|it| it.channel == channel) else { return };
+    let residuals = fit.residuals.iter().find(|it| it.channel == channel)?;
     let [name, unit] = named(channel);
     let shown = sweeps.len().min(SWEEPS);
-    let _ = writeln!(
-        html,
-        "<h2>{name}</h2>\n<p>Root mean square of the residuals: {:.3} {unit}, of {} means. {shown} of {} sweeps are shown.</p>",
-        residuals.rms,
-        residuals.points,
-        sweeps.len()
-    );
-    let mut figures = String::new();
-    for k in 0..shown {
+    let plot = |k: usize| {
         // Spread over the whole test, from its first sweep to its last.
         let place = if shown > 1 { k * (sweeps.len() - 1) / (shown - 1) } else { 0 };
-        let Some(bands) = fit.bands(channel, sweeps[place]) else { continue };
-        let (title, plot) = figure(channel, sweeps[place], &bands, &slip);
-        if figures.is_empty() {
-            let _ = writeln!(html, "<p class=\"legend\">{}</p>", plot.keys());
-        }
-        figures.push_str(&plot.figure_of_many(&title));
-    }
-    let _ = writeln!(html, "<div class=\"grid\">\n{figures}</div>");
+        let bands = fit.bands(channel, sweeps[place])?;
+        Some(figure(channel, sweeps[place], &bands, &slip))
+    };
+    let plots = (0..shown).filter_map(plot).collect();
+    Some(Force { name, unit, residuals, sweeps: sweeps.len(), shown, plots })
 }
 
 fn figure(
@@ -145,21 +141,4 @@ fn branches(band: &[Banded]) -> Vec<Vec<Banded>> {
         branch
     };
     ends.windows(2).filter(|it| it[1] > it[0]).map(branch).collect()
-}
-
-fn coefficients(html: &mut String, fit: &Fit) {
-    html.push_str("<h2>Coefficients</h2>\n<table class=\"stack\">\n<tr><th>Coefficient</th><th>Value</th><th>Verdict</th><th>Why</th></tr>\n");
-    for it in &fit.estimates {
-        let class = it.verdict.key();
-        let value = with_std(it.value, it.std);
-        let _ = writeln!(
-            html,
-            "<tr><th>{}</th><td>{}</td><td class=\"{class}\">{}</td><td>{}</td></tr>",
-            it.name,
-            escape(&value),
-            it.verdict.words(),
-            escape(&it.reason)
-        );
-    }
-    html.push_str("</table>\n");
 }

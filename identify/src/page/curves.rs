@@ -10,8 +10,9 @@ use tire_inference::parameters::{Parameter, Theta, curve, theta};
 use tire_inference::posterior::PosteriorSamples;
 use tire_inference::quantity::Quantity;
 
+use crate::names::unit;
 use crate::page::misfit::Misfit;
-use crate::page::{Section, replay, unit};
+use crate::page::{Section, replay};
 
 /// Colours of the methods, in their order.
 const COLOURS: [Class; 5] = ["c0", "c1", "c2", "c3", "c4"];
@@ -23,15 +24,18 @@ const SMALL: [f64; 2] = [350.0, 230.0];
 /// What is shown of one tire.
 pub struct Figures {
     /// Nothing without samples.
-    curve: Option<Plot>,
-    misfit: Option<Plot>,
-    densities: Vec<(Quantity, Plot)>,
-    trace: Option<Plot>,
+    pub curve: Option<Plot>,
+    /// What the curve misses.
+    pub misfit: Option<Plot>,
+    /// By the name of the quantity.
+    pub densities: Vec<(&'static str, Plot)>,
+    /// How the fits came to their ends.
+    pub trace: Option<Plot>,
 }
 
-const CURVE_TITLE: &str = "Tire curve (dashed: no data there)";
-const MISFIT_TITLE: &str = "What the curve misses (0: nothing)";
-const TRACE_TITLE: &str = "Trace of the fits";
+pub const CURVE_TITLE: &str = "Tire curve (dashed: no data there)";
+pub const MISFIT_TITLE: &str = "What the curve misses (0: nothing)";
+pub const TRACE_TITLE: &str = "Trace of the fits";
 
 impl Figures {
     /// Those of a tire.
@@ -44,45 +48,19 @@ impl Figures {
                 Misfit::of_samples(section.samples, &point(first.estimate, section))
                     .beneath(section)
             }),
-            densities: quantities.map(|it| (it, density(section, it))).collect(),
+            densities: quantities.map(|it| (it.name(), density(section, it))).collect(),
             trace: trace(section),
         }
-    }
-
-    /// The curve, for the page.
-    pub fn curve(&self) -> String {
-        let none = || "<p>No samples.</p>\n".into();
-        self.curve.as_ref().map_or_else(none, |plot| plot.figure(CURVE_TITLE))
-    }
-
-    /// What the curve misses, for the page.
-    pub fn misfit(&self) -> String {
-        self.misfit.as_ref().map_or_else(String::new, |plot| plot.figure(MISFIT_TITLE))
-    }
-
-    /// The densities, for the page.
-    pub fn densities(&self) -> String {
-        let plots = &self.densities;
-        let legend = plots.first().map_or_else(String::new, |(_, plot)| plot.keys());
-        let figures: String =
-            plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
-        format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid\">\n{figures}</div>\n")
-    }
-
-    /// The trace of the fits, for the page.
-    pub fn trace(&self) -> String {
-        self.trace.as_ref().map_or_else(String::new, |plot| plot.figure(TRACE_TITLE))
     }
 
     /// Hands all of them over for the replay.
     pub fn show(&self, section: &Section, host: &mut dyn Host) {
         let methods: Vec<&str> = section.methods.iter().map(|method| method.name).collect();
-        let mut show =
-            |plot, title: &str| replay::show(plot, (section.name, title), &methods, host);
+        let mut show = |plot, title: &str| replay::show(plot, section.name, title, &methods, host);
         if let Some(plot) = &self.curve {
             show(plot, "tire curve, with the 95 % band of the posterior");
         }
-        self.densities.iter().for_each(|(quantity, plot)| show(plot, quantity.name()));
+        self.densities.iter().for_each(|(quantity, plot)| show(plot, quantity));
         if let Some(plot) = &self.trace {
             show(plot, TRACE_TITLE);
         }

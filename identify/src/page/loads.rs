@@ -1,75 +1,49 @@
-//! Shows how stiffness and friction change with the load, and what longitudinal forces and slips say.
+//! Lists how stiffness and friction change with the load, and what longitudinal forces and slips say.
 
-use std::fmt::Write;
-
-use html_page::escape;
-use numerics::text::significant;
 use tire_inference::load::Effect;
 use tire_inference::verdict::Verdict;
 
-use crate::loads::{AxleLoadEffects, SlipStiffness, TOO_FEW};
-use crate::names::{class, words};
+use crate::loads::{AxleLoadEffects, TOO_FEW};
 
-/// A table for both axles; empty where nothing was told.
-pub fn section(told: &[AxleLoadEffects]) -> String {
-    if told.is_empty() {
-        return String::new();
-    }
-    let mut html = String::new();
-    for it in told.iter().filter_map(|it| Some((it.axle, it.effects.as_ref()?))) {
-        let (axle, effects) = it;
-        let [low, high] = effects.load.map(|it| significant(it, 3));
-        let [back, forth] = effects.longitudinal.map(|it| significant(it, 2));
-        let _ = writeln!(
-            html,
-            "<p class=\"faint\">{axle} axle: load {low} to {high} of that at rest, longitudinal force {back} to {forth} of the load, in nine of ten rows.</p>"
-        );
-    }
-    html.push_str(
-        "<table class=\"stack\">\n<tr><th>Quantity</th><th>Value</th><th>95 % interval</th><th>Verdict</th><th>Why</th></tr>\n",
-    );
-    for AxleLoadEffects { axle, effects, slip_stiffness } in told {
-        let effects = effects.as_ref();
-        let rows = [
-            ("change of stiffness K with load", effects.map(|it| &it.K)),
-            ("change of friction D with load", effects.map(|it| &it.D)),
-            ("longitudinal friction μ_x of the ellipse", effects.map(|it| &it.mu_x)),
-        ];
-        for (name, effect) in rows {
-            effect_row(&mut html, &format!("{axle}: {name}"), effect);
-        }
-        let SlipStiffness { found, verdict, reason } = slip_stiffness;
-        let ends = found.map(|(_, ends)| ends.map(Some));
-        let name = format!("{axle}: stiffness over longitudinal slip");
-        row(&mut html, &name, (found.map(|it| it.0), ends), (*verdict, reason));
-    }
-    html.push_str("</table>\n");
-    html
+/// What is known of one quantity of an axle.
+pub struct Row<'a> {
+    pub axle: &'static str,
+    pub name: &'static str,
+    pub value: Option<f64>,
+    pub interval: [Option<f64>; 2],
+    pub verdict: Verdict,
+    pub reason: &'a str,
 }
 
-fn effect_row(html: &mut String, name: &str, effect: Option<&Effect>) {
-    match effect {
-        Some(it) => row(html, name, (Some(it.value), Some(it.interval)), (it.verdict, &it.reason)),
-        None => row(html, name, (None, None), (Verdict::NotIdentifiable, TOO_FEW)),
-    }
+/// The rows of both axles.
+pub fn rows(loads: &[Loaded]) -> Vec<Row<'_>> {
+    loads.iter().flat_map(rows_of_axle).collect()
 }
 
-type Number = (Option<f64>, Option<[Option<f64>; 2]>);
+fn rows_of_axle(Loaded { axle, effects, slip_stiffness }: &Loaded) -> [Row<'_>; 4] {
+    let effects = effects.as_ref();
+    [
+        effect_row(axle, "change of stiffness K with load", effects.map(|it| &it.K)),
+        effect_row(axle, "change of friction D with load", effects.map(|it| &it.D)),
+        effect_row(axle, "longitudinal friction μ_x of the ellipse", effects.map(|it| &it.mu_x)),
+        Row {
+            axle,
+            name: "stiffness over longitudinal slip",
+            value: slip_stiffness.found.map(|it| it.0),
+            interval: slip_stiffness.found.map(|it| it.1.map(Some)).unwrap_or_default(),
+            verdict: slip_stiffness.verdict,
+            reason: &slip_stiffness.reason,
+        },
+    ]
+}
 
-fn row(html: &mut String, name: &str, (value, ends): Number, (verdict, why): (Verdict, &str)) {
-    let shown = |value: Option<f64>| {
-        let value = value.filter(|it| it.is_finite());
-        value.map_or_else(|| "–".to_owned(), |it| significant(it, 2))
-    };
-    let [low, high] = ends.unwrap_or_default().map(shown);
-    let _ = writeln!(
-        html,
-        "<tr><td>{}</td><td class=\"number\" data-label=\"value\">{}</td><td class=\"number\" data-label=\"95 %\">{low} … {high}</td>\
-         <td class=\"verdict {}\">{}</td><td>{}</td></tr>",
-        escape(name),
-        shown(value),
-        class(verdict),
-        words(verdict),
-        escape(why)
-    );
+fn effect_row<'a>(axle: &'static str, name: &'static str, effect: Option<&'a Effect>) -> Row<'a> {
+    Row {
+        axle,
+        name,
+        value: effect.map(|it| it.value),
+        interval: effect.map(|it| it.interval).unwrap_or_default(),
+        verdict: effect.map_or(Verdict::NotIdentifiable, |it| it.verdict),
+        reason: effect.map_or(TOO_FEW, |it| &it.reason),
+    }
 }

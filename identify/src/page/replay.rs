@@ -16,7 +16,7 @@ struct Columns {
 
 /// Hands a plot over, whose colours `c0`, `c1` .. are those of `methods`. What the viewer has no axis for, logarithms, is
 /// computed before.
-pub fn show(plot: &Plot, (group, title): (&str, &str), methods: &[&str], host: &mut dyn Host) {
+pub fn show(plot: &Plot, group: &str, title: &str, methods: &[&str], host: &mut dyn Host) {
     let columns: Vec<Columns> = plot.layers.iter().map(|layer| columns(plot, layer)).collect();
     let layers = plot.layers.iter().zip(&columns).map(|(layer, columns)| {
         let (role, name) = meaning(layer.class, methods);

@@ -1,6 +1,6 @@
 //! Draws the studies: estimates over the excitation, and sensitivities over slip.
 
-use html_page::{Axis, Class, Plot};
+use html_page::{Axis, Class, Markup, Plot};
 use tire_inference::parameters::Parameter;
 use tire_inference::quantity::Quantity;
 use tire_inference::verdict::Verdict;
@@ -11,15 +11,10 @@ const SIZE: [f64; 2] = [530.0, 290.0];
 const NAMES: [&str; 4] = ["B", "C", "D", "E"];
 
 /// B, C, D, E and K over the largest slip of the data, with ±2 standard deviations.
-pub fn excitation(study: &excitation::Study) -> String {
+pub fn excitation(study: &excitation::Study) -> Vec<(&'static str, Plot)> {
     use Parameter::{B, C, D, E};
     let quantities = [B, C, D, E].map(Quantity::Parameter).into_iter().chain([Quantity::K]);
-    let plots: Vec<_> =
-        quantities.map(|quantity| (quantity, over_levels(study, quantity))).collect();
-    let legend = plots.first().map_or_else(String::new, |(_, plot)| plot.keys());
-    let figures: String =
-        plots.iter().map(|(quantity, plot)| plot.figure_of_many(quantity.name())).collect();
-    format!("<p class=\"legend\">{legend}</p>\n<div class=\"grid two\">\n{figures}</div>\n")
+    quantities.map(|quantity| (quantity.name(), over_levels(study, quantity))).collect()
 }
 
 fn over_levels(study: &excitation::Study, quantity: Quantity) -> Plot {
@@ -68,7 +63,7 @@ fn over_levels(study: &excitation::Study, quantity: Quantity) -> Plot {
 }
 
 /// Total Sobol indices over slip.
-pub fn sensitivity(study: &sensitivity::Study) -> String {
+pub fn sensitivity(study: &sensitivity::Study) -> Markup {
     const COLOURS: [Class; 4] = ["c0", "c1", "c2", "c3"];
     let last = study.indices.last().map_or(1.0, |indices| indices.slip);
     let x = Axis::linear("slip [%]", 0.0, 100.0 * last);

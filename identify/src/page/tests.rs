@@ -1,6 +1,7 @@
 //! Checks that the page is well formed, needs nothing else, and shows the numbers of its structs.
 
 use numerics::convergence::Convergence;
+use numerics::text::decimals;
 use tire_inference::compressed::CompressedSamples;
 use tire_inference::estimate::{assemble, identify};
 use tire_inference::fit::Solution;
@@ -11,6 +12,7 @@ use tire_inference::synthetic::{Excitation, samples};
 use tire_inference::verdict::{Evidence, Verdict, judge};
 
 use super::*;
+use crate::names::class;
 use crate::studies::excitation::{Level, Study};
 
 struct Found {

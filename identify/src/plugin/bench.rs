@@ -29,7 +29,7 @@ pub(super) fn bench(config: &Bench, host: &mut dyn Host) -> Result<Value, String
     let found = fit_points(&points, &options).map_err(|bad| bad.to_string())?;
     host.file(FILE, &write_tir(&found));
     let summary = summary(&found, read.samples.len(), read.notes);
-    host.file("tires.html", &page::bench::bench(&found, &points, &summary));
+    host.file("tires.html", &page::bench::page(&found, &points, &summary));
     Ok(result(&found, summary))
 }
 

@@ -78,7 +78,9 @@ pub(super) fn prediction(
     let drawn = judged_on.iter().take(DRAWN_DRIVES);
     let traces: Vec<Trace> = drawn.filter_map(|drive| trace(models[0], drive, longest)).collect();
     let html = page::prediction::page(
-        (&judged, &found, &car.body),
+        &judged,
+        &found,
+        &car.body,
         &traces,
         &summary,
         &parts(&fitted, &held),

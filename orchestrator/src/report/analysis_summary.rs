@@ -1,10 +1,9 @@
-//! The summary of the result of an analysis, for terminal and page.
+//! Reads the summary that the result of an analysis has for people, and sets it in columns for a terminal.
 //!
 //! The keys are a contract with plugins (`docs/plugins.md`): [`plugin::Words`].
 
 use std::fmt::Write as _;
 
-use html_page::escape;
 use plugin::{Table, Words};
 use serde::Deserialize;
 use serde_json::Value;
@@ -14,15 +13,15 @@ pub(super) const WIDEST: usize = 1000;
 
 /// What a result says to people.
 #[derive(Debug, Default)]
-pub(super) struct AnalysisSummary(Words);
+pub(super) struct AnalysisSummary(pub Words);
 
 impl AnalysisSummary {
     /// What is there; a result that says nothing has nothing.
-    pub(super) fn of(result: &Value) -> Self {
+    pub(super) fn new(result: &Value) -> Self {
         Self(Words::deserialize(result).unwrap_or_default())
     }
 
-    fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.0.summary.is_empty() && self.0.tables.is_empty()
     }
 
@@ -40,21 +39,6 @@ impl AnalysisSummary {
         }
         self.0.tables.iter().for_each(|table| text += &table_lines(table));
         text
-    }
-
-    /// The same for a page.
-    pub(super) fn html(&self, name: &str) -> String {
-        if self.is_empty() {
-            return String::new();
-        }
-        let mut html = format!("<h3>{}</h3>\n", escape(name));
-        for (place, sentence) in self.0.summary.iter().enumerate() {
-            let class = if place == 0 && !self.0.sound { " class=\"warning\"" } else { "" };
-            // Writing into a string cannot fail.
-            let _ = writeln!(html, "<p{class}>{}</p>", escape(sentence));
-        }
-        self.0.tables.iter().for_each(|table| html += &table_html(table));
-        html
     }
 }
 
@@ -76,16 +60,6 @@ fn table_lines(table: &Table) -> String {
     all(table).map(line).collect()
 }
 
-fn table_html(table: &Table) -> String {
-    let row = |row: &Vec<String>, tag: &str| {
-        let cells: String =
-            row.iter().map(|cell| format!("<{tag}>{}</{tag}>", escape(cell))).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let rows: String = table.rows.iter().map(|cells| row(&cells.0, "td")).collect();
-    format!("<table>\n{}{rows}</table>\n", row(&table.head, "th"))
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -100,25 +74,18 @@ mod tests {
             "tables": [{ "head": ["", "value"], "rows": [["speed [m/s]", "3"], ["µ", "0.9"]] }],
         });
         let expected = "  speed  It holds.\n    By far.\n                 value\n    speed [m/s]  3\n    µ            0.9\n";
-        assert_eq!(AnalysisSummary::of(&result).lines("speed"), expected);
+        assert_eq!(AnalysisSummary::new(&result).lines("speed"), expected);
         let doubtful = json!({ "summary": ["It does <not> hold."], "sound": false });
-        let summary = AnalysisSummary::of(&doubtful);
-        assert_eq!(summary.lines("speed"), "  speed  DOUBTFUL  It does <not> hold.\n");
-        assert!(
-            summary.html("speed").contains("<p class=\"warning\">It does &lt;not&gt; hold.</p>")
-        );
+        let lines = AnalysisSummary::new(&doubtful).lines("speed");
+        assert_eq!(lines, "  speed  DOUBTFUL  It does <not> hold.\n");
     }
 
     #[test]
     fn a_result_of_another_shape_says_nothing() {
         for result in [json!({ "summary": 3, "tables": { "head": [] } }), json!(7), json!(null)] {
-            assert_eq!(
-                AnalysisSummary::of(&result).lines("speed")
-                    + &AnalysisSummary::of(&result).html("speed"),
-                ""
-            );
+            assert_eq!(AnalysisSummary::new(&result).lines("speed"), "");
         }
         let ragged = json!({ "tables": [{ "head": ["a"], "rows": [["1", "2"], [], [3]] }] });
-        assert_eq!(AnalysisSummary::of(&ragged).lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
+        assert_eq!(AnalysisSummary::new(&ragged).lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
     }
 }

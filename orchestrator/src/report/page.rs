@@ -1,223 +1,117 @@
 //! Writes `report.html`: a run on one page that needs nothing but a browser, to be handed on.
 
-mod checks;
-mod coupling;
-mod messages;
+mod pictures;
 
-use std::fmt::Write as _;
-
+use askama::Template;
+use cosim::coupling::LoopAccount;
 use diagnostics::Source;
-use html_page::escape;
+use serde_json::Value;
 
+use super::analysis_analysis_summary::AnalysisSummary;
 use super::analysis_summary::AnalysisSummary;
 use super::text::seconds;
-use super::{RunReport, RunVerdict, ValidationReport};
+use super::{Ending, FileReport, NodeReport, RunReport};
+use crate::messages::{NodeMessage, Severity};
+use pictures::{Picture, SMALL, WIDE, picture};
+
+/// The run and the files of its scenario, with pictures of failed and of passed checks.
+#[derive(Template)]
+#[template(path = "report.html")]
+struct Page<'a> {
+    title: &'a str,
+    headline: String,
+    report: &'a RunReport,
+    source: &'a Source,
+    failed: Vec<Picture<'a>>,
+    passed: Vec<Picture<'a>>,
+}
 
 impl RunReport {
     /// The page; `source` are the files of the scenario.
     #[must_use]
     pub(super) fn page(&self, source: &Source) -> String {
-        let mut html = String::new();
-        self.write_verdict(&mut html);
-        checks::write(&mut html, &self.checks);
-        messages::write(&mut html, &self.messages);
-        self.write_baselines(&mut html);
-        self.write_validations(&mut html);
-        self.write_analyses(&mut html);
-        self.write_run(&mut html);
-        for file in source.files() {
-            let name = escape(&file.path.display().to_string());
-            let _ = writeln!(
-                html,
-                "<details><summary>{name}</summary><pre>{}</pre></details>",
-                lines(&file.text)
-            );
-        }
-        html_page::page(&self.title, include_str!("page/style.css"), &html)
-    }
-
-    fn write_verdict(&self, html: &mut String) {
-        // The error follows.
+        let pictures = |passed: bool, size: [f64; 2]| {
+            let checks = self.checks.iter().filter(|check| check.passed == passed);
+            checks.filter_map(|check| picture(check, size)).collect()
+        };
+        let (failed, passed) = (pictures(false, WIDE), pictures(true, SMALL));
         let headline = match self.verdict {
-            RunVerdict::Error | RunVerdict::Interrupted => {
+            // The error follows.
+            Ending::Error | Ending::Interrupted => {
                 format!("stopped after {}", seconds(self.sim_seconds))
             }
             RunVerdict::Pass | RunVerdict::Fail => self.headline(),
         };
-        let _ = writeln!(
-            html,
-            "<p class=\"banner {}\"><b>{}</b> {}</p>",
-            class(self.verdict),
-            word(self.verdict),
-            escape(&headline)
-        );
-        if let Some(error) = &self.error {
-            let _ = writeln!(html, "<pre class=\"error\">{}</pre>", lines(error));
-        }
-        if let Some(resumed) = &self.resumed {
-            let _ = writeln!(html, "<p class=\"faint\">It {}</p>", escape(&resumed.line()));
-        }
-        for warning in &self.warnings {
-            let _ = writeln!(html, "<p class=\"warning\"><b>Warning</b> {}</p>", escape(warning));
-        }
+        let title = &self.title;
+        html_page::render(&Page { title, headline, report: self, source, failed, passed })
+    }
+}
+
+impl Page<'_> {
+    /// Names and pictures of the baselines that the run left.
+    fn baselines(&self) -> Vec<(&str, String)> {
+        let picture = |name| std::fs::read_to_string(self.report.folder.join(name)).ok();
+        let all = self.report.baselines.iter();
+        all.filter_map(|it| Some((it.name.as_str(), picture(it.picture.as_ref()?)?))).collect()
     }
 
-    /// The pictures of baselines that the run left, inside the page.
-    fn write_baselines(&self, html: &mut String) {
-        for baseline in &self.baselines {
-            let Some(picture) = &baseline.picture else { continue };
-            let Ok(svg) = std::fs::read_to_string(self.folder.join(picture)) else { continue };
-            let name = escape(&baseline.name);
-            let _ = writeln!(
-                html,
-                "<h3>Baseline {name}</h3>\n<p><img alt=\"run and tube of {name}\" src=\"data:image/svg+xml,{}\"/></p>",
-                encoded(&svg)
-            );
-        }
-    }
-
-    fn write_validations(&self, html: &mut String) {
-        for ValidationReport { name, scenario, verdict, error, checks, messages, .. } in
-            &self.validations
-        {
-            let _ = writeln!(
-                html,
-                "<h2>Validation <a href=\"{}/report.html\">{}</a></h2>\n<p class=\"faint\">{}</p>\n\
-                 <p class=\"banner {}\"><b>{}</b> {}</p>",
-                link(name),
-                escape(name),
-                escape(&scenario.display().to_string()),
-                class(*verdict),
-                word(*verdict),
-                escape(error.as_deref().unwrap_or_default())
-            );
-            checks::write_table(html, checks);
-            messages::write(html, messages);
-        }
-    }
-
-    fn write_analyses(&self, html: &mut String) {
-        if self.analyses.is_empty() {
-            return;
-        }
-        html.push_str("<h2>Analyses</h2>\n<ul>\n");
-        for file in &self.files {
-            let _ = writeln!(html, "<li><a href=\"{}\">{}</a></li>", link(file), escape(file));
-        }
-        html.push_str("</ul>\n");
-        for (name, result) in &self.analyses {
-            html.push_str(&AnalysisSummary::of(result).html(name));
-            let text = serde_json::to_string_pretty(result).unwrap_or_default();
-            let _ = writeln!(
-                html,
-                "<details><summary>Result of {}</summary><pre>{}</pre></details>",
-                escape(name),
-                lines(&text)
-            );
-        }
-    }
-
-    fn write_run(&self, html: &mut String) {
-        let made = &self.provenance;
+    /// What is known of the run, by name; empty where there is nothing to say.
+    fn facts(&self) -> Vec<(&'static str, String)> {
+        let report = self.report;
+        let made = &report.provenance;
         let versions = &made.versions;
-        html.push_str("<h2>Run</h2>\n<table class=\"facts\">\n");
-        let mut row = |name: &str, value: &str| {
-            if !value.is_empty() {
-                let _ =
-                    writeln!(html, "<tr><th>{}</th><td>{}</td></tr>", escape(name), escape(value));
-            }
-        };
-        row("Scenario", &self.scenario);
-        row("Simulated", &format!("{} in {} steps", seconds(self.sim_seconds), self.steps));
-        let wall = seconds(self.wall_seconds);
-        row("Took", &format!("{wall}, {:.0} times real time", self.realtime_factor));
-        row("Command", &made.command.join(" "));
-        row("Set from outside", &made.set.join(", "));
-        row("Seed", &format!("{} ({})", made.seed, made.generator));
+        let wall = seconds(report.wall_seconds);
         let fmi = match versions.fmi.as_str() {
             "" => String::new(),
             fmi => format!(", FMI {fmi}"),
         };
-        row(
-            "Versions",
-            &format!(
-                "trackside {}{fmi}, plugins {}, {} on {}",
-                versions.trackside, versions.plugin_interface, versions.os, versions.arch
+        let late = |late| format!("{late} of {} communication points", report.steps);
+        vec![
+            ("Scenario", report.scenario.clone()),
+            ("Simulated", format!("{} in {} steps", seconds(report.sim_seconds), report.steps)),
+            ("Took", format!("{wall}, {:.0} times real time", report.realtime_factor)),
+            ("Command", made.command.join(" ")),
+            ("Set from outside", made.set.join(", ")),
+            ("Seed", format!("{} ({})", made.seed, made.generator)),
+            (
+                "Versions",
+                format!(
+                    "trackside {}{fmi}, plugins {}, {} on {}",
+                    versions.trackside, versions.plugin_interface, versions.os, versions.arch
+                ),
             ),
-        );
-        if let Some(late) = self.late_points {
-            row("Late", &format!("{late} of {} communication points", self.steps));
-        }
-        html.push_str("</table>\n");
-        self.write_nodes(html);
-        coupling::write(html, &self.coupling);
-        self.write_hashes(html);
+            ("Late", report.late_points.map(late).unwrap_or_default()),
+        ]
     }
 
-    /// How long the nodes took.
-    fn write_nodes(&self, html: &mut String) {
-        let nodes = self.nodes.iter().filter(|node| node.calls > 0);
-        let longest = nodes.clone().any(|node| node.deadline_misses.is_some());
-        if nodes.clone().next().is_none() {
-            return;
-        }
-        let misses = if longest { "<th>Too long</th>" } else { "" };
-        let _ = writeln!(
-            html,
-            "<table class=\"hashes\">\n<tr><th>Node</th><th>Steps</th><th>Time</th><th>Mean of a step</th>\
-             <th>99 of 100 below</th><th>Longest</th>{misses}</tr>"
-        );
-        for node in nodes {
-            let name = escape(&node.name);
-            let [all, mean, most, longest] =
-                [node.seconds, node.mean_seconds, node.p99_seconds, node.max_seconds].map(short);
-            let misses = node.deadline_misses.map(|misses| format!("<td>{misses}</td>"));
-            let _ = writeln!(
-                html,
-                "<tr><td>{name}</td><td>{}</td><td>{all}</td><td>{mean}</td><td>{most}</td><td>{longest}</td>{}</tr>",
-                node.calls,
-                misses.unwrap_or_default()
-            );
-        }
-        html.push_str("</table>\n");
+    /// What was read, with the kind of each file.
+    fn files(&self) -> impl Iterator<Item = (&'static str, &FileReport)> {
+        let made = &self.report.provenance;
+        let kinds = [("plugin", &made.plugins), ("scenario", &made.sources), ("data", &made.data)];
+        kinds.into_iter().flat_map(|(kind, files)| files.iter().map(move |file| (kind, file)))
     }
 
-    /// The hashes of all that was read.
-    fn write_hashes(&self, html: &mut String) {
-        let made = &self.provenance;
-        html.push_str(
-            "<table class=\"hashes\">\n<tr><th>Made of</th><th></th><th>SHA-256</th></tr>\n",
-        );
-        let mut row = |what: &str, name: &str, sha256: &str| {
-            let (what, name, sha256) = (escape(what), escape(name), escape(sha256));
-            let _ = writeln!(
-                html,
-                "<tr><td>{what}</td><td>{name}</td><td><code>{sha256}</code></td></tr>"
-            );
-        };
-        for fmu in &made.fmus {
-            row("FMU", &format!("{} {}", fmu.name, fmu.guid), &fmu.sha256);
-        }
-        let files = [("plugin", &made.plugins), ("scenario", &made.sources), ("data", &made.data)];
-        for (what, file) in
-            files.iter().flat_map(|(what, files)| files.iter().map(move |it| (what, it)))
-        {
-            row(what, &file.path.display().to_string(), &file.sha256);
-        }
-        html.push_str("</table>\n");
+    /// Nodes that did a step.
+    fn nodes(&self) -> impl Iterator<Item = &NodeReport> {
+        self.report.nodes.iter().filter(|node| node.calls > 0)
     }
 }
 
-/// A time [s] with three digits and the unit that fits it.
-fn short(time: f64) -> String {
-    let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")];
-    let (size, unit) = units.into_iter().find(|(size, _)| time >= *size).unwrap_or(units[3]);
-    let value = time / size;
-    let digits = if value >= 100.0 { 0 } else { usize::from(value < 10.0) + 1 };
-    format!("{value:.digits$} {unit}")
+fn most_grave_first(messages: &[NodeMessage]) -> impl Iterator<Item = &NodeMessage> {
+    let summaries = messages.iter().filter(|it| it.level == Severity::Summary);
+    messages.iter().filter(|it| it.level != Severity::Summary).chain(summaries)
 }
 
-fn word(ending: RunVerdict) -> &'static str {
+/// Mean of the passes of a step.
+fn mean(account: &LoopAccount) -> f64 {
+    account.passes as f64 / account.steps.max(1) as f64
+}
+
+fn json(result: &Value) -> String {
+    serde_json::to_string_pretty(result).unwrap_or_default()
+}
+
+fn word(ending: &Ending) -> &'static str {
     match ending {
         RunVerdict::Pass => "PASSED",
         RunVerdict::Fail => "FAILED",
@@ -226,7 +120,7 @@ fn word(ending: RunVerdict) -> &'static str {
     }
 }
 
-fn class(ending: RunVerdict) -> &'static str {
+fn class(ending: &Ending) -> &'static str {
     match ending {
         RunVerdict::Pass => "pass",
         RunVerdict::Fail => "fail",
@@ -234,28 +128,38 @@ fn class(ending: RunVerdict) -> &'static str {
     }
 }
 
-/// Lines of text, for an element that keeps them.
-fn lines(text: &str) -> String {
-    text.lines().map(escape).collect::<Vec<_>>().join("\n")
-}
+/// How templates of this page write numbers.
+mod filters {
+    use askama::{Result, Values};
+    use html_page::filters::Number;
+    pub use html_page::filters::*;
 
-/// A link to a file beside the page.
-fn link(name: &str) -> String {
-    // Not a scheme, such as `javascript:`.
-    format!("./{}", encoded(name))
-}
-
-/// Text as a part of a URL.
-fn encoded(text: &str) -> String {
-    let safe = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
-    let mut encoded = String::with_capacity(text.len());
-    for byte in text.bytes() {
-        match safe(byte) {
-            true => encoded.push(byte.into()),
-            false => _ = write!(encoded, "%{byte:02X}"),
-        }
+    /// As many digits as a person compares.
+    #[askama::filter_fn]
+    pub fn compact(value: impl Number, _: &dyn Values) -> Result<String> {
+        Ok(match value.number() {
+            value if value.is_nan() => String::new(),
+            value if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) => format!("{value:.3e}"),
+            value => format!("{value:.4}"),
+        })
     }
-    encoded
+
+    /// A time [s] without the rounding error of `k h`.
+    #[askama::filter_fn]
+    pub fn rounded(time: impl Number, _: &dyn Values) -> Result<f64> {
+        Ok(diagnostics::rounded(time.number()))
+    }
+
+    /// A time [s] with three digits and the unit that fits it.
+    #[askama::filter_fn]
+    pub fn duration(time: impl Number, _: &dyn Values) -> Result<String> {
+        let time = time.number();
+        let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "us"), (1e-9, "ns")];
+        let (size, unit) = units.into_iter().find(|(size, _)| time >= *size).unwrap_or(units[3]);
+        let value = time / size;
+        let digits = if value >= 100.0 { 0 } else { usize::from(value < 10.0) + 1 };
+        Ok(format!("{value:.digits$} {unit}"))
+    }
 }
 
 #[cfg(test)]
@@ -264,12 +168,13 @@ mod tests {
 
     #[test]
     fn links_stay_beside_the_page() {
+        #[derive(Template)]
+        #[template(source = "./{{ name|urlencode_strict }}", ext = "html")]
+        struct Link<'a> {
+            name: &'a str,
+        }
+        let link = |name| html_page::render(&Link { name });
         assert_eq!(link("tires.html"), "./tires.html");
-        assert_eq!(link("a b\"<\u{e9}>:?"), "./a%20b%22%3C%C3%A9%3E%3A%3F");
-    }
-
-    #[test]
-    fn lines_of_text_stay_lines_and_text() {
-        assert_eq!(lines("a = 1\n\tb < 2\n"), "a = 1\n b &lt; 2");
+        assert_eq!(link("a b\"<\u{e9}>:?/"), "./a%20b%22%3C%C3%A9%3E%3A%3F%2F");
     }
 }

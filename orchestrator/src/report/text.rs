@@ -8,6 +8,7 @@ use diagnostics::in_markdown;
 use crate::messages::{Severity, self};
 use super::{RunReport, RunVerdict, ValidationReport};
 use super::analysis_summary::{AnalysisSummary, WIDEST};
+use super::analysis_summary::AnalysisSummary;
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.
@@ -79,7 +80,7 @@ impl RunReport {
     #[must_use]
     pub fn lines(&self) -> String {
         let analyses =
-            self.analyses.iter().map(|(name, result)| AnalysisSummary::of(result).lines(name));
+            self.analyses.iter().map(|(name, result)| AnalysisSummary::new(result).lines(name));
         let analyses: String = analyses.collect();
         let checks = lines(&self.checks, "  ");
         let summaries = self.messages.iter().filter(|it| it.level == Severity::Summary);

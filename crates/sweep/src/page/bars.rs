@@ -1,120 +1,121 @@
-//! Draws the effects on a result as bars with their intervals.
+//! Places the effects on a result as bars with their intervals, for `bars.html`.
 
-use std::fmt::Write as _;
+use html_page::Axis;
 
-use html_page::{Axis, escape};
-
-use super::{grouped, with_unit};
+use super::shortened;
 use crate::statistics::Estimate;
 use crate::summary::{Effect, Method, Output};
 
 /// Values that are drawn; the rest is weaker.
 const MOST: usize = 12;
-/// Sizes [px]: of the figure, of the names beside the bars, of the numbers behind them, of a row, of the axis below.
-const WIDTH: f64 = 520.0;
-const NAMES: f64 = 190.0;
-const NUMBERS: f64 = 88.0;
+/// Sizes [px]: of the figure, of the names beside the bars, where the numbers behind them begin, of a row, of the axis below.
+pub const WIDTH: f64 = 520.0;
+pub const NAMES: f64 = 190.0;
+pub const NUMBERS: f64 = 432.0;
 const ROW: f64 = 24.0;
 const AXIS: f64 = 26.0;
 /// Letters of a name that have room, of 7 px each.
 const LETTERS: usize = 26;
 
 /// The figure of a result.
-pub fn write(html: &mut String, output: &Output) {
-    let shown = &output.effects[..output.effects.len().min(MOST)];
-    let height = ROW * shown.len() as f64 + AXIS;
-    let axis = match output.method {
-        Method::Indices => Axis::linear("", 0.0, 1.0),
-        Method::Ranks => Axis::linear("", -1.0, 1.0),
-    };
-    let width = WIDTH - NAMES - NUMBERS;
-    let place = |value: f64| NAMES + axis.share(value).clamp(0.0, 1.0) * width;
-    let _ = write!(
-        html,
-        "<figure><figcaption><b>{}</b>{}</figcaption>\n<svg class=\"bars\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\">\n",
-        escape(&with_unit(&output.name, output.unit.as_deref())),
-        basis(output)
-    );
-    for (value, text) in axis.ticks(width, 50.0, |text| 7.0 * text.len() as f64) {
-        let (x, bottom) = (place(value), height - AXIS);
-        let _ = writeln!(
-            html,
-            "<path class=\"grid\" d=\"M{x:.1} 0V{bottom}\"/><text x=\"{x:.1}\" y=\"{}\">{text}</text>",
-            height - 8.0
-        );
+pub struct Bars<'a> {
+    pub output: &'a Output,
+    axis: Axis,
+}
+
+/// What one value does.
+pub struct Row<'a> {
+    pub effect: &'a Effect,
+    /// Height of its middle [px].
+    pub middle: f64,
+    pub bars: Vec<Bar>,
+}
+
+/// From 0 to a value, and a line over its interval [px].
+pub struct Bar {
+    pub class: &'static str,
+    pub left: f64,
+    pub top: f64,
+    pub width: f64,
+    pub height: f64,
+    pub line: f64,
+    pub interval: [f64; 2],
+}
+
+impl<'a> Bars<'a> {
+    pub fn new(output: &'a Output) -> Self {
+        let low = if output.method == Method::Indices { 0.0 } else { -1.0 };
+        Self { output, axis: Axis::linear("", low, 1.0) }
     }
-    for (row, effect) in shown.iter().enumerate() {
-        let top = ROW * row as f64;
-        let middle = top + 0.5 * ROW;
-        let _ = writeln!(
-            html,
-            "<text class=\"name end\" x=\"{}\" y=\"{}\">{}<title>{}</title></text>",
-            NAMES - 8.0,
-            middle + 4.0,
-            escape(&shortened(&effect.parameter, LETTERS)),
-            escape(&effect.parameter)
-        );
-        if let Some(total) = effect.total {
-            bar(html, &place, total, "total", [top + 3.0, ROW - 6.0]);
+
+    pub fn shown(&self) -> &'a [Effect] {
+        &self.output.effects[..self.output.effects.len().min(MOST)]
+    }
+
+    /// Where the bars end below [px].
+    pub fn bottom(&self) -> f64 {
+        ROW * self.shown().len() as f64
+    }
+
+    pub fn height(&self) -> f64 {
+        self.bottom() + AXIS
+    }
+
+    pub fn x(&self, value: &f64) -> f64 {
+        NAMES + self.axis.share(*value).clamp(0.0, 1.0) * (NUMBERS - NAMES)
+    }
+
+    pub fn ticks(&self) -> Vec<(f64, String)> {
+        self.axis.ticks(NUMBERS - NAMES, 50.0, |text| 7.0 * text.len() as f64)
+    }
+
+    pub fn rows(&self) -> impl Iterator<Item = Row<'a>> {
+        self.shown().iter().enumerate().map(|(row, effect)| {
+            let top = ROW * row as f64;
+            let total = effect.total.map(|it| self.bar("total", it, top, 3.0));
+            let first = self.bar("first", effect.estimate, top, 6.0);
+            let bars = total.into_iter().chain([first]).collect();
+            Row { effect, middle: top + 0.5 * ROW, bars }
+        })
+    }
+
+    /// A bar in the row that begins at `top`, `space` from its edges [px].
+    fn bar(&self, class: &'static str, estimate: Estimate, top: f64, space: f64) -> Bar {
+        let [from, to] = [self.x(&0.0), self.x(&estimate.value)];
+        Bar {
+            class,
+            left: from.min(to),
+            top: top + space,
+            width: (to - from).abs(),
+            height: ROW - 2.0 * space,
+            line: if class == "total" { top + space + 1.0 } else { top + 0.5 * ROW },
+            interval: estimate.interval.map(|end| self.x(&end)),
         }
-        bar(html, &place, effect.estimate, "first", [top + 6.0, ROW - 12.0]);
-        numbers(html, effect, middle);
     }
-    html.push_str("</svg>\n");
-    if let Some(more) = output.effects.len().checked_sub(MOST).filter(|more| *more > 0) {
-        let _ = writeln!(html, "<figcaption>and {more} weaker</figcaption>");
-    }
-    html.push_str("</figure>\n");
-}
 
-/// A bar from 0 to a value, and a line over its interval.
-fn bar(html: &mut String, place: &impl Fn(f64) -> f64, of: Estimate, class: &str, at: [f64; 2]) {
-    let [from, to] = [place(0.0), place(of.value)];
-    let [low, high] = of.interval.map(place);
-    let (left, width, [top, height]) = (from.min(to), (to - from).abs(), at);
-    let middle = if class == "total" { top + 1.0 } else { top + 0.5 * height };
-    let _ = writeln!(
-        html,
-        "<rect class=\"{class}\" x=\"{left:.1}\" y=\"{top}\" width=\"{width:.1}\" height=\"{height}\"/>\
-         <path class=\"whisker\" d=\"M{low:.1} {middle}H{high:.1}\"/>"
-    );
-}
-
-fn numbers(html: &mut String, effect: &Effect, middle: f64) {
-    let number = |estimate: Estimate| {
-        let text = format!("{:.2}", estimate.value);
-        if text == "-0.00" { "0.00".to_owned() } else { text.replace('-', "−") }
-    };
-    let both = match effect.total {
-        Some(total) => format!("{} / {}", number(effect.estimate), number(total)),
-        None => number(effect.estimate),
-    };
-    let _ = writeln!(
-        html,
-        "<text class=\"begin\" x=\"{}\" y=\"{}\">{both}</text>",
-        WIDTH - NUMBERS + 4.0,
-        middle + 4.0
-    );
-}
-
-/// What the effects rest on, where something is left out.
-fn basis(output: &Output) -> String {
-    let kind = if output.method == Method::Indices { "blocks" } else { "variants" };
-    match output.left_out {
-        0 => String::new(),
-        left_out => {
-            let all = grouped((output.used + left_out) as u64);
-            let left_out = grouped(left_out as u64);
-            format!(" {left_out} of {all} {kind} left out: no result")
+    /// What the effects rest on, where something is left out.
+    pub fn basis(&self) -> String {
+        let Output { method, used, left_out, .. } = self.output;
+        let kind = if *method == Method::Indices { "blocks" } else { "variants" };
+        match left_out {
+            0 => String::new(),
+            _ => format!(" {left_out} of {} {kind} left out: no result", used + left_out),
         }
     }
 }
 
-/// The end of a name that is too long, which says more than its beginning.
-pub fn shortened(name: &str, letters: usize) -> String {
-    let count = name.chars().count();
-    if count <= letters {
-        return name.to_owned();
+impl Row<'_> {
+    pub fn label(&self) -> String {
+        shortened(&self.effect.parameter, LETTERS)
     }
-    std::iter::once('…').chain(name.chars().skip(count + 1 - letters)).collect()
+
+    /// The effect, of indices first and total.
+    pub fn numbers(&self) -> String {
+        let number = |estimate: Estimate| {
+            let text = format!("{:.2}", estimate.value);
+            if text == "-0.00" { "0.00".to_owned() } else { text.replace('-', "−") }
+        };
+        let all = std::iter::once(self.effect.estimate).chain(self.effect.total);
+        all.map(number).collect::<Vec<_>>().join(" / ")
+    }
 }

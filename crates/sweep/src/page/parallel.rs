@@ -1,12 +1,10 @@
-//! Draws variants as lines across parallel axes, one for each varied value and the margins that matter most.
+//! Places variants as lines across parallel axes, one for each varied value and the margins that matter most, for `parallel.html`.
 
 use std::fmt::Write as _;
 
-use html_page::escape;
 use numerics::text::significant;
 
-use super::bars::shortened;
-use super::{Ended, ended, grouped, thinned, with_unit};
+use super::{Ending, endings, shortened, thinned};
 use crate::summary::Summary;
 use crate::table::{Column, Role, Table};
 
@@ -15,59 +13,78 @@ const MOST_LINES: usize = 1000;
 /// Axes: varied values, and margins.
 const MOST_VALUES: usize = 8;
 const MOST_MARGINS: usize = 3;
-/// Sizes [px]: of the figure, of the space beside, above and below the axes.
-const SIZE: [f64; 2] = [1080.0, 400.0];
+/// Sizes [px]: of the figure, of the space beside and above the axes, and where they end below.
+pub const SIZE: [f64; 2] = [1080.0, 400.0];
 const BESIDE: f64 = 90.0;
-const ABOVE: f64 = 62.0;
-const BELOW: f64 = 24.0;
+pub const ABOVE: f64 = 62.0;
+pub const BOTTOM: f64 = SIZE[1] - 24.0;
 /// Width of a letter [px].
 const LETTER: f64 = 7.0;
 
+/// The figure: its axes, and the variants of each ending.
+pub struct Parallel {
+    pub axes: Vec<Upright>,
+    pub kinds: [Kind; 3],
+}
+
 /// An axis with the places of the variants on it: 0 below, 1 above.
-struct Upright {
-    name: String,
-    ends: [String; 2],
-    low: f64,
-    high: f64,
+pub struct Upright {
+    pub x: f64,
+    pub name: String,
+    pub ends: [String; 2],
+    pub low: f64,
+    pub high: f64,
     values: Vec<f64>,
 }
 
-/// The figure, unless there are fewer than two axes.
-pub fn write(html: &mut String, table: &Table, summary: &Summary) {
-    let axes: Vec<Upright> = chosen(table, summary).into_iter().map(Upright::of).collect();
-    if axes.len() < 2 {
-        return;
-    }
-    let ended = ended(table);
-    let rows = |wanted: Ended| {
-        let rows = ended.iter().enumerate().filter(|(_, ended)| **ended == wanted);
-        rows.map(|(row, _)| row).collect::<Vec<_>>()
-    };
-    let kinds = [Ended::Passed, Ended::Error, Ended::Failed].map(|ended| (ended, rows(ended)));
-    let room = shared(kinds.each_ref().map(|(_, rows)| rows.len()));
-    html.push_str("<h2>All variants side by side</h2>\n<p class=\"legend\">");
-    for ((ended, rows), room) in kinds.iter().zip(room).filter(|((_, rows), _)| !rows.is_empty()) {
-        let word = match ended {
-            Ended::Passed => "passed",
-            Ended::Failed => "failed a check",
-            Ended::Error => "did not end",
+/// Variants that ended alike.
+pub struct Kind {
+    pub ending: Ending,
+    pub count: usize,
+    /// Those that are drawn.
+    pub rows: Vec<usize>,
+}
+
+impl Parallel {
+    /// Nothing when there are fewer than two axes.
+    pub fn new(table: &Table, summary: &Summary) -> Option<Self> {
+        let columns = chosen(table, summary);
+        let gaps = columns.len().checked_sub(1).filter(|gaps| *gaps > 0)?;
+        let x = |index| BESIDE + index as f64 * (SIZE[0] - 2.0 * BESIDE) / gaps as f64;
+        let axes = (0..).zip(&columns).map(|(index, column)| Upright::new(column, x(index)));
+        let endings = endings(table);
+        let rows = |wanted: Ending| -> Vec<usize> {
+            (0..endings.len()).filter(|row| endings[*row] == wanted).collect()
         };
-        let part = if room < rows.len() {
-            format!(", {room} of {}", grouped(rows.len() as u64))
-        } else {
-            String::new()
-        };
-        let class = ended.class();
-        let _ =
-            write!(html, "<span class=\"key\"><i class=\"line {class}\"></i>{word}{part}</span>");
+        let all =
+            [Ending::Passed, Ending::Error, Ending::Failed].map(|ending| (ending, rows(ending)));
+        let mut room = shared(all.each_ref().map(|(_, rows)| rows.len())).into_iter();
+        let kinds = all.map(|(ending, rows)| Kind {
+            ending,
+            count: rows.len(),
+            rows: thinned(&rows, room.next().unwrap_or(0)),
+        });
+        Some(Self { axes: axes.collect(), kinds })
     }
-    let [width, height] = SIZE;
-    let _ = writeln!(html, "</p>\n<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\">");
-    for ((ended, rows), room) in kinds.iter().zip(room) {
-        lines(html, &axes, &thinned(rows, room), *ended);
+
+    /// All lines of a kind. A value that is missing breaks a line.
+    pub fn path(&self, kind: &Kind) -> String {
+        let mut path = String::new();
+        for &row in &kind.rows {
+            let mut pen = 'M';
+            for axis in &self.axes {
+                match axis.y(row) {
+                    Some(y) => {
+                        // Writing into a string cannot fail.
+                        let _ = write!(path, "{pen}{:.0} {y:.1}", axis.x);
+                        pen = 'L';
+                    }
+                    None => pen = 'M',
+                }
+            }
+        }
+        path
     }
-    (0..axes.len()).for_each(|index| axes[index].write(html, x(index, axes.len()), index));
-    html.push_str("</svg></figure>\n");
 }
 
 /// The varied values, the most driving first, and the margins of the checks that fail most.
@@ -94,34 +111,8 @@ fn shared([passed, errors, failed]: [usize; 3]) -> [usize; 3] {
     [passed.min(MOST_LINES - failed_room - errors_room), errors_room, failed_room]
 }
 
-fn x(index: usize, axes: usize) -> f64 {
-    BESIDE + index as f64 * (SIZE[0] - 2.0 * BESIDE) / (axes as f64 - 1.0)
-}
-
-/// All lines of a kind as one path. A value that is missing breaks a line.
-fn lines(html: &mut String, axes: &[Upright], rows: &[usize], ended: Ended) {
-    let mut path = String::new();
-    for &row in rows {
-        let mut pen = 'M';
-        for (index, axis) in axes.iter().enumerate() {
-            match axis.y(row) {
-                Some(y) => {
-                    let _ = write!(path, "{pen}{:.0} {y:.1}", x(index, axes.len()));
-                    pen = 'L';
-                }
-                None => pen = 'M',
-            }
-        }
-    }
-    let density = if rows.len() > 200 { "many" } else { "some" };
-    if !path.is_empty() {
-        let class = ended.class();
-        let _ = writeln!(html, "<path class=\"hair {density} {class}\" d=\"{path}\"/>");
-    }
-}
-
 impl Upright {
-    fn of(column: &Column) -> Self {
+    fn new(column: &Column, x: f64) -> Self {
         let values = column.to_numbers();
         let finite = values.iter().copied().filter(|value| value.is_finite());
         let (low, high) =
@@ -133,7 +124,7 @@ impl Upright {
             None => significant(value, 4),
         };
         let ends = [end(low), end(high)];
-        Self { name: with_unit(&column.name, column.unit.as_deref()), ends, low, high, values }
+        Self { x, name: column.label(), ends, low, high, values }
     }
 
     /// The height of a variant on the page [px].
@@ -142,30 +133,12 @@ impl Upright {
         // All alike stand in the middle.
         let share =
             if self.low < self.high { (value - self.low) / (self.high - self.low) } else { 0.5 };
-        Some(SIZE[1] - BELOW - share * (SIZE[1] - ABOVE - BELOW))
+        Some(BOTTOM - share * (BOTTOM - ABOVE))
     }
 
-    /// The axis with its name, which is higher for every other axis so that neighbours have room, and its ends.
-    fn write(&self, html: &mut String, x: f64, index: usize) {
-        let (bottom, name) = (SIZE[1] - BELOW, if index.is_multiple_of(2) { 14.0 } else { 32.0 });
-        let letters = (2.0 * BESIDE / LETTER) as usize;
-        let _ = write!(
-            html,
-            "<path class=\"frame\" d=\"M{x:.1} {ABOVE}V{bottom}\"/>\
-             <text class=\"name\" x=\"{x:.1}\" y=\"{name}\">{}<title>{}</title></text>",
-            escape(&shortened(&self.name, letters)),
-            escape(&self.name)
-        );
-        let [low, high] = self.ends.each_ref().map(|end| escape(end));
-        let _ = match self.low < self.high {
-            true => writeln!(
-                html,
-                "<text x=\"{x:.1}\" y=\"{}\">{high}</text><text x=\"{x:.1}\" y=\"{}\">{low}</text>",
-                ABOVE - 8.0,
-                bottom + 16.0
-            ),
-            false => writeln!(html, "<text x=\"{x:.1}\" y=\"{}\">{low}</text>", bottom + 16.0),
-        };
+    /// What of its name has room.
+    pub fn short_name(&self) -> String {
+        shortened(&self.name, (2.0 * BESIDE / LETTER) as usize)
     }
 }
 
