@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::Error;
 use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
 use recording::table::Table;
-use recording::{Derived, Full, NumberIndex, Row, Sink};
+use recording::{DerivedColumns, Full, NumberIndex, Row, Sink};
 use scenario::plan::{Analyser, AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
@@ -91,7 +91,7 @@ pub fn run(
             return manoeuvre::run(name, driven, &collected.time, &columns);
         }
     };
-    let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
+    let outcome = fmu_import::call_plugin(&format!("analysis `{name}`"), c"its run", || {
         plugin.run(&request, &mut host)
     });
     if let Some(error) = host.failed {
@@ -165,7 +165,12 @@ impl Host for AnalysisHost<'_> {
                 .iter()
                 .map(|signal| Signal { time, values: &signal.values[begin..], ..*signal })
                 .collect();
-            self.sink.derived(&Derived { analysis: self.name, group, time, columns: &columns })
+            self.sink.derived(&DerivedColumns {
+                analysis: self.name,
+                group,
+                time,
+                columns: &columns,
+            })
         } else {
             let what = format!(
                 "expected columns of equal length over rising times to record as `{group}`, found others"

@@ -8,7 +8,8 @@ use cosim::collected::CollectedValues;
 use cosim::fault::Faults;
 use diagnostics::{Error, rounded};
 use recording::{
-    BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
+    BoxedSink, DerivedColumns, Event, Full, Level, Notice, Recorded, Row, Selection, Sink,
+    StatusChange,
 };
 use scenario::plan::{AnalysisPlan, System};
 
@@ -280,7 +281,7 @@ impl Sink<Full> for Recordings {
         self.each(|sink| sink.status(change))
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         self.each(|sink| sink.derived(derived))
     }
 

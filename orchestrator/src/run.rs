@@ -171,7 +171,7 @@ impl Job<'_> {
         let mut course = Course::plan(&system, self.options, remains.held.as_ref())?;
         let mut nodes = remains.nodes_of(&mut system, &course, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
-        fmu_import::note_requests_to_end();
+        fmu_import::catch_termination_signals();
         let begin = Instant::now();
         let folder = RunFolder::claim(&system.header.folder)?;
         let mut report = RunReport::new(self.scenario, &system);
@@ -216,7 +216,7 @@ impl Job<'_> {
             baseline::bless(&system, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
-        report.warnings.extend(fmu_import::changed_surroundings());
+        report.warnings.extend(fmu_import::process_state_changes());
         report.took(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
-use fmu_import::{Causality, Value, hexadecimal};
+use fmu_import::{Causality, Value, to_hex};
 use scenario::plan::{Body, NodePlan, Start, System};
 use scenario::resolve::{Override, Overrides};
 use scenario::words::Validation;
@@ -116,7 +116,7 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = (String, String)> {
                 .map_or_else(|_| toml::Value::String(value.to_string()), toml::Value::Integer),
             Value::Boolean(value) => toml::Value::Boolean(*value),
             Value::String(value) => toml::Value::String(value.clone()),
-            Value::Binary(bytes) => toml::Value::String(hexadecimal(bytes)),
+            Value::Binary(bytes) => toml::Value::String(to_hex(bytes)),
         };
         let wanted = variable.causality != Causality::Input;
         wanted.then(|| (variable.name.clone(), value.to_string()))

@@ -2,7 +2,7 @@
 
 use num_dual::{Dual64, DualNum};
 
-use crate::variable::{Causality, Depends, Row};
+use crate::variable::{Causality, Dependencies, Row};
 
 /// What output equations calculate with: `f64`, or a dual number that carries a derivative along.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
@@ -69,7 +69,7 @@ impl<M: 'static> Derivatives<M> {
     /// # Panics
     /// When there are fewer values than knowns.
     #[must_use]
-    pub fn along(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    pub fn directional(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let known: Vec<_> =
             known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
         (self.evaluate)(model, &known).iter().map(|unknown| (unknown.re, unknown.eps)).collect()
@@ -77,7 +77,7 @@ impl<M: 'static> Derivatives<M> {
 }
 
 /// How the derivative of one variable with respect to another is found.
-pub(crate) enum Partial {
+pub(crate) enum PartialDerivative {
     /// The equations give it; the index of the unknown in them.
     Equation(usize),
     /// It is zero, by the table.
@@ -87,16 +87,22 @@ pub(crate) enum Partial {
 }
 
 /// How to find the derivative of `unknown` with respect to `known`.
-pub(crate) fn partial<M>(derivatives: &Derivatives<M>, unknown: &Row, known: &Row) -> Partial {
+pub(crate) fn partial<M>(
+    derivatives: &Derivatives<M>,
+    unknown: &Row,
+    known: &Row,
+) -> PartialDerivative {
     let index = derivatives.unknown.iter().position(|name| *name == unknown.name);
     match index {
-        Some(index) if derivatives.known.contains(&known.name) => Partial::Equation(index),
+        Some(index) if derivatives.known.contains(&known.name) => {
+            PartialDerivative::Equation(index)
+        }
         // What a table declares of inputs holds in every mode: a state does not jump with an input.
         _ if known.causality == Causality::Input
-            && matches!(unknown.depends, Depends::On(inputs) if !inputs.contains(&known.name)) =>
+            && matches!(unknown.depends, Dependencies::On(inputs) if !inputs.contains(&known.name)) =>
         {
-            Partial::Zero
+            PartialDerivative::Zero
         }
-        _ => Partial::Missing,
+        _ => PartialDerivative::Missing,
     }
 }

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use html_page::escape;
-use plugin::{Table, Words};
+use plugin::{ResultSummary, Table};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -14,12 +14,12 @@ pub(super) const WIDEST: usize = 1000;
 
 /// What a result says to people.
 #[derive(Debug, Default)]
-pub(super) struct Told(Words);
+pub(super) struct Told(ResultSummary);
 
 impl Told {
     /// What is there; a result that says nothing has nothing.
     pub(super) fn of(result: &Value) -> Self {
-        Self(Words::deserialize(result).unwrap_or_default())
+        Self(ResultSummary::deserialize(result).unwrap_or_default())
     }
 
     fn is_empty(&self) -> bool {

@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
 use diagnostics::Error;
-use isolation::{End, Guest, Talk};
+use isolation::{Guest, GuestEnd, Packet};
 
 use super::settings::Setting;
 use super::variant::{Failure, Outcome};
@@ -67,7 +67,7 @@ pub(super) struct Worker<'a> {
     plan: &'a Path,
     program: &'a Path,
     process: Option<Process>,
-    talk: Talk,
+    talk: Packet,
     /// Whether instances of FMUs are used again, for whoever asks afterwards.
     pub reused: &'a AtomicBool,
 }
@@ -82,7 +82,7 @@ struct Process {
 
 impl<'a> Worker<'a> {
     pub fn new(plan: &'a Path, program: &'a Path, reused: &'a AtomicBool) -> Self {
-        Worker { plan, program, process: None, talk: Talk::default(), reused }
+        Worker { plan, program, process: None, talk: Packet::default(), reused }
     }
 
     /// Runs a variant. When its process is lost, it runs once more in another one.
@@ -173,14 +173,14 @@ impl Drop for Worker<'_> {
         if let (Some(process), Ok(leave)) =
             (&mut self.process, postcard::to_stdvec(&Question::Leave))
         {
-            process.guest.dismiss(&leave);
+            process.guest.shut_down(&leave);
         }
     }
 }
 
 /// Whether somebody asked this program to end.
 pub(super) fn ends() -> bool {
-    fmu_import::requested_end().is_some()
+    fmu_import::termination_signal().is_some()
 }
 
 fn nonsense() -> Failure {
@@ -189,11 +189,11 @@ fn nonsense() -> Failure {
 }
 
 impl Process {
-    fn ask(&mut self, question: &Question, talk: &mut Talk) -> Result<Answer, Failure> {
+    fn ask(&mut self, question: &Question, talk: &mut Packet) -> Result<Answer, Failure> {
         let Ok(bytes) = postcard::to_stdvec(question) else { return Err(nonsense()) };
         // It ends itself at its limit, and says which call does not return.
         let (begin, limit) = (Instant::now(), self.limit.saturating_add(4 * GRACE));
-        let asked = self.guest.ask((&[], &bytes), talk, |_| ends() || begin.elapsed() > limit);
+        let asked = self.guest.ask(&[], &bytes, talk, |_| ends() || begin.elapsed() > limit);
         match asked {
             Ok(()) => postcard::from_bytes(&talk.bytes).map_err(|_| nonsense()),
             Err(end) => Err(self.lost(end)),
@@ -201,7 +201,7 @@ impl Process {
     }
 
     /// Why it does not answer, by its last words.
-    fn lost(&mut self, end: End) -> Failure {
+    fn lost(&mut self, end: GuestEnd) -> Failure {
         let said = self.end_of_said().unwrap_or_default();
         let line = said
             .lines()

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use diagnostics::Error;
-use isolation::{Line, Talk};
+use isolation::{Channel, Packet};
 use scenario::Built;
 use scenario::resolve::{self, Opened, Overrides};
 use serde::{Deserialize, Serialize};
@@ -43,19 +43,19 @@ const LIMIT: Duration = Duration::from_secs(3600);
 /// When this process has no such host, or that has ended.
 pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
     let wrong = |what: String| Error::input(format!("this is for workers of a sweep: {what}"));
-    let (line, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
-    fmu_import::ignore_requests_to_end();
+    let (channel, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+    fmu_import::ignore_termination_signals();
     let look = || match isolation::has_host(host) {
         true => Ok(()),
         false => Err(wrong("the host has ended".to_owned())),
     };
-    let (mut talk, mut worker) = (Talk::default(), None);
+    let (mut talk, mut worker) = (Packet::default(), None);
     loop {
-        line.receive(&mut talk, look)?;
+        channel.receive(&mut talk, look)?;
         let question = postcard::from_bytes::<Question>(&talk.bytes);
         match question.map_err(|error| wrong(error.to_string()))? {
             Question::Leave => {
-                fmu_import::complete(Some(0));
+                fmu_import::set_final_exit_code(Some(0));
                 drop(worker);
                 return Ok(());
             }
@@ -64,24 +64,24 @@ pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
                 let limit = opened.as_ref().map(|it| it.bench.limit.as_secs_f64());
                 let limit = limit.map_err(ToString::to_string);
                 worker = opened.ok();
-                tell(&line, &Answer::Opened(limit), look)?;
+                tell(&channel, &Answer::Opened(limit), look)?;
             }
             Question::Run(settings) => {
                 let Some(worker) = &mut worker else { return Err(wrong("no plan".to_owned())) };
                 let (outcome, again) = worker.run(&settings);
-                tell(&line, &Answer::Ran(Box::new(outcome), again), look)?;
+                tell(&channel, &Answer::Ran(Box::new(outcome), again), look)?;
             }
         }
     }
 }
 
 fn tell(
-    line: &Line,
+    channel: &Channel,
     answer: &Answer,
     look: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
     let bytes = postcard::to_stdvec(answer).map_err(|error| Error::input(error.to_string()))?;
-    line.send((&[], &bytes), look)
+    channel.send(&[], &bytes, look)
 }
 
 /// What a worker has.

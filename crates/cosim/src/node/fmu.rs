@@ -62,7 +62,7 @@ impl FmuNode {
 
     /// Takes an instance that is new, or as good as new.
     pub(super) fn of(instance: Instance, name: &str, (inputs, outputs): (Ports, Ports)) -> Self {
-        let early = instance.returns_early();
+        let early = instance.may_return_early();
         FmuNode {
             name: name.to_owned(),
             plain: if early { None } else { Plain::of(&inputs, &outputs) },
@@ -264,7 +264,7 @@ impl Node for FmuNode {
     }
 
     fn step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        let stepped = match self.instance.returns_early() {
+        let stepped = match self.instance.may_return_early() {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.at(tick), clock.step),
         };

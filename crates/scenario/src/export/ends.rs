@@ -2,7 +2,7 @@
 
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction, Full, NumberIndex, TextIndex};
-use ssp::Kind;
+use ssp::ConnectorKind;
 use ssp::write::DraftConnector;
 use units::Unit;
 
@@ -137,17 +137,17 @@ impl<'a> Ends<'a> {
             });
             let started = starts.iter().any(|it| array_of(fmu, &it.name) == array_name(variable));
             let kind = match variable.causality {
-                Causality::Input => Kind::Input,
-                _ if is_source => Kind::Output,
-                Causality::Output => Kind::Output,
+                Causality::Input => ConnectorKind::Input,
+                _ if is_source => ConnectorKind::Output,
+                Causality::Output => ConnectorKind::Output,
                 _ if !started => return None,
-                Causality::StructuralParameter => Kind::StructuralParameter,
-                _ => Kind::Parameter,
+                Causality::StructuralParameter => ConnectorKind::StructuralParameter,
+                _ => ConnectorKind::Parameter,
             };
             Some(DraftConnector {
                 name: array_name(variable).to_owned(),
                 kind,
-                carries: definitions.carries(&node.name, variable)?,
+                data_type: definitions.carries(&node.name, variable)?,
                 unit: self.unit(node, variable, definitions),
                 dimensions: dimensions(fmu, variable),
             })

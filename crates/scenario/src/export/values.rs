@@ -47,8 +47,8 @@ pub(super) fn values(
             true => written.pop()?,
             false => ssp::Value::Array { dimensions, elements: written },
         };
-        let (name, carries) = (connector.name.clone(), connector.carries.clone());
-        Some(DraftValue { name, carries, value })
+        let (name, data_type) = (connector.name.clone(), connector.data_type.clone());
+        Some(DraftValue { name, data_type, value })
     });
     values.collect()
 }
@@ -80,7 +80,9 @@ fn written(value: &Value, variable: &Variable) -> ssp::Value {
     match value {
         Value::Real(real) => ssp::Value::Real(*real),
         Value::Integer(integer) => {
-            let named = |item: &&fmu_import::description::Item| i128::from(item.value) == *integer;
+            let named = |item: &&fmu_import::description::EnumerationItem| {
+                i128::from(item.value) == *integer
+            };
             let item = variable.items.iter().find(named);
             let item = item.filter(|_| variable.kind == Type::Enumeration);
             item.map_or(ssp::Value::Integer(*integer), |item| {

@@ -1,6 +1,6 @@
 //! The numbers that an input accepts.
 
-use fmu_import::description::{Item, Storage, list};
+use fmu_import::description::{EnumerationItem, Storage, describe_items};
 
 /// Which numbers an input can take.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Accepts {
     /// A `Boolean` takes 0 and 1.
     Boolean,
     /// An `Enumeration` takes the values of its items.
-    Enumeration(Vec<Item>),
+    Enumeration(Vec<EnumerationItem>),
 }
 
 impl Accepts {
@@ -75,7 +75,9 @@ impl Accepts {
                 format!("an {form:?}, which takes whole numbers from {low} to {high}")
             }
             Accepts::Boolean => "a Boolean, which takes 0 and 1".to_owned(),
-            Accepts::Enumeration(items) => format!("an Enumeration, which takes {}", list(items)),
+            Accepts::Enumeration(items) => {
+                format!("an Enumeration, which takes {}", describe_items(items))
+            }
         }
     }
 }
@@ -87,7 +89,7 @@ mod tests {
     #[test]
     fn an_input_takes_the_values_of_its_type_exactly() {
         let items = [("off", 0), ("armed", 3)];
-        let items = items.map(|(name, value)| Item { name: name.to_owned(), value });
+        let items = items.map(|(name, value)| EnumerationItem { name: name.to_owned(), value });
         let mode = Accepts::Enumeration(items.to_vec());
         let unknown = Accepts::Enumeration(Vec::new());
         for (value, integer, boolean, one_of) in [

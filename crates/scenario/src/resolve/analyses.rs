@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Mistakes, Source, Spanned, suggest};
 use expression::SignalUnit;
-use fmu_import::during_plugin;
-use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
+use fmu_import::call_plugin;
+use plugin::{ConfigError, OwnedInputSignal, Plugin, Request, Signal};
 use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
@@ -76,7 +76,7 @@ fn plan(
     let loaded = mistakes.take(loaded::load(scenario, analysis, plugins, aliases.as_ref()));
     let needs = loaded.as_ref().map_or(&[][..], |loaded| &loaded.needs);
     let asked = needs.iter().filter(|need| !given(&analysis.signals, &need.name));
-    let asked: Vec<Wanted> = asked.cloned().collect();
+    let asked: Vec<OwnedInputSignal> = asked.cloned().collect();
     let read = |table: &AnalysisTable| {
         from_log::read(scenario, (table, aliases.as_ref()), &asked, warnings)
     };
@@ -150,8 +150,8 @@ fn not_of_run<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,
-    wanted: &'a Wanted,
-) -> Result<&'a Wanted, Error> {
+    wanted: &'a OwnedInputSignal,
+) -> Result<&'a OwnedInputSignal, Error> {
     if analysis.signals.contains_key(name) {
         let message = format!("`{}` comes from the run already", wanted.name);
         return Err(scenario.error(name, message));
@@ -164,7 +164,7 @@ fn wanted<'a>(
     scenario: &Scenario,
     loaded: &'a Loaded,
     name: &Spanned<String>,
-) -> Result<&'a Wanted, Error> {
+) -> Result<&'a OwnedInputSignal, Error> {
     let known = &loaded.needs;
     if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
         return Ok(wanted);
@@ -210,7 +210,7 @@ type Written<'a> = (&'a Source, Range<usize>, &'a str);
 
 /// Converts to the unit that the plugin wants. `cure` says where a missing unit is declared.
 fn wire(
-    wanted: &Wanted,
+    wanted: &OwnedInputSignal,
     (origin, unit): (Origin, SignalUnit),
     written: Written,
     cure: &dyn Fn(&str) -> String,
@@ -222,7 +222,7 @@ fn wire(
         factor,
         offset,
     };
-    let Wanted { name, unit: to, .. } = wanted;
+    let OwnedInputSignal { name, unit: to, .. } = wanted;
     if to.is_empty() {
         let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
         return Ok(wired(own, (1.0, 0.0)));
@@ -265,7 +265,7 @@ fn complete(
     let missing = loaded.needs.iter();
     let missing =
         missing.filter(|it| it.required && !given.contains(&&it.name) && !is_wired(&it.name));
-    let errors = missing.map(|Wanted { name, description, unit, .. }| {
+    let errors = missing.map(|OwnedInputSignal { name, description, unit, .. }| {
         let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         scenario.error(&analysis.name, message).help(format!(
@@ -320,7 +320,7 @@ fn config(
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
     let request = Request { config: &text, signals: signals.collect() };
     let who = format!("analysis `{}`", analysis.name.get_ref());
-    let checked = during_plugin(&who, c"the check of its configuration", || plugin.check(&request));
+    let checked = call_plugin(&who, c"the check of its configuration", || plugin.check(&request));
     let Err(error) = checked else { return Ok(text) };
     findings(scenario, analysis, plugin)?;
     // The plugin may miss a signal whose mistake is told already.

@@ -8,8 +8,8 @@ use std::sync::Arc;
 
 use ::units::Unit;
 use diagnostics::{Error, Mistakes, Source, Spanned};
-use plugin::Wanted as Need;
-use recording::table::{Reading, Scaling, Table, TableError, Wanted, WantedColumn};
+use plugin::OwnedInputSignal;
+use recording::table::{ColumnRequest, ColumnType, ReadRequest, Scaling, Table, TableError};
 
 use self::columns::{Chosen, Entry};
 use crate::words::{Aliases, Column, RecordedFile, Scenario};
@@ -40,7 +40,7 @@ pub(super) struct LogColumn {
 #[derive(Clone, Copy)]
 pub(super) enum Asked<'a> {
     /// What an analysis takes, as far as the file has it; what it needs must be there.
-    Needs(&'a [Need]),
+    Needs(&'a [OwnedInputSignal]),
     /// All, if no column is named.
     All,
 }
@@ -60,7 +60,7 @@ pub(super) fn read(
 }
 
 /// The form in which a column is read, by its name in the scenario and the words about it.
-pub(super) type Readings<'r> = &'r dyn Fn(&str, &Column) -> Reading;
+pub(super) type Readings<'r> = &'r dyn Fn(&str, &Column) -> ColumnType;
 
 /// Reads the columns to play them back, each in its form; two rows may have one time.
 pub(super) fn read_again(
@@ -148,7 +148,7 @@ impl Reader<'_> {
     fn whole(
         &self,
         (word, path): (&Spanned<String>, &PathBuf),
-        wanted: &Wanted,
+        wanted: &ReadRequest,
         chosen: &Chosen,
     ) -> Result<Table, Error> {
         Table::read(path, wanted).map_err(|error| {
@@ -158,21 +158,21 @@ impl Reader<'_> {
         })
     }
 
-    fn wanted(&self, chosen: &Chosen) -> Result<Wanted, Error> {
+    fn wanted(&self, chosen: &Chosen) -> Result<ReadRequest, Error> {
         let Self { words, readings, .. } = *self;
         let column = |Entry { name, column: words_of, source, .. }: &Entry| {
             let Column { column, gain, offset, sign, delay, gaps, .. } = words_of;
-            Ok(WantedColumn {
+            Ok(ColumnRequest {
                 name: name.clone(),
                 column: column.get_ref().clone(),
-                reading: readings.map_or(Reading::Number, |reading| reading(name, words_of)),
+                column_type: readings.map_or(ColumnType::Number, |reading| reading(name, words_of)),
                 gaps: gaps.unwrap_or(words.gaps),
                 scaling: scaling(source, [gain, offset, sign])?,
                 delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,
             })
         };
         let time_unit = |(source, word): &(Arc<Source>, Spanned<String>)| time_unit(source, word);
-        Ok(Wanted {
+        Ok(ReadRequest {
             time: chosen.time.as_ref().map(|(_, time)| time.get_ref().clone()),
             time_unit: chosen.time_unit.as_ref().map(time_unit).transpose()?,
             columns: Mistakes::all(chosen.entries.iter().map(column))?,

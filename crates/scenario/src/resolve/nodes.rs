@@ -7,9 +7,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{Interval, Storage, Type, Variable};
+use fmu_import::description::{IntervalVariability, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
-use recording::table::{Interpolation, Reading};
+use recording::table::{ColumnType, Interpolation};
 use units::Unit;
 
 use super::archives::{Opened, archive, noted, open_for};
@@ -247,11 +247,11 @@ fn table(
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for (place, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
-        let (kind, storage) = match read.reading(place) {
-            Reading::Number => (Type::Real, Storage::Float64),
-            Reading::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
-            Reading::Integer => (Type::Integer, Storage::Int64),
-            Reading::Text => (Type::String, Storage::String),
+        let (kind, storage) = match read.column_type(place) {
+            ColumnType::Number => (Type::Real, Storage::Float64),
+            ColumnType::Integer if read.is_unsigned(place) => (Type::Integer, Storage::UInt64),
+            ColumnType::Integer => (Type::Integer, Storage::Int64),
+            ColumnType::Text => (Type::String, Storage::String),
         };
         outputs.push(Port {
             name,
@@ -314,7 +314,10 @@ fn fmu(
     // Clocks tick in event mode. Those that tick by time need no connection, and are shown.
     let can_connect = |place: &usize| match &variables[*place] {
         Variable { kind: Type::Clock, ticks, .. } => {
-            events && ticks.as_ref().is_none_or(|ticks| ticks.interval == Interval::Triggered)
+            events
+                && ticks
+                    .as_ref()
+                    .is_none_or(|ticks| ticks.interval == IntervalVariability::Triggered)
         }
         _ => true,
     };
@@ -380,7 +383,7 @@ fn shown(
         Causality::Output => true,
         Causality::Input if variables[*place].kind == Type::Clock => {
             let ticks = variables[*place].ticks.as_ref();
-            ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+            ticks.is_some_and(|ticks| ticks.interval != IntervalVariability::Triggered)
         }
         // Inputs are recorded in any case, and so are parameters that take values as inputs do.
         Causality::Input => false,

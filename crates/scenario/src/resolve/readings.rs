@@ -1,7 +1,7 @@
 //! Decides in which form the columns of a table are read: as the inputs that they are connected to want them.
 
 use fmu_import::description::{Storage, Type};
-use recording::table::Reading;
+use recording::table::ColumnType;
 
 use super::nodes::UnplacedNode;
 use super::ports::Port;
@@ -13,19 +13,19 @@ pub(super) fn wanted(
     table: &Table,
     (column, words): (&str, &Column),
     fmus: &[UnplacedNode],
-) -> Reading {
+) -> ColumnType {
     let name = format!("{}.{column}", table.name.get_ref());
     let connects = scenario.document.connect.iter().filter(|it| *it.from.get_ref() == name);
     let wanted = connects.filter_map(|connect| {
         let input = input(fmus, connect.to.get_ref())?;
         Some(match (input.kind, input.storage) {
-            (Type::String | Type::Binary, _) => Reading::Text,
+            (Type::String | Type::Binary, _) => ColumnType::Text,
             (_, Storage::Int64 | Storage::UInt64)
                 if is_plain(scenario, connect) && !is_scaled(words) =>
             {
-                Reading::Integer
+                ColumnType::Integer
             }
-            _ => Reading::Number,
+            _ => ColumnType::Number,
         })
     });
     wanted.max_by_key(|reading| *reading as u8).unwrap_or_default()

@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use diagnostics::{Mistakes, suggest};
-use fmu_import::description::{Storage, Type, Variable, list};
-use fmu_import::{Causality, Value, Variability, bytes};
+use fmu_import::description::{Storage, Type, Variable, describe_items};
+use fmu_import::{Causality, Value, Variability, from_hex};
 
 use super::parameters::{Parameter, Parameters};
 use super::{Override, Overrides};
@@ -302,7 +302,7 @@ fn start(variable: &Variable, value: &toml::Value) -> Result<Value, String> {
             integer(variable, value.parse().unwrap_or_default())?
         }
         (Type::Binary, toml::Value::String(value)) => {
-            Value::Binary(bytes(value).ok_or_else(|| {
+            Value::Binary(from_hex(value).ok_or_else(|| {
                 format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
             })?)
         }
@@ -345,6 +345,9 @@ fn item(variable: &Variable, value: &toml::Value) -> Result<i64, String> {
         _ => None,
     };
     found.map(|item| item.value).ok_or_else(|| {
-        format!("`{name}` is an Enumeration, expected one of {}, found {value}", list(items))
+        format!(
+            "`{name}` is an Enumeration, expected one of {}, found {value}",
+            describe_items(items)
+        )
     })
 }

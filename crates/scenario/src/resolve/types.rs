@@ -1,7 +1,7 @@
 //! Checks the types of connections and gives the values that an input accepts.
 
 use diagnostics::Error;
-use fmu_import::description::{Storage, Type, list};
+use fmu_import::description::{Storage, Type, describe_items};
 use recording::ValueKind;
 
 use super::ports::Port;
@@ -65,7 +65,11 @@ pub(super) fn fit(
     }
     if from.kind == Type::Enumeration && to.kind == from.kind && from.items != to.items {
         let message = format!("cannot connect {names}: the enumerations differ");
-        let help = format!("one has {}, the other {}", list(&from.items), list(&to.items));
+        let help = format!(
+            "one has {}, the other {}",
+            describe_items(&from.items),
+            describe_items(&to.items)
+        );
         return Err(scenario.error(&connect.to, message).help(help));
     }
     Ok(Some(match to.kind {

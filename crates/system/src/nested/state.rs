@@ -3,7 +3,7 @@
 use cosim::course::Moving;
 use cosim::exchange::Memory;
 use cosim::node::NodeState;
-use fmu_export::{Cell, Course, FmiResult, reject};
+use fmu_export::{FmiResult, Lifecycle, VariableValue, reject};
 use fmu_import::CallError;
 use scenario::plan::{Body, ChainMemory, InputChain, NodePlan};
 use serde::{Deserialize, Serialize};
@@ -30,8 +30,8 @@ impl Parts {
 
 /// A state of an instance.
 pub struct Saved {
-    course: Course,
-    values: Vec<Cell>,
+    course: Lifecycle,
+    values: Vec<VariableValue>,
     stale: bool,
     /// Nothing before the initialisation.
     parts: Option<SavedParts>,
@@ -52,8 +52,8 @@ struct SavedParts {
 #[derive(Serialize, Deserialize)]
 struct Bytes {
     guid: String,
-    course: Course,
-    values: Vec<Cell>,
+    course: Lifecycle,
+    values: Vec<VariableValue>,
     stale: bool,
     parts: Option<PartBytes>,
 }

@@ -58,7 +58,7 @@ impl Plain {
         (time, step): (f64, f64),
         outputs: &mut [f64],
     ) -> Result<(), CallError> {
-        instance.visit(|instance| {
+        instance.batch(|instance| {
             for Call { storage, references, values } in &self.given {
                 let references = &self.references[references.clone()];
                 instance.set_numbers(*storage, references, &inputs[values.clone()])?;

@@ -1,6 +1,6 @@
 //! Hands values to an FMU and takes them from it, by groups of variables of one form.
 
-use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadecimal};
+use fmu_import::{CallError, Causality, Instance, Storage, Value, from_hex, to_hex};
 use scenario::plan::Group;
 use serde::{Deserialize, Serialize};
 
@@ -52,11 +52,11 @@ impl Form for f64 {
 
 impl Form for i128 {
     fn set(instance: &mut Instance, group: &Group, values: &[i128]) -> Result<(), CallError> {
-        instance.set_exact(group.storage, &group.references, values)
+        instance.set_exact_integers(group.storage, &group.references, values)
     }
 
     fn get(instance: &mut Instance, group: &Group, values: &mut [i128]) -> Result<(), CallError> {
-        instance.get_exact(group.storage, &group.references, values)
+        instance.get_exact_integers(group.storage, &group.references, values)
     }
 }
 
@@ -285,7 +285,7 @@ impl FmuNode {
             for (value, place) in values.iter_mut().zip(&group.places) {
                 *value = match shown.get(*place) {
                     Some(Value::String(text)) => text.clone(),
-                    Some(Value::Binary(bytes)) => hexadecimal(bytes),
+                    Some(Value::Binary(bytes)) => to_hex(bytes),
                     Some(other) => other.to_string(),
                     // A clocked text before the first tick.
                     None => String::new(),
@@ -316,7 +316,7 @@ fn described(instance: &Instance, group: &Group) -> Vec<Value> {
 /// What a text of the row is for the FMU.
 fn text_value(group: &Group, value: &str) -> Result<Value, CallError> {
     match group.storage {
-        Storage::Binary => bytes(value).map(Value::Binary).ok_or_else(|| {
+        Storage::Binary => from_hex(value).map(Value::Binary).ok_or_else(|| {
             let what = "is not called: expected two hexadecimal digits for each byte";
             CallError::new("fmi3SetBinary", format!("{what}, found {value:?}"))
         }),

@@ -101,7 +101,7 @@ impl FmuNode {
 
     /// Gives the FMU other values between two steps; in event mode, if it has that.
     pub(super) fn retune(&mut self, values: &[Start], time: f64) -> Result<(), CallError> {
-        let with_event = self.instance.has_events();
+        let with_event = self.instance.uses_event_mode();
         if with_event {
             self.instance.enter_event_mode()?;
         }

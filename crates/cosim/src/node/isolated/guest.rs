@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use diagnostics::{Error, shown};
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
-use isolation::{Line, Sandbox, Talk};
+use isolation::{Channel, Packet, Sandbox};
 use scenario::plan::Ports;
 
 use super::talk::{Answer, Done, Others, Question, Setup, Task};
@@ -19,24 +19,25 @@ use crate::node::{FmuNode, Node, NodeState};
 /// When this process has no such host, or that has ended.
 pub fn serve(host: u32) -> Result<(), Error> {
     let wrong = |what: String| Error::input(format!("isolated is for FMUs of a run: {what}"));
-    let (line, note) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
-    fmu_import::ignore_requests_to_end();
-    fmu_import::write_notes_to(Some(note));
+    let (channel, note) =
+        isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+    fmu_import::ignore_termination_signals();
+    fmu_import::share_call_notes(Some(note));
     let look = || match isolation::has_host(host) {
         true => Ok(()),
         false => Err(wrong("that has ended".to_owned())),
     };
-    let (mut talk, mut served) = (Talk::default(), None);
+    let (mut talk, mut served) = (Packet::default(), None);
     loop {
-        line.receive(&mut talk, look)?;
+        channel.receive(&mut talk, look)?;
         let question = postcard::from_bytes::<Question>(&talk.bytes);
         let question = question.map_err(|error| wrong(error.to_string()))?;
         if let Task::Leave = question.task {
             // The run is over, and nobody reads the note any more.
-            fmu_import::write_notes_to(None);
-            fmu_import::complete(Some(0));
+            fmu_import::share_call_notes(None);
+            fmu_import::set_final_exit_code(Some(0));
             drop(served);
-            let late = fmu_import::late_messages();
+            let late = fmu_import::messages_while_freed();
             late.iter().for_each(|it| eprintln!("{}", shown(&format!("warning: {it}"))));
             return Ok(());
         }
@@ -45,24 +46,24 @@ pub fn serve(host: u32) -> Result<(), Error> {
         let messages = served.as_mut().map(|served| served.node.messages());
         let mut messages = messages.unwrap_or_default();
         if end {
-            let changed = fmu_import::changed_surroundings().into_iter();
+            let changed = fmu_import::process_state_changes().into_iter();
             messages.extend(changed.map(|what| Message::new(MessageLevel::Warning, "", &what)));
         }
         let answer = Answer { done, messages };
-        tell(&line, &talk, &answer, look)?;
+        tell(&channel, &talk, &answer, look)?;
     }
 }
 
 fn tell(
-    line: &Line,
-    talk: &Talk,
+    channel: &Channel,
+    talk: &Packet,
     answer: &Answer,
     look: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
     let bytes = postcard::to_stdvec(answer).map_err(|error| Error::input(error.to_string()))?;
     let shown = matches!(answer.done, Ok(Done::Shown(_)));
     let numbers = if shown { talk.numbers.as_slice() } else { &[] };
-    line.send((numbers, &bytes), look)
+    channel.send(numbers, &bytes, look)
 }
 
 /// A node, its saved states by number, and how much it shows.
@@ -182,7 +183,7 @@ impl Served {
 /// Makes the node, in a sandbox if it is to be in one.
 fn open(setup: Setup) -> Result<(Served, Done), Refusal> {
     let early = |error: OpenError| Refusal::Early(CallError::new("opening", error.to_string()));
-    let shut = |(read, write)| isolation::shut(&Sandbox { read, write });
+    let shut = |(read, write)| isolation::enter_sandbox(&Sandbox { read, write });
     let lacks = setup.sandbox.map(shut).unwrap_or_default();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let Ports { numbers, texts } = &setup.outputs;
@@ -196,7 +197,7 @@ fn open(setup: Setup) -> Result<(Served, Done), Refusal> {
     let mut node = FmuNode::new(&fmu, &setup.name, setup.log, ports)?;
     node.prepare(setup.times, setup.tolerance, setup.starts)?;
     // The runtime of an FMU may have taken the signals.
-    fmu_import::ignore_requests_to_end();
+    fmu_import::ignore_termination_signals();
     let (save, serialise, slopes) = (node.can_save(), node.can_serialise(), node.takes_slopes());
     let done = Done::Opened { save, serialise, slopes, lacks };
     let [numbers, integers, texts] = counts;

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use fmu_import::{Message, Place};
+use fmu_import::{FmuLocation, Message};
 use scenario::plan::{Clock, Ports, Start};
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ use crate::node::refusal::Refusal;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Setup {
     pub name: String,
-    pub fmu: Place,
+    pub fmu: FmuLocation,
     pub log: bool,
     pub inputs: Ports,
     pub outputs: Ports,

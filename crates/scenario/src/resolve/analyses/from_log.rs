@@ -2,7 +2,7 @@
 
 use diagnostics::{Error, Mistakes};
 use expression::SignalUnit;
-use plugin::Wanted;
+use plugin::OwnedInputSignal;
 
 use super::super::logs::{self, Asked, Log, LogColumn};
 use super::{read_unit, wire};
@@ -16,11 +16,11 @@ const LOG: &str = "log";
 pub fn read(
     scenario: &Scenario,
     (table, aliases): (&AnalysisTable, Option<&Aliases>),
-    asked: &[Wanted],
+    asked: &[OwnedInputSignal],
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let mut log = logs::read(scenario, (table.file(), aliases), Asked::Needs(asked), warnings)?;
-    keep_during(scenario, table, &mut log)?;
+    keep_time_ranges(scenario, table, &mut log)?;
     let number = asked.iter().any(|need| need.name == LOG);
     if number && log.columns.iter().all(|column| column.name != LOG) {
         log.table.number_logs(LOG);
@@ -29,7 +29,11 @@ pub fn read(
 }
 
 /// Leaves out the rows that the scenario does not want.
-fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Result<(), Error> {
+fn keep_time_ranges(
+    scenario: &Scenario,
+    table: &AnalysisTable,
+    log: &mut Log,
+) -> Result<(), Error> {
     let Some(first) = table.during.first() else { return Ok(()) };
     for word in &table.during {
         let [from, until] = *word.get_ref();
@@ -40,7 +44,7 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
         }
     }
     let stretches: Vec<_> = table.during.iter().map(|word| *word.get_ref()).collect();
-    log.table.keep_during(&stretches).map_err(|(column, [begin, end])| {
+    log.table.keep_time_ranges(&stretches).map_err(|(column, [begin, end])| {
         let message = format!(
             "expected rows within `during`, found none of `{column}`, which goes from {begin} s to {end} s"
         );
@@ -49,7 +53,7 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
 }
 
 /// The columns of the log, in the units that the analysis wants.
-pub fn wired(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired> {
+pub fn wired(log: &Log, needs: &[OwnedInputSignal], mistakes: &mut Mistakes) -> Vec<Wired> {
     let mut wired = Vec::new();
     for (place, column) in log.columns.iter().enumerate() {
         let wanted = needs.iter().find(|it| it.name == column.name);
@@ -64,7 +68,7 @@ pub fn wired(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired>
 }
 
 /// A column of a log, in the unit that the plugin wants.
-fn wire_column(wanted: &Wanted, place: usize, of: &LogColumn) -> Result<Wired, Error> {
+fn wire_column(wanted: &OwnedInputSignal, place: usize, of: &LogColumn) -> Result<Wired, Error> {
     let LogColumn { column: Column { column, unit: word, .. }, source, unit, .. } = of;
     let written =
         (source.as_ref(), word.as_ref().unwrap_or(column).span(), column.get_ref().as_str());

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use diagnostics::{Error, Printable, Source};
-use plugin::Wanted as Need;
+use plugin::OwnedInputSignal;
 
 use super::{Asked, Log, aliases, read, read_again};
 use crate::words::Scenario;
@@ -59,8 +59,8 @@ impl Folder {
     }
 }
 
-fn needs() -> Vec<Need> {
-    let need = |(name, required): (&str, bool)| Need {
+fn needs() -> Vec<OwnedInputSignal> {
+    let need = |(name, required): (&str, bool)| OwnedInputSignal {
         name: name.to_owned(),
         unit: String::new(),
         description: String::new(),
@@ -163,7 +163,11 @@ fn a_table_that_is_played_back_takes_all_aliases_of_its_file() {
         let source = Source::read(&file).expect("it is there");
         let scenario = Scenario::recorded("case", source).expect("a scenario");
         let words = scenario.document.table[0].file();
-        read_again(&scenario, (words, &|_, _| recording::table::Reading::Number), &mut Vec::new())
+        read_again(
+            &scenario,
+            (words, &|_, _| recording::table::ColumnType::Number),
+            &mut Vec::new(),
+        )
     };
     let log = played("\"b.csv\"").expect("a log");
     let names: Vec<String> = shown(&log).into_iter().map(|it| it.0).collect();

@@ -3,7 +3,7 @@
 use diagnostics::Error;
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Value, Variability};
-use ssp::{Connection, Start, System};
+use ssp::{Connection, StartValue, System};
 
 use super::{conversion, toml, wrong};
 
@@ -32,10 +32,11 @@ pub(super) fn value(
     connection: &Connection,
     (source, target): (&Variable, &Variable),
 ) -> Result<String, Error> {
-    let Connection { from, to, way } = connection;
+    let Connection { from, to, conversion: way } = connection;
     let known = is_known(source);
     let component = system.components.get(from.component);
-    let bound = component.and_then(|it| it.starts.iter().find(|it| it.variable == from.variable));
+    let bound =
+        component.and_then(|it| it.start_values.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {
         let value = super::start_number(bound, source)?;
         return converted(connection, value, (source, target));
@@ -43,7 +44,7 @@ pub(super) fn value(
     match source.start_value().filter(|_| known) {
         Some(value) => converted(connection, written(&value, source), (source, target)),
         None => Err(wrong(
-            &way.place,
+            &way.position,
             format!(
                 "expected a constant or a parameter for the parameter `{}`, found `{}`, which is {:?}: its FMU computes it when all parameters are set already; bind the value in a ParameterBinding",
                 to.variable, from.variable, source.causality
@@ -57,18 +58,18 @@ fn converted(
     value: ssp::Value,
     (source, target): (&Variable, &Variable),
 ) -> Result<String, Error> {
-    let way = &connection.way;
+    let way = &connection.conversion;
     let (factor, offset) = conversion(way, source, target)?;
-    let start = Start {
+    let start = StartValue {
         variable: connection.to.variable.clone(),
         value,
         unit: None,
         connector_unit: None,
         transformation: way.transformation.clone(),
-        place: way.place.clone(),
+        position: way.position.clone(),
     };
     let value = start.converted(factor, offset).ok_or_else(|| {
-        wrong(&way.place, "expected a number for a conversion or transformation, found none")
+        wrong(&way.position, "expected a number for a conversion or transformation, found none")
     })?;
     Ok(toml(&value, target))
 }
