@@ -1,7 +1,7 @@
 //! Compiles what needs C: the logger with its variable number of arguments, the handlers of signals, and what surrounds calls.
 
 fn main() {
-    let sources = ["logger", "crash", "interruption", "libraries", "surroundings", "threads"]
+    let sources = ["logger", "crash", "interruption", "libraries", "process_state", "threads"]
         .map(|name| format!("src/{name}.c"));
     for source in &sources {
         println!("cargo::rerun-if-changed={source}");

@@ -10,7 +10,7 @@ mod prediction;
 mod sideslip;
 mod tires;
 
-use plugin::{Analysis, AnalysisError, ConfigError, Host, Need, Request};
+use plugin::{Analysis, AnalysisError, ConfigError, Host, InputSignal, Request};
 use preparation::DriveLog;
 use serde_json::{Value, json};
 use tire_inference::estimate::{Answer, Estimate};
@@ -32,39 +32,43 @@ use crate::summary::{IdentificationSummary, CurveSummary};
 struct Identify;
 
 impl Analysis for Identify {
-    const NEEDS: &'static [Need] = &[
-        Need::optional("v_x", "m/s", "forward velocity of the centre of gravity"),
-        Need::optional("v_y", "m/s", "velocity of the centre of gravity to the left"),
-        Need::optional("a_x", "m/s2", "forward acceleration"),
-        Need::optional("a_y", "m/s2", "acceleration to the left"),
-        Need::optional("a_z", "m/s2", "vertical specific force; 9.81 on a level road"),
-        Need::optional("r", "rad/s", "yaw rate"),
-        Need::optional("delta", "rad", "steering angle of the front wheels"),
-        Need::optional("F_x", "N", "longitudinal force, braking when negative"),
-        Need::optional("omega_fl", "rad/s", "speed of the front left wheel"),
-        Need::optional("omega_fr", "rad/s", "speed of the front right wheel"),
-        Need::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
-        Need::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
-        Need::optional("tread_temperature_f", "K", "temperature of the front treads"),
-        Need::optional("tread_temperature_r", "K", "temperature of the rear treads"),
-        Need::optional(
+    const INPUTS: &'static [InputSignal] = &[
+        InputSignal::optional("v_x", "m/s", "forward velocity of the centre of gravity"),
+        InputSignal::optional("v_y", "m/s", "velocity of the centre of gravity to the left"),
+        InputSignal::optional("a_x", "m/s2", "forward acceleration"),
+        InputSignal::optional("a_y", "m/s2", "acceleration to the left"),
+        InputSignal::optional("a_z", "m/s2", "vertical specific force; 9.81 on a level road"),
+        InputSignal::optional("r", "rad/s", "yaw rate"),
+        InputSignal::optional("delta", "rad", "steering angle of the front wheels"),
+        InputSignal::optional("F_x", "N", "longitudinal force, braking when negative"),
+        InputSignal::optional("omega_fl", "rad/s", "speed of the front left wheel"),
+        InputSignal::optional("omega_fr", "rad/s", "speed of the front right wheel"),
+        InputSignal::optional("omega_rl", "rad/s", "speed of the rear left wheel"),
+        InputSignal::optional("omega_rr", "rad/s", "speed of the rear right wheel"),
+        InputSignal::optional("tread_temperature_f", "K", "temperature of the front treads"),
+        InputSignal::optional("tread_temperature_r", "K", "temperature of the rear treads"),
+        InputSignal::optional(
             "roll",
             "rad",
             "roll angle of the body, road included; positive when its left side is up",
         ),
-        Need::optional(
+        InputSignal::optional(
             "course",
             "rad",
             "direction of travel over ground, as of GNSS; positive to the left",
         ),
-        Need::optional("ground_speed", "m/s", "speed over ground, as of GNSS"),
-        Need::optional("x", "m", "place on the ground; with y it stands for the course"),
-        Need::optional("y", "m", "place on the ground, to the left of the axis of x"),
-        Need::optional("gear", "", "gear"),
-        Need::optional("lap", "", "number of the lap"),
-        Need::optional("log", "", "number of the log, from 1, where a table has several paths"),
-        Need::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
-        Need::optional("force", "", "its force over its load"),
+        InputSignal::optional("ground_speed", "m/s", "speed over ground, as of GNSS"),
+        InputSignal::optional("x", "m", "place on the ground; with y it stands for the course"),
+        InputSignal::optional("y", "m", "place on the ground, to the left of the axis of x"),
+        InputSignal::optional("gear", "", "gear"),
+        InputSignal::optional("lap", "", "number of the lap"),
+        InputSignal::optional(
+            "log",
+            "",
+            "number of the log, from 1, where a table has several paths",
+        ),
+        InputSignal::optional("slip", "", "slip angle [rad] or slip ratio of one tire"),
+        InputSignal::optional("force", "", "its force over its load"),
     ];
 
     fn check(request: &Request) -> Result<(), ConfigError> {

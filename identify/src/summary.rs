@@ -2,7 +2,7 @@
 
 use drive_doctor::Examination;
 use numerics::text::{decimals, with_std};
-use plugin::{Row, Table, Words};
+use plugin::{ResultSummary, Row, Table};
 use preparation::direction::Direction;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -131,7 +131,7 @@ impl IdentificationSummary<'_> {
     }
 
     /// What is for people.
-    fn words(&self) -> Words {
+    fn words(&self) -> ResultSummary {
         let mut tables = Vec::new();
         for direction in [Direction::Lateral, Direction::Longitudinal] {
             let curves: Vec<_> =
@@ -145,7 +145,7 @@ impl IdentificationSummary<'_> {
             };
             tables.push(Table::new(["error", "value", ""], self.causes.iter().map(row)));
         }
-        Words { summary: self.summary(), sound: self.is_sound(), tables }
+        ResultSummary { summary: self.summary(), sound: self.is_sound(), tables }
     }
 
     /// The result: what is found as a whole, before the numbers of each task.
@@ -159,7 +159,7 @@ impl IdentificationSummary<'_> {
 #[derive(Serialize)]
 struct Outcome<'a> {
     #[serde(flatten)]
-    words: Words,
+    words: ResultSummary,
     /// Whether the model fits, with its tests.
     model: &'a ModelVerdict,
     /// Errors of sensors and car that were estimated with the tires.

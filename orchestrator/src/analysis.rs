@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use diagnostics::Error;
 use plugin::{Diagram, Host, Layer, Request, Shape, Signal};
 use recording::table::Table;
-use recording::{Derived, Full, NumberIndex, Row, Sink};
+use recording::{DerivedColumns, Full, NumberIndex, Row, Sink};
 use scenario::plan::{Analyser, AnalysisPlan, Origin, Wired, is_reserved};
 use serde_json::Value;
 
@@ -101,7 +101,7 @@ pub fn run<'a>(
             return manoeuvre::run(name, driven, &collected.time, &columns);
         }
     };
-    let outcome = fmu_import::during_plugin(&format!("analysis `{name}`"), c"its run", || {
+    let outcome = fmu_import::call_plugin(&format!("analysis `{name}`"), c"its run", || {
         plugin.run(&request, &mut host)
     });
     if let Some(error) = host.error {
@@ -175,7 +175,7 @@ impl Host for AnalysisHost<'_> {
                 .iter()
                 .map(|signal| Signal { time, values: &signal.values[begin..], ..*signal })
                 .collect();
-            self.outputs.sink.derived(&Derived {
+            self.outputs.sink.derived(&DerivedColumns {
                 analysis: self.name,
                 group,
                 time,

@@ -4,7 +4,7 @@ pub mod scenario;
 
 use std::fmt::Write as _;
 
-use fmu_import::description::{Type, Variable, Version, list};
+use fmu_import::description::{Type, Variable, Version, describe_items};
 use fmu_import::{Causality, Fmu, MemberKind, Stream, Terminal, Variability};
 
 /// The variables, units, capabilities and dependencies of an FMU, as lines for a terminal.
@@ -211,7 +211,7 @@ fn line(version: Version, variable: &Variable, all: &[Variable], width: usize) -
     let description = variable.description.clone().unwrap_or_default();
     let items = match variable.items.as_slice() {
         [] => String::new(),
-        items => format!("one of {}  ", list(items)),
+        items => format!("one of {}  ", describe_items(items)),
     };
     let line = format!(
         "  {causality:<10} {kind:<11} {:<width$} {unit:<9} {start:<12} {marks}{items}{description}  {follows}",

@@ -36,5 +36,5 @@ fn main() -> ! {
     let command = Cli::parse().command;
     fmu_import::guard_exit();
     let code = std::panic::catch_unwind(|| command.run());
-    fmu_import::leave(code.unwrap_or(PANICKED))
+    fmu_import::exit_now(code.unwrap_or(PANICKED))
 }

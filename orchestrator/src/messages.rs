@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use diagnostics::rounded;
-use fmu_import::{Kinds, MessageKind, MessageLevel, others};
+use fmu_import::{MessageKind, MessageKinds, MessageLevel, other_kinds_text};
 use recording::{Event, Level};
 use scenario::plan::MESSAGES;
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ pub fn lines(messages: &[NodeMessage]) -> Vec<String> {
 
 /// The messages of the nodes of a run by kind.
 #[derive(Debug, Default)]
-pub(crate) struct Messages(HashMap<String, Kinds<CountedMessage>>);
+pub(crate) struct Messages(HashMap<String, MessageKinds<CountedMessage>>);
 
 /// A kind, and how many of its messages the recordings have.
 #[derive(Debug)]
@@ -99,14 +99,14 @@ impl Messages {
             Level::Error => (MessageLevel::Error, Severity::Error),
         };
         if !self.0.contains_key(source) {
-            self.0.insert(source.clone(), Kinds::default());
+            self.0.insert(source.clone(), MessageKinds::default());
         }
         let Some(kinds) = self.0.get_mut(source) else { return true };
-        let (place, new) = kinds.place(MessageKind::of(level, text), |beyond| CountedMessage {
+        let (place, new) = kinds.entry_index(MessageKind::of(level, text), |beyond| CountedMessage {
             message: NodeMessage {
                 node: source.clone(),
                 level: severity,
-                text: if beyond { others(text) } else { text.clone() },
+                text: if beyond { other_kinds_text(text) } else { text.clone() },
                 count: 0,
                 first: *time,
             },
@@ -121,7 +121,7 @@ impl Messages {
 
     /// All kinds in the order of their first messages.
     pub fn list(&self) -> Vec<NodeMessage> {
-        let kinds = self.0.values().flat_map(Kinds::entries);
+        let kinds = self.0.values().flat_map(MessageKinds::entries);
         let mut list: Vec<_> = kinds.map(|it| it.message.clone()).collect();
         list.sort_by(|a, b| a.first.total_cmp(&b.first).then_with(|| a.node.cmp(&b.node)));
         list
@@ -129,7 +129,7 @@ impl Messages {
 
     /// For the recordings, at a time [s]: an event for each kind of which they have not all.
     pub fn counts(&self, time: f64) -> Vec<Event> {
-        let kinds = self.0.values().flat_map(Kinds::entries);
+        let kinds = self.0.values().flat_map(MessageKinds::entries);
         let counts = kinds.filter(|it| it.recorded < it.message.count).map(|it| {
             let NodeMessage { node, level, text, count, first } = it.message.clone();
             let level = match level {

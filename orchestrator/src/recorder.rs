@@ -8,7 +8,8 @@ use assessment::collected::CollectedValues;
 use cosim::fault_report::FaultReporter;
 use diagnostics::{Error, rounded};
 use recording::{
-    BoxedSink, Derived, Event, Full, Level, Notice, Recorded, Row, Selection, Sink, StatusChange,
+    BoxedSink, DerivedColumns, Event, Full, Level, Notice, Recorded, Row, Selection, Sink,
+    StatusChange,
 };
 use scenario::plan::{AnalysisPlan, RunPlan};
 
@@ -287,7 +288,7 @@ impl Sink<Full> for Recordings {
         self.for_each_sink(|sink| sink.status(change))
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         self.for_each_sink(|sink| sink.derived(derived))
     }
 

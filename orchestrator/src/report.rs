@@ -4,7 +4,6 @@ mod analysis_summary;
 mod page;
 mod previous_run;
 mod provenance;
-mod summary;
 mod text;
 
 use std::collections::BTreeMap;

@@ -178,7 +178,7 @@ impl Job<'_> {
             CheckpointPlan::new(&plan, self.options, context.warm_start.as_ref())?;
         let mut nodes = context.create_nodes(&mut plan.system, &checkpoints, host.as_ref())?;
         // The runtime of an FMU may have taken the signals.
-        fmu_import::note_requests_to_end();
+        fmu_import::catch_termination_signals();
 
         let begin = Instant::now();
         let run_folder = RunFolder::claim(&plan.header.folder)?;
@@ -239,7 +239,7 @@ impl Job<'_> {
             baseline::bless(&plan, &mut report)?;
         }
         report.warnings.extend(recorder.warnings().chain(progress.notices).chain(progress.ended));
-        report.warnings.extend(fmu_import::changed_surroundings());
+        report.warnings.extend(fmu_import::process_state_changes());
         report.set_wall_time(begin.elapsed().as_secs_f64());
         report.write(&self.scenario.source)?;
         match failure {

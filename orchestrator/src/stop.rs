@@ -22,7 +22,7 @@ pub(crate) struct StopCondition {
 impl StopCondition {
     /// Notes signals from here on, and the time that the run takes.
     pub fn new(limit: Option<Duration>) -> Self {
-        fmu_import::note_requests_to_end();
+        fmu_import::catch_termination_signals();
         StopCondition { begin: Instant::now(), limit, _watch: limit.and_then(watch) }
     }
 
@@ -36,7 +36,7 @@ impl StopCondition {
         let (begin, limit, asked) = (self.begin, self.limit, OnceLock::new());
         Arc::new(move || {
             let overdue = limit.is_some_and(|limit| begin.elapsed() > limit.saturating_add(GRACE));
-            let asked = fmu_import::requested_end().map(|_| asked.get_or_init(Instant::now));
+            let asked = fmu_import::termination_signal().map(|_| asked.get_or_init(Instant::now));
             overdue || asked.is_some_and(|since| since.elapsed() > GRACE)
         })
     }
@@ -55,7 +55,7 @@ impl StopCondition {
     /// # Errors
     /// When it has to end.
     pub fn check(&self) -> Result<(), Error> {
-        if let Some(signal) = fmu_import::requested_end() {
+        if let Some(signal) = fmu_import::termination_signal() {
             return Err(Error::Interrupted(signal));
         }
         match self.limit.filter(|limit| self.begin.elapsed() > *limit) {
@@ -83,16 +83,16 @@ fn end_hanging_calls(limit: Duration, dropped: &Receiver<()>) {
     if !lasts(limit) {
         return;
     }
-    let mut before = fmu_import::calls_going_on();
+    let mut before = fmu_import::active_calls();
     while lasts(GRACE) {
-        let now = fmu_import::calls_going_on();
+        let now = fmu_import::active_calls();
         if let Some((_, call)) = now.iter().find(|call| before.contains(call)) {
             eprintln!("\n{} did not return; {}", shown(call), overdue(limit));
-            let completed = fmu_import::completed();
+            let completed = fmu_import::final_exit_code();
             if completed.is_some() {
                 eprintln!("warning: its results are complete, and its verdict stands");
             }
-            fmu_import::leave(completed.unwrap_or(FOREIGN_FAILED));
+            fmu_import::exit_now(completed.unwrap_or(FOREIGN_FAILED));
         }
         before = now;
     }

@@ -151,7 +151,7 @@ pub fn run(
             let _ = package::build(&scenario, progress);
         }
     }
-    fmu_import::note_requests_to_end();
+    fmu_import::catch_termination_signals();
     orphans::become_subreaper();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build();
     let pool = pool.map_err(|error| Error::input(format!("cannot start {jobs} jobs: {error}")))?;
@@ -169,7 +169,7 @@ pub fn run(
 #[must_use]
 pub fn test(program: Program, path: &Path, out: &Path) -> TestResult {
     let begin = Instant::now();
-    let (outcome, report) = match (fmu_import::requested_end(), skipped(path)) {
+    let (outcome, report) = match (fmu_import::termination_signal(), skipped(path)) {
         (Some(signal), _) => {
             let what = format!("not started: {}", signal_name(signal));
             (ScenarioOutcome::Interrupted(what), None)

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use cosim::system::{Body, NodePlan, StartValue, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
-use fmu_import::{Causality, Value, hexadecimal};
+use fmu_import::{Causality, Value, to_hex};
 use scenario::{BuildArtifacts, Scenario};
 use scenario::document::Validation;
 use scenario::plan::RunPlan;
@@ -122,7 +122,7 @@ fn parameters(node: &NodePlan) -> impl Iterator<Item = ParameterStart> {
                 .map_or_else(|_| toml::Value::String(value.to_string()), toml::Value::Integer),
             Value::Boolean(value) => toml::Value::Boolean(*value),
             Value::String(value) => toml::Value::String(value.clone()),
-            Value::Binary(bytes) => toml::Value::String(hexadecimal(bytes)),
+            Value::Binary(bytes) => toml::Value::String(to_hex(bytes)),
         };
         let is_parameter = variable.causality != Causality::Input;
         is_parameter.then(|| ParameterStart { variable: variable.name.clone(), value })

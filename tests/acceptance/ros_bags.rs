@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use recording::table::{Reading, Table, Wanted, survey, titles};
+use recording::table::{ColumnType, ReadRequest, Table, survey, titles};
 use serde_json::Value;
 
 use super::harness::{Lab, ROOT};
@@ -18,7 +18,7 @@ tests! {
 /// What the judges found in a column.
 struct Judged<'j> {
     name: &'j str,
-    reading: Reading,
+    reading: ColumnType,
     times: Vec<i128>,
     values: Vec<&'j str>,
 }
@@ -31,9 +31,9 @@ fn judged(columns: &Value) -> Vec<Judged<'_>> {
             let first = all("values").next().and_then(Value::as_object).expect("a value");
             let (kind, _) = first.iter().next().expect("a kind");
             let reading = match kind.as_str() {
-                "text" => Reading::Text,
-                "integer" => Reading::Integer,
-                _ => Reading::Number,
+                "text" => ColumnType::Text,
+                "integer" => ColumnType::Integer,
+                _ => ColumnType::Number,
             };
             let text = |it: &Value| it.as_str().expect("a text").parse().expect("a time");
             let values = all("values").map(|it| it[kind].as_str().expect("a text")).collect();
@@ -48,10 +48,10 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
     let at = bag.display();
     assert!(!columns.is_empty(), "{judge} found nothing in {at}");
     let names: Vec<&str> = columns.iter().map(|it| it.name).collect();
-    let mut wanted = Wanted::plain("log_time", &names);
+    let mut wanted = ReadRequest::plain("log_time", &names);
     for (wanted, judged) in wanted.columns.iter_mut().zip(&columns) {
-        wanted.reading = judged.reading;
-        wanted.gaps = recording::table::Gaps::Hold;
+        wanted.column_type = judged.reading;
+        wanted.gaps = recording::table::GapRule::Hold;
     }
     let rises = |it: &Judged| it.times.windows(2).all(|pair| pair[0] < pair[1]);
     if !columns.iter().all(rises) {
@@ -73,11 +73,11 @@ fn compare(bag: &Path, judge: &str, columns: &Value) {
         );
         for (row, value) in judged.values.iter().enumerate() {
             let found = match judged.reading {
-                Reading::Text => table.text(column, times[row]).expect("a text").to_owned(),
-                Reading::Integer => {
+                ColumnType::Text => table.text(column, times[row]).expect("a text").to_owned(),
+                ColumnType::Integer => {
                     table.integer(column, times[row]).expect("an integer").to_string()
                 }
-                Reading::Number => {
+                ColumnType::Number => {
                     let right = hex(value);
                     let found = table.column(column)[row];
                     let same = found == right || found.is_nan() && right.is_nan();

@@ -11,14 +11,14 @@ use crate::Error;
 /// When entries of one name differ.
 pub(crate) fn check_names(path: &Path, bytes: &[u8], different: usize) -> Result<(), Error> {
     let listed = listed_entries(bytes);
-    match listed.filter(|listed| *listed != different && !repeats(bytes, *listed)) {
+    match listed.filter(|listed| *listed != different && !are_repetitions(bytes, *listed)) {
         Some(listed) => Err(Error::Ambiguous { path: path.to_owned(), listed, different }),
         None => Ok(()),
     }
 }
 
 /// Whether entries of the same name have the same contents, by their checksums and sizes: some tools write an entry twice.
-fn repeats(bytes: &[u8], listed: usize) -> bool {
+fn are_repetitions(bytes: &[u8], listed: usize) -> bool {
     const ENTRY: &[u8] = b"PK\x01\x02";
     const FIXED: usize = 46;
     let number = |at: usize, size: usize| -> Option<usize> {

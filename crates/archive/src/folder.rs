@@ -32,7 +32,7 @@ impl Folder {
     pub fn new() -> io::Result<Self> {
         static SWEPT: Once = Once::new();
         let parent = std::env::temp_dir();
-        SWEPT.call_once(|| sweep(&parent));
+        SWEPT.call_once(|| remove_stale_folders(&parent));
         Self::within(&parent).map_err(|error| unwritable(&parent, error))
     }
 
@@ -89,7 +89,7 @@ pub fn unwritable(folder: &Path, error: io::Error) -> io::Error {
 }
 
 /// Removes the folders of dead processes. What cannot be removed, since it is somebody else's for example, stays.
-fn sweep(parent: &Path) {
+fn remove_stale_folders(parent: &Path) {
     for entry in std::fs::read_dir(parent).into_iter().flatten().flatten() {
         let ours = entry.file_name().to_string_lossy().starts_with(PREFIX);
         // Not through a link, which may lead anywhere.
@@ -134,7 +134,7 @@ mod tests {
             let long_ago = std::time::SystemTime::now() - 2 * YOUNG;
             File::open(path).and_then(|folder| folder.set_modified(long_ago)).expect("its time");
         }
-        sweep(parent.path());
+        remove_stale_folders(parent.path());
         assert!(!dead.exists() && !forgotten.exists());
         assert!([alive.path(), &unlocked, &foreign].iter().all(|path| path.is_dir()));
     }

@@ -1,9 +1,9 @@
 //! Unpacks archives of others, FMUs and systems of SSP, into folders that vanish with their process.
 //!
 //! An archive may be hostile: nothing is written outside of its folder, and sizes are bounded. So are elements of the XML files
-//! in it, by [`crowded`]. Links are made when they stay inside, and files keep their permissions.
+//! in it, by [`find_excess_attributes`]. Links are made when they stay inside, and files keep their permissions.
 
-mod crowd;
+mod attribute_limit;
 mod duplicates;
 mod folder;
 mod links;
@@ -12,7 +12,7 @@ mod unpack;
 use std::io;
 use std::path::{Path, PathBuf};
 
-pub use crowd::{ATTRIBUTES, crowded};
+pub use attribute_limit::{ATTRIBUTES, find_excess_attributes};
 pub use folder::{Folder, nameless_file, unwritable};
 pub use unpack::{is_archive, unpack};
 

@@ -1,4 +1,4 @@
-//! Makes the links of an archive that stay inside of it, and refuses the others.
+//! Creates symbolic links of an archive that stay inside it, and refuses the others.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
@@ -22,7 +22,7 @@ impl Links {
     /// Notes a file or a folder.
     pub fn note_entry(&mut self, inside: &Path) {
         let all = inside.ancestors().filter(|path| !path.as_os_str().is_empty());
-        self.entries.extend(all.map(small));
+        self.entries.extend(all.map(lowercase));
     }
 
     /// Notes a link, its path in the folder, and where it leads.
@@ -45,7 +45,7 @@ impl Links {
                 target: target.clone(),
                 why,
             };
-            if self.entries.contains(&small(inside)) {
+            if self.entries.contains(&lowercase(inside)) {
                 return Err(refused("and another entry has the same name"));
             }
             let start = inside.parent().unwrap_or(Path::new(""));
@@ -99,7 +99,7 @@ impl Links {
     }
 }
 
-fn small(path: &Path) -> String {
+fn lowercase(path: &Path) -> String {
     path.to_string_lossy().to_lowercase()
 }
 

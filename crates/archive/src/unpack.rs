@@ -45,7 +45,8 @@ pub fn unpack(
         let name = String::from_utf8_lossy(raw.name_raw()).into_owned();
         let unfit = |what| Error::Entry { path: path.to_owned(), entry: name.clone(), what };
         readable(raw).map_err(unfit)?;
-        let mut entry = archive.by_index(index).map_err(|error| unread(error, broken, unfit))?;
+        let mut entry =
+            archive.by_index(index).map_err(|error| open_error(error, broken, unfit))?;
         let Some(inside) = entry.enclosed_name() else {
             return Err(Error::Escapes { path: path.to_owned(), entry: name });
         };
@@ -82,7 +83,7 @@ pub fn unpack(
         let written = written.map_err(|error| unfit(format!("cannot be read: {error}")))?;
         *left =
             left.checked_sub(written).ok_or_else(|| Error::TooLarge { path: path.to_owned() })?;
-        permit(&file, mode).map_err(failed)?;
+        set_permissions(&file, mode).map_err(failed)?;
         links.note_entry(&inside);
     }
     links.make(path, into)?;
@@ -120,7 +121,7 @@ fn readable<R: io::Read>(mut raw: zip::read::ZipFile<'_, R>) -> Result<(), Strin
 }
 
 /// The error of an entry that cannot be opened.
-fn unread(
+fn open_error(
     error: ZipError,
     broken: impl Fn(ZipError) -> Error,
     unfit: impl Fn(String) -> Error,
@@ -150,13 +151,13 @@ fn copy(entry: &mut impl io::Read, file: &mut impl io::Write) -> io::Result<io::
 
 /// Gives a file the permissions of the archive. Its owner can read and write it in any case.
 #[cfg(unix)]
-fn permit(file: &File, mode: u32) -> io::Result<()> {
+fn set_permissions(file: &File, mode: u32) -> io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;
     file.set_permissions(std::fs::Permissions::from_mode(mode & 0o777 | 0o600))
 }
 
 #[cfg(not(unix))]
-fn permit(_: &File, _: u32) -> io::Result<()> {
+fn set_permissions(_: &File, _: u32) -> io::Result<()> {
     Ok(())
 }
 

@@ -337,7 +337,7 @@ pub fn instantiate_again(
     let mut notices = Vec::new();
     let nodes = system.nodes.iter_mut().map(|plan| {
         if let Body::Fmu { fmu, isolation: isolation @ None, .. } = &mut plan.body
-            && let Some(why) = host.and_then(|_| fmu.clash_here())
+            && let Some(why) = host.and_then(|_| fmu.clash_in_process())
         {
             // Of an earlier run, or of the run that this one validates.
             notices.push(Isolation::notice(&plan.name, &why));

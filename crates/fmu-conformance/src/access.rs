@@ -4,11 +4,12 @@ use fmu_import::description::{Type, Variable};
 use fmu_import::{CallError, Causality, Initial, Instance, Storage, Value, Variability, Version};
 
 use super::Rank::{BreaksStandard, NotRobust};
-use super::order::{
-    InitializationMode, Instantiated, STATES, State, StepComplete, Terminated, after_reset, bring,
+use super::call_order::{
+    InitializationMode, Instantiated, STATES, State, StepComplete, Terminated, after_reset,
+    bring_to,
 };
 use super::test_driver::{TestDriver, firsts, set_start};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -76,7 +77,7 @@ fn sorts<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
     sorts
 }
 
-fn set(driver: &TestDriver) -> Verdict {
+fn set(driver: &TestDriver) -> RuleResult {
     attempts(driver, true, |what, result, _| match result {
         Ok(()) => None,
         Err(CallError { call, what: reason, .. }) => {
@@ -85,14 +86,14 @@ fn set(driver: &TestDriver) -> Verdict {
     })
 }
 
-pub(super) fn set_wrongly(driver: &TestDriver) -> Verdict {
+pub(super) fn set_wrongly(driver: &TestDriver) -> RuleResult {
     let verdict = attempts(driver, false, |what, result, lost| match result {
         Ok(()) => Some(what.to_owned()),
         Err(_) => lost.then(|| format!("{} for {what}", driver.fmi("Fatal"))),
     });
     verdict.map_err(|objection| match objection {
-        Objection::Broken(what) => {
-            Objection::Broken(format!("{}: {what}", driver.instead("success")))
+        RuleError::Violated(what) => {
+            RuleError::Violated(format!("{}: {what}", driver.instead("success")))
         }
         other => other,
     })
@@ -104,7 +105,7 @@ fn attempts(
     driver: &TestDriver,
     legal: bool,
     wrong: impl Fn(&str, Result<(), CallError>, bool) -> Option<String>,
-) -> Verdict {
+) -> RuleResult {
     let (mut count, mut mistakes) = (0, Vec::new());
     for (variable, state) in
         sorts(driver).into_iter().flat_map(|it| STATES.map(|state| (it, state)))
@@ -112,7 +113,7 @@ fn attempts(
         if settable(driver, variable, state) != Some(legal) {
             continue;
         }
-        let mut instance = bring(driver, state)?;
+        let mut instance = bring_to(driver, state)?;
         let what = format!(
             "`{}` ({:?} {:?}) in {}",
             variable.name,
@@ -129,7 +130,7 @@ fn attempts(
             break;
         }
     }
-    if mistakes.is_empty() { Ok(format!("{count} calls")) } else { broken(mistakes.join("; ")) }
+    if mistakes.is_empty() { Ok(format!("{count} calls")) } else { violated(mistakes.join("; ")) }
 }
 
 /// The forms of values that a version has functions for, with the ends of the names of these functions.
@@ -160,7 +161,7 @@ pub(super) fn forms(version: Version) -> &'static [(Storage, &'static str)] {
 }
 
 /// Gets or sets one value by the functions of a form.
-pub(super) fn touch(
+pub(super) fn access_variable(
     instance: &mut Instance,
     (set, storage): (bool, Storage),
     reference: u32,
@@ -190,8 +191,8 @@ fn unknown(driver: &TestDriver, storage: Storage) -> impl Iterator<Item = u32> {
 }
 
 /// A reference that no variable has is an error (FMI 2.0.4, section 2.1.2; FMI 3.0, section 2.2.6.2), which does no harm.
-pub(super) fn references(driver: &TestDriver) -> Verdict {
-    let expected = after_reset(driver, bring(driver, StepComplete)?)?;
+pub(super) fn references(driver: &TestDriver) -> RuleResult {
+    let expected = after_reset(driver, bring_to(driver, StepComplete)?)?;
     let (mut count, mut accepted) = (0, Vec::new());
     for (storage, form) in forms(driver.version()) {
         for (set, reference) in [false, true]
@@ -199,22 +200,22 @@ pub(super) fn references(driver: &TestDriver) -> Verdict {
             .flat_map(|set| unknown(driver, *storage).map(move |it| (set, it)))
         {
             let name = driver.fmi(&format!("{}{form}", if set { "Set" } else { "Get" }));
-            let mut instance = bring(driver, StepComplete)?;
+            let mut instance = bring_to(driver, StepComplete)?;
             driver.note(&format!("{name} of the reference {reference}, which no variable has"));
             count += 1;
-            match touch(&mut instance, (set, *storage), reference) {
+            match access_variable(&mut instance, (set, *storage), reference) {
                 Ok(()) => accepted.push(format!("{name} of {reference}")),
                 Err(_) if instance.is_lost() => {
                     let fatal = driver.fmi("Fatal");
-                    return broken(format!("{name} of {reference} returned {fatal}"));
+                    return violated(format!("{name} of {reference} returned {fatal}"));
                 }
                 Err(_) => instance.reset()?,
             }
             driver.note(&format!("a run after {name} of the reference {reference}"));
             let found = after_reset(driver, instance)?;
             driver.same(&expected, &found).map_err(|objection| match objection {
-                Objection::Broken(what) => {
-                    Objection::Broken(format!("{what}, after {name} of {reference}"))
+                RuleError::Violated(what) => {
+                    RuleError::Violated(format!("{what}, after {name} of {reference}"))
                 }
                 other => other,
             })?;
@@ -223,20 +224,20 @@ pub(super) fn references(driver: &TestDriver) -> Verdict {
     nothing(driver)?;
     match accepted.as_slice() {
         [] => Ok(format!("{count} calls")),
-        calls => broken(format!("{}: {}", driver.instead("success"), calls.join(", "))),
+        calls => violated(format!("{}: {}", driver.instead("success"), calls.join(", "))),
     }
 }
 
 /// Arrays of no elements may be null.
-fn nothing(driver: &TestDriver) -> Result<(), Objection> {
+fn nothing(driver: &TestDriver) -> Result<(), RuleError> {
     if driver.version() == Version::Three {
         return Ok(());
     }
-    let mut instance = bring(driver, StepComplete)?;
+    let mut instance = bring_to(driver, StepComplete)?;
     driver.note("reading and setting no variables");
-    let _ = instance.touch_nothing();
+    let _ = instance.get_and_set_no_variables();
     if instance.is_lost() {
-        return broken("reading and setting no variables returned fmi2Fatal");
+        return violated("reading and setting no variables returned fmi2Fatal");
     }
     let _ = instance.reset();
     Ok(())

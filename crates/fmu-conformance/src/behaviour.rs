@@ -1,11 +1,11 @@
 //! Checks how instances behave in a simulation: start values, repeatability, independence, step size.
 
 use fmu_import::description::{Type, Variable};
-use fmu_import::{CallError, Causality, Initial, Instance, Storage, Value, Version, hexadecimal};
+use fmu_import::{CallError, Causality, Initial, Instance, Storage, Value, Version, to_hex};
 
 use super::Rank::{BreaksRuns, BreaksStandard};
 use super::test_driver::{Row, STEPS, TestDriver, read};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -50,7 +50,7 @@ const DIGITS: f64 = 1e-12;
 /// The same for `Float32`, which has 24 bits.
 const SINGLE: f64 = 1e-6;
 
-fn start_values(driver: &TestDriver) -> Verdict {
+fn start_values(driver: &TestDriver) -> RuleResult {
     let (mut count, mut wrong, mut warning) = (0, Vec::new(), String::new());
     // FMI 2.0 forbids reading before initialization mode. FMI 3.0 until 3.0.2 says that start values can be read there (table of
     // section 2.3.2), and leaves the function out of the list of allowed ones below.
@@ -69,7 +69,7 @@ fn start_values(driver: &TestDriver) -> Verdict {
     count += starts(driver, &mut instance, "in initialization mode", &mut wrong)?;
     match wrong.is_empty() {
         true => Ok(format!("{count} values{warning}")),
-        false => broken(wrong.join("; ")),
+        false => violated(wrong.join("; ")),
     }
 }
 
@@ -112,11 +112,11 @@ fn is(variable: &Variable, start: &str, found: &Value) -> bool {
         Value::Integer(found) => start.trim().parse() == Ok(*found),
         Value::Boolean(found) => matches!(start.trim(), "true" | "1") == *found,
         Value::String(found) => variable.kind == Type::String && start == found,
-        Value::Binary(found) => start.eq_ignore_ascii_case(&hexadecimal(found)),
+        Value::Binary(found) => start.eq_ignore_ascii_case(&to_hex(found)),
     }
 }
 
-fn finite(driver: &TestDriver) -> Verdict {
+fn finite(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.ready()?;
     let mut rows = vec![driver.row(&mut instance, driver.time(0.0))?];
     rows.extend(driver.run(&mut instance, 0..5 * STEPS, 0)?);
@@ -124,12 +124,12 @@ fn finite(driver: &TestDriver) -> Verdict {
     Ok(format!("{} communication points", rows.len()))
 }
 
-pub(super) fn all_finite(driver: &TestDriver, rows: &[Row]) -> Result<(), Objection> {
+pub(super) fn all_finite(driver: &TestDriver, rows: &[Row]) -> Result<(), RuleError> {
     for row in rows {
         for (output, value) in driver.with(Causality::Output).zip(&row.values) {
             if matches!(value, Value::Real(value) if !value.is_finite()) {
                 let (name, time) = (&output.name, row.time);
-                return broken(format!("`{name}` is {value} at t = {time} s"));
+                return violated(format!("`{name}` is {value} at t = {time} s"));
             }
         }
     }
@@ -137,20 +137,20 @@ pub(super) fn all_finite(driver: &TestDriver, rows: &[Row]) -> Result<(), Object
 }
 
 /// A fresh instance's run.
-fn fresh(driver: &TestDriver, variant: u32) -> Result<Vec<Row>, Objection> {
+fn fresh(driver: &TestDriver, variant: u32) -> Result<Vec<Row>, RuleError> {
     let mut instance = driver.ready()?;
     let mut rows = vec![driver.row(&mut instance, driver.time(0.0))?];
     rows.extend(driver.run(&mut instance, 0..STEPS, variant)?);
     Ok(rows)
 }
 
-fn deterministic(driver: &TestDriver) -> Verdict {
+fn deterministic(driver: &TestDriver) -> RuleResult {
     let first = fresh(driver, 0)?;
     driver.same(&first, &fresh(driver, 0)?)?;
     Ok(String::new())
 }
 
-fn reset(driver: &TestDriver) -> Verdict {
+fn reset(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.ready()?;
     let mut runs = Vec::new();
     for again in [true, false] {
@@ -167,7 +167,7 @@ fn reset(driver: &TestDriver) -> Verdict {
     Ok(String::new())
 }
 
-fn instances(driver: &TestDriver) -> Verdict {
+fn instances(driver: &TestDriver) -> RuleResult {
     let alone = [fresh(driver, 0)?, fresh(driver, 1)?];
     let mut instances = [driver.instance()?, driver.instance()?];
     let mut together = [Vec::new(), Vec::new()];

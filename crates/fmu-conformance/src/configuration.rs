@@ -7,7 +7,7 @@ use roxmltree::{Document, Node};
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
-use super::{Check, Objection, Rule, THREE, Verdict, not_applicable};
+use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "configuration",
@@ -45,7 +45,7 @@ impl Array {
     }
 }
 
-fn configuration(driver: &TestDriver) -> Verdict {
+fn configuration(driver: &TestDriver) -> RuleResult {
     let Ok(document) = Document::parse(&driver.xml) else {
         return not_applicable("the description is no XML");
     };
@@ -76,7 +76,7 @@ fn resize(
     driver: &TestDriver,
     parameter: &Size,
     (arrays, before, after): (&[&Array], &Sizes, &Sizes),
-) -> Result<(), Objection> {
+) -> Result<(), RuleError> {
     let set = |instance: &mut Instance, value: u64| {
         driver.note(&format!("configuration mode with `{}` = {value}", parameter.name));
         instance.configure(|instance| {
@@ -113,7 +113,7 @@ fn have(
     instance: &mut Instance,
     (arrays, sizes, others): (&[&Array], &Sizes, &Sizes),
     when: &str,
-) -> Result<(), Objection> {
+) -> Result<(), RuleError> {
     for array in arrays {
         let (right, wrong) = (array.elements(sizes), array.elements(others));
         driver.note(&format!("reading {right} values of `{}` {when}", array.name));
@@ -121,7 +121,7 @@ fn have(
         let found = instance.read(array.storage, array.reference, count);
         found.map_err(|CallError { call, what, .. }| {
             let name = &array.name;
-            Objection::Broken(format!(
+            RuleError::Violated(format!(
                 "expected `{name}` to have {right} values in place of {wrong} {when}, found {call} {what}"
             ))
         })?;

@@ -6,7 +6,7 @@ use roxmltree::Document;
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{TestDriver, read};
-use super::{BOTH, Check, Rule, THREE, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Rule, RuleResult, THREE, not_applicable, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -82,7 +82,7 @@ fn seed(variable: &Variable) -> Vec<f64> {
 
 /// An FMU may show an output that follows an input after the next step only; then there is nothing to
 /// compare with, and the derivative has to be finite.
-fn derivatives(driver: &TestDriver, kind: Kind) -> Verdict {
+fn derivatives(driver: &TestDriver, kind: Kind) -> RuleResult {
     let (call, of): (_, Derivative) = match kind {
         Kind::Directional if !driver.about().directional_derivative => {
             return not_applicable(match driver.version() {
@@ -108,14 +108,14 @@ fn derivatives(driver: &TestDriver, kind: Kind) -> Verdict {
                 continue;
             };
             if !found.is_finite() {
-                return broken(format!("the derivative of {pair} is {found}"));
+                return violated(format!("the derivative of {pair} is {found}"));
             }
             given += 1;
             let (expected, noise) = difference(&mut instance, output, input)?;
             compared += u32::from(expected != 0.0);
             let scale = expected.abs().max(found.abs());
             if expected != 0.0 && (expected - found).abs() > TOLERANCE * scale + noise {
-                return broken(format!(
+                return violated(format!(
                     "expected the derivative of {pair} to be {expected:.6e}, found {found:.6e}"
                 ));
             }
@@ -123,7 +123,7 @@ fn derivatives(driver: &TestDriver, kind: Kind) -> Verdict {
     }
     match (count, given) {
         (0, _) => not_applicable("there is no real continuous input or output"),
-        (_, 0) => broken(format!("none of {count} derivatives is given")),
+        (_, 0) => violated(format!("none of {count} derivatives is given")),
         _ => Ok(format!("{given} of {count} derivatives, {compared} compared with differences")),
     }
 }
@@ -175,7 +175,7 @@ pub(super) fn output_slopes(
     }
 }
 
-fn in_time(driver: &TestDriver) -> Verdict {
+fn in_time(driver: &TestDriver) -> RuleResult {
     let about = driver.about();
     let mut done = Vec::new();
     let mut instance = driver.ready()?;
@@ -194,7 +194,7 @@ fn in_time(driver: &TestDriver) -> Verdict {
         driver.note(&format!("the time derivative of `{}`", output.name));
         let values = output_slopes(&mut instance, output)?;
         if let Some(value) = values.iter().find(|value| !value.is_finite()) {
-            return broken(format!("the time derivative of `{}` is {value}", output.name));
+            return violated(format!("the time derivative of `{}` is {value}", output.name));
         }
         done.push(format!("an output derivative of `{}`", output.name));
     }

@@ -2,7 +2,7 @@
 
 use super::Rank::{BreaksRuns, BreaksStandard, NotRobust};
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, Check, Rule, TWO, Verdict, broken};
+use super::{BOTH, Check, Rule, RuleResult, TWO, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -29,7 +29,7 @@ pub(super) const RULES: &[Rule] = &[
 ];
 
 /// FMI 2.0 asks masters to set up the experiment first, and FMUs for nothing.
-fn experiment(driver: &TestDriver) -> Verdict {
+fn experiment(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.instance()?;
     driver.note("fmi2EnterInitializationMode without fmi2SetupExperiment");
     match instance.enter_initialization() {
@@ -40,7 +40,7 @@ fn experiment(driver: &TestDriver) -> Verdict {
 }
 
 /// The last step ends at the very stop time that was announced.
-fn whole(driver: &TestDriver) -> Verdict {
+fn whole(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.instance()?;
     driver.set_up(&mut instance, STEPS.into())?;
     instance.enter_initialization()?;
@@ -52,7 +52,7 @@ fn whole(driver: &TestDriver) -> Verdict {
 }
 
 /// A step past the stop time that was set up must be refused (FMI 2.0, section 2.1.6; FMI 3.0, section 2.3.3).
-fn stop_time(driver: &TestDriver) -> Verdict {
+fn stop_time(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.instance()?;
     // Half a step apart, so that no rounding matters.
     let stop = f64::from(STEPS) + 0.5;
@@ -64,7 +64,7 @@ fn stop_time(driver: &TestDriver) -> Verdict {
     driver.run_all(&mut instance)?;
     let last = driver.time(STEPS.into());
     match driver.do_step(&mut instance, last, driver.step()) {
-        Ok(()) => broken(format!(
+        Ok(()) => violated(format!(
             "{}: {} of {} s from t = {last} s, with {stop:.6} s as the stop time",
             driver.instead("success"),
             driver.fmi("DoStep"),

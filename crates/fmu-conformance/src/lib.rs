@@ -11,20 +11,20 @@
 
 mod access;
 mod behaviour;
-mod clocked;
+mod call_order;
 mod configuration;
-mod declared;
+mod consistency;
 mod derivative;
+mod event_mode;
 mod experiment;
 mod logging;
 mod memory;
-mod order;
 mod process;
 mod reference;
 mod report;
 mod schema;
 mod state;
-mod statics;
+mod static_checks;
 mod step;
 mod test_driver;
 mod values;
@@ -45,7 +45,7 @@ pub const TIME_LIMIT: Duration = Duration::from_secs(60);
 
 /// Why an FMU could not be judged.
 #[derive(Debug, thiserror::Error)]
-pub enum JudgeError {
+pub enum ConformanceError {
     /// It is no FMU.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -103,28 +103,28 @@ pub struct Finding {
 
 /// Why a rule does not end with a pass.
 #[derive(Debug)]
-enum Objection {
+enum RuleError {
     /// The FMU breaks it.
-    Broken(String),
+    Violated(String),
     /// The FMU does not claim what the rule is about.
     NotApplicable(String),
 }
 
-impl From<CallError> for Objection {
+impl From<CallError> for RuleError {
     fn from(error: CallError) -> Self {
-        Objection::Broken(format!("{} {}", error.call, error.what))
+        RuleError::Violated(format!("{} {}", error.call, error.what))
     }
 }
 
 /// A pass with what was measured, if anything.
-type Verdict = Result<String, Objection>;
+type RuleResult = Result<String, RuleError>;
 
-fn broken<T>(what: impl Into<String>) -> Result<T, Objection> {
-    Err(Objection::Broken(what.into()))
+fn violated<T>(what: impl Into<String>) -> Result<T, RuleError> {
+    Err(RuleError::Violated(what.into()))
 }
 
-fn not_applicable<T>(why: impl Into<String>) -> Result<T, Objection> {
-    Err(Objection::NotApplicable(why.into()))
+fn not_applicable<T>(why: impl Into<String>) -> Result<T, RuleError> {
+    Err(RuleError::NotApplicable(why.into()))
 }
 
 /// A rule of FMI.
@@ -148,31 +148,31 @@ const THREE: &[Version] = &[Version::Three];
 #[derive(Debug, Clone, Copy)]
 enum Check {
     /// Looks at the files of the archive.
-    Files(fn(&Fmu) -> Verdict),
+    Files(fn(&Fmu) -> RuleResult),
     /// Looks at the text of the description, which may be one that cannot be read otherwise.
-    Text(fn(&str) -> Verdict),
+    Text(fn(&str) -> RuleResult),
     /// Runs instances, one after another or at the same time.
-    Runs(fn(&TestDriver) -> Verdict),
+    Runs(fn(&TestDriver) -> RuleResult),
     /// Needs no second instance in the process.
-    RunsOne(fn(&TestDriver) -> Verdict),
+    RunsOne(fn(&TestDriver) -> RuleResult),
     /// Looks at the library itself.
-    Loads(fn(&Fmu) -> Verdict),
+    Loads(fn(&Fmu) -> RuleResult),
     /// Runs an instance for each reference in the archive, by its place.
-    References(fn(&TestDriver, usize) -> Verdict),
+    References(fn(&TestDriver, usize) -> RuleResult),
 }
 
 /// The rules by subject, in the order of the report.
-const SUBJECTS: [&[Rule]; 15] = [
+const RULE_GROUPS: [&[Rule]; 15] = [
     schema::RULES,
-    statics::RULES,
-    declared::RULES,
-    order::RULES,
+    static_checks::RULES,
+    consistency::RULES,
+    call_order::RULES,
     access::RULES,
     values::RULES,
     experiment::RULES,
     behaviour::RULES,
     configuration::RULES,
-    clocked::RULES,
+    event_mode::RULES,
     state::RULES,
     derivative::RULES,
     step::RULES,
@@ -182,7 +182,7 @@ const SUBJECTS: [&[Rule]; 15] = [
 
 /// All rules, in the order of the report.
 pub fn rules() -> impl Iterator<Item = &'static Rule> {
-    SUBJECTS.into_iter().flatten().chain(reference::RULES)
+    RULE_GROUPS.into_iter().flatten().chain(reference::RULES)
 }
 
 /// The rules without which nothing can be run.
@@ -190,7 +190,7 @@ const LOADING: [&str; 2] = ["platform", "symbols"];
 
 /// What was found about an FMU.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Judgement {
+pub struct ConformanceReport {
     /// The version of FMI whose rules they are.
     pub version: Version,
     /// A finding for each of them.
@@ -201,7 +201,11 @@ pub struct Judgement {
 ///
 /// # Errors
 /// When the archive is no co-simulation FMU of FMI 2.0 or 3.0 at all.
-pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Judgement, JudgeError> {
+pub fn run(
+    program: &Path,
+    path: &Path,
+    limit: Duration,
+) -> Result<ConformanceReport, ConformanceError> {
     let fmu = match Fmu::open(path) {
         Err(OpenError::Description { what, .. }) => return unreadable(path, &what),
         fmu => fmu?,
@@ -234,7 +238,7 @@ pub fn run(program: &Path, path: &Path, limit: Duration) -> Result<Judgement, Ju
         let behaviour: Vec<_> = behaviour.into_iter().flat_map(each).collect();
         findings.par_extend(behaviour.into_par_iter().map(judge));
     }
-    Ok(Judgement { version, findings })
+    Ok(ConformanceReport { version, findings })
 }
 
 fn text(fmu: &Fmu) -> String {
@@ -242,18 +246,18 @@ fn text(fmu: &Fmu) -> String {
 }
 
 /// The findings about a description that cannot be read: what is wrong with its text, and nothing about the rest.
-fn unreadable(path: &Path, what: &str) -> Result<Judgement, JudgeError> {
+fn unreadable(path: &Path, what: &str) -> Result<ConformanceReport, ConformanceError> {
     let xml = fmu_import::description_text(path)?;
     let version = if schema::is_three(&xml) { Version::Three } else { Version::Two };
     let judge = |rule: &Rule| match rule.check {
         Check::Text(check) => rule.finding(check(&xml)),
-        _ if rule.name == "description" => rule.finding(broken(what)),
+        _ if rule.name == "description" => rule.finding(violated(what)),
         _ => rule.finding(not_applicable(
             "the description cannot be read, see the rules `schema` and `description`",
         )),
     };
     let findings = rules().filter(|rule| rule.versions.contains(&version)).map(judge).collect();
-    Ok(Judgement { version, findings })
+    Ok(ConformanceReport { version, findings })
 }
 
 /// Judges by one rule in this process; `rule` is its name, followed by `#` and the place of a reference for one that is asked of
@@ -261,18 +265,23 @@ fn unreadable(path: &Path, what: &str) -> Result<Judgement, JudgeError> {
 ///
 /// # Errors
 /// When there is no such rule, or the archive or the file cannot be opened.
-pub fn run_one(path: &Path, rule: &str, log: &Path, limit: Duration) -> Result<(), JudgeError> {
+pub fn run_one(
+    path: &Path,
+    rule: &str,
+    log: &Path,
+    limit: Duration,
+) -> Result<(), ConformanceError> {
     let (name, which) = rule.split_once('#').unwrap_or((rule, "0"));
     let known = rules().find(|known| known.name == name).zip(which.parse::<usize>().ok());
     let Some((rule, which)) = known else {
-        return Err(JudgeError::Rule(rule.to_owned()));
+        return Err(ConformanceError::Rule(rule.to_owned()));
     };
     let log = process::ProgressLog::open(log)?;
     let fmu = Arc::new(Fmu::open(path)?);
     log.note("loading the library");
     let driver = || match fmu.load() {
         Ok(library) => Ok(TestDriver::new(library, text(&fmu), &log, limit)),
-        Err(error) => broken(error.to_string()),
+        Err(error) => violated(error.to_string()),
     };
     let verdict = match rule.check {
         Check::Files(check) | Check::Loads(check) => check(&fmu),
@@ -288,19 +297,19 @@ pub fn run_one(path: &Path, rule: &str, log: &Path, limit: Duration) -> Result<(
 }
 
 impl Rule {
-    fn finding(&self, verdict: Verdict) -> Finding {
+    fn finding(&self, verdict: RuleResult) -> Finding {
         let (outcome, detail) = match verdict {
             Ok(detail) => (Outcome::Pass, detail),
-            Err(Objection::Broken(detail)) => (Outcome::Fail, detail),
-            Err(Objection::NotApplicable(detail)) => (Outcome::NotApplicable, detail),
+            Err(RuleError::Violated(detail)) => (Outcome::Fail, detail),
+            Err(RuleError::NotApplicable(detail)) => (Outcome::NotApplicable, detail),
         };
         Finding { rule: self.name.to_owned(), rank: self.rank, outcome, detail }
     }
 
     /// An FMU whose unpacked files are gone is not to blame for anything.
-    fn finding_about(&self, fmu: &Fmu, verdict: Verdict) -> Finding {
+    fn finding_about(&self, fmu: &Fmu, verdict: RuleResult) -> Finding {
         match verdict {
-            Err(Objection::Broken(what)) if !fmu.is_intact() => {
+            Err(RuleError::Violated(what)) if !fmu.is_intact() => {
                 self.not_judged(format!("the unpacked files were removed meanwhile; then: {what}"))
             }
             verdict => self.finding(verdict),

@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use fmu_import::{Instance, Message, MessageLevel, STRANGER, SUMMARY};
+use fmu_import::{FOREIGN_ENVIRONMENT, Instance, Message, MessageLevel, SUMMARY};
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -30,23 +30,23 @@ const PERCENT: &str = "with-percent-signs-%s%d%s%d%s";
 /// What is left of it then; no folder and no file has such a name.
 const MARK: &str = "with-percent-signs-";
 
-fn logger(driver: &TestDriver) -> Verdict {
+fn logger(driver: &TestDriver) -> RuleResult {
     let mut messages = simulate(driver, true)?;
     messages.extend(refused(driver));
     let declared = &driver.about().log_categories;
     for Message { text, .. } in &messages {
         if text.contains(MARK) && !text.contains(PERCENT) {
-            return broken(format!("a text was taken for a format: {text}"));
+            return violated(format!("a text was taken for a format: {text}"));
         }
-        if text == STRANGER {
-            return broken(text);
+        if text == FOREIGN_ENVIRONMENT {
+            return violated(text);
         }
     }
     if let Some(Message { text, .. }) = simulate(driver, false)?
         .iter()
         .find(|m| m.level() == MessageLevel::Info && m.category != SUMMARY)
     {
-        return broken(format!("loggingOn is false, and it logs {text:?}"));
+        return violated(format!("loggingOn is false, and it logs {text:?}"));
     }
     // FMI 3.0 and FMI 2.0 until 2.0.3 do not ask for declared categories, and no description says which 2.0 it is of.
     let undeclared = messages.iter().find(|it| !declared.contains(&it.category));
@@ -60,7 +60,7 @@ fn logger(driver: &TestDriver) -> Verdict {
 }
 
 /// What an instance logs in a run, and about a call that it refuses.
-fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, Objection> {
+fn simulate(driver: &TestDriver, logging: bool) -> Result<Vec<Message>, RuleError> {
     driver.note("an instance with percent signs in the name, to be logged");
     let mut instance = Instance::new(Arc::clone(&driver.library), PERCENT, logging)?;
     driver.initialise(&mut instance)?;
@@ -82,7 +82,7 @@ fn refused(driver: &TestDriver) -> Vec<Message> {
     }
 }
 
-fn categories(driver: &TestDriver) -> Verdict {
+fn categories(driver: &TestDriver) -> RuleResult {
     let declared = &driver.about().log_categories;
     if declared.is_empty() {
         return not_applicable("no LogCategories are declared");
@@ -93,7 +93,7 @@ fn categories(driver: &TestDriver) -> Verdict {
             let call = driver.fmi("SetDebugLogging");
             driver.note(&format!("{call} of {category}"));
             instance.set_debug_logging(on, &[category]).map_err(|error| {
-                Objection::Broken(format!("{call} of {category:?} {}", error.what))
+                RuleError::Violated(format!("{call} of {category:?} {}", error.what))
             })?;
         }
         let all: Vec<_> = declared.iter().map(String::as_str).collect();

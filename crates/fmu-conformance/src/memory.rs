@@ -1,10 +1,10 @@
-//! Measures what instances leave in memory when they are freed.
+//! Measures memory leaks over many cycles of instances.
 
 use std::time::Instant;
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{FAR, TestDriver};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
 
 pub(super) const RULES: &[Rule] = &[Rule {
     name: "memory",
@@ -24,7 +24,7 @@ const BOUND: f64 = 26.0;
 /// The size of a page on the platforms that FMI has names for [bytes].
 const PAGE: f64 = 4096.0;
 
-fn no_leak(driver: &TestDriver) -> Verdict {
+fn no_leak(driver: &TestDriver) -> RuleResult {
     let end = Instant::now() + driver.limit.mul_f64(0.8);
     let warm = cycles(driver, WARM_UP, end)?;
     let before = resident()?;
@@ -38,12 +38,12 @@ fn no_leak(driver: &TestDriver) -> Verdict {
     }
     let growth = (resident()? - before) / f64::from(count);
     let measured = format!("{growth:.1} bytes per instance over {count} instances");
-    if growth > BOUND { broken(measured) } else { Ok(measured) }
+    if growth > BOUND { violated(measured) } else { Ok(measured) }
 }
 
 /// Makes and frees so many instances, or fewer when the time is up, and says how many; each lives through a whole, short
 /// simulation.
-fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, Objection> {
+fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, RuleError> {
     driver.note(&format!("{count} short simulations"));
     for done in 0..count {
         if Instant::now() >= end {
@@ -60,7 +60,7 @@ fn cycles(driver: &TestDriver, count: u32, end: Instant) -> Result<u32, Objectio
 }
 
 /// The memory of this process that is in use [bytes].
-fn resident() -> Result<f64, Objection> {
+fn resident() -> Result<f64, RuleError> {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     let pages = text.split_whitespace().nth(1).and_then(|pages| pages.parse::<f64>().ok());
     match pages {

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{Finding, JudgeError, Outcome, Rule, broken};
+use super::{ConformanceError, Finding, Outcome, Rule, violated};
 
 /// How often a process is asked whether it has ended.
 const PERIOD: Duration = Duration::from_millis(5);
@@ -19,9 +19,9 @@ pub(super) struct ProgressLog(RefCell<File>);
 
 impl ProgressLog {
     /// Opens the file that the judging process has made: one that is gone is not made again.
-    pub(super) fn open(path: &Path) -> Result<Self, JudgeError> {
+    pub(super) fn open(path: &Path) -> Result<Self, ConformanceError> {
         let file = File::options().append(true).open(path);
-        let error = |source| JudgeError::ProgressLog { path: path.to_owned(), source };
+        let error = |source| ConformanceError::ProgressLog { path: path.to_owned(), source };
         file.map(|file| ProgressLog(RefCell::new(file))).map_err(error)
     }
 
@@ -49,7 +49,7 @@ pub(super) fn judge(
 }
 
 /// How a process ended that ran a rule.
-struct Ended {
+struct ProcessOutcome {
     /// Nothing when it had to be killed.
     status: Option<ExitStatus>,
     /// The progress log, read through a handle that was opened before: the file may be gone.
@@ -61,7 +61,7 @@ struct Ended {
 }
 
 /// Runs the rule, or says why it could not run.
-fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Ended, String> {
+fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<ProcessOutcome, String> {
     let cannot = |error: std::io::Error| format!("the rule could not be run: {error}");
     let folder = archive::Folder::new().map_err(cannot)?;
     let path_of_log = folder.path().join("progress");
@@ -80,7 +80,7 @@ fn run(program: &Path, path: &Path, rule: &str, limit: Duration) -> Result<Ended
     let status = wait(&mut child, limit).map_err(cannot)?;
     let [log, printed] = [&mut log, &mut output].map(read);
     let printed = printed.lines().rfind(|line| !line.trim().is_empty()).map(str::to_owned);
-    Ok(Ended { status, log, printed, intact: path_of_log.exists() })
+    Ok(ProcessOutcome { status, log, printed, intact: path_of_log.exists() })
 }
 
 fn read(file: &mut File) -> String {
@@ -89,14 +89,14 @@ fn read(file: &mut File) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-impl Ended {
+impl ProcessOutcome {
     /// What the process found, or else what its end says about the FMU: nothing unless it came to the FMU, and its files
     /// were there all the time.
     fn finding(&self, rule: &Rule, limit: Duration) -> Finding {
         let last = self.log.lines().last();
         let found = last.and_then(|last| serde_json::from_str::<Finding>(last).ok());
         let finding = found.unwrap_or_else(|| match last {
-            Some(last) => rule.finding(broken(self.ending(&format!(" during {last}"), limit))),
+            Some(last) => rule.finding(violated(self.ending(&format!(" during {last}"), limit))),
             None => {
                 rule.not_judged(format!("the process {}", self.ending(" before it began", limit)))
             }
@@ -197,7 +197,7 @@ mod tests {
     #[test]
     fn a_rule_that_could_not_be_judged_has_an_exit_code_of_its_own() {
         let rule = crate::rules().next().expect("a rule");
-        let failed = rule.finding(broken("it is wrong"));
+        let failed = rule.finding(violated("it is wrong"));
         let unknown = rule.not_judged("nobody knows".to_owned());
         assert_eq!(crate::exit_code(std::slice::from_ref(&failed)), 1);
         assert_eq!(crate::exit_code(&[failed, unknown.clone()]), 3);

@@ -10,7 +10,7 @@ use fmu_import::{CallError, Causality, Fmu, Instance, Value, Variability};
 
 use super::Rank::BreaksStandard;
 use super::test_driver::{TestDriver, read};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
 use manifest::{Experiment, Source};
 use table::{Table, difference, value};
 
@@ -33,17 +33,17 @@ pub(super) fn count(fmu: &Fmu) -> usize {
     manifest::experiments(&|name| fmu.entry(name)).map_or(1, |all| all.len())
 }
 
-fn judge(driver: &TestDriver, which: usize) -> Verdict {
+fn judge(driver: &TestDriver, which: usize) -> RuleResult {
     let fmu = driver.library.fmu();
-    let all = manifest::experiments(&|name| fmu.entry(name)).map_err(Objection::Broken)?;
+    let all = manifest::experiments(&|name| fmu.entry(name)).map_err(RuleError::Violated)?;
     let Some(experiment) = all.get(which) else {
         return not_applicable("there are no references (FMI-LS-REF) in the archive");
     };
     let of = |what: String| format!("{}: {what}", experiment.name);
     match run(driver, experiment) {
         Ok(detail) => Ok(of(detail)),
-        Err(Objection::Broken(what)) => Err(Objection::Broken(of(what))),
-        Err(Objection::NotApplicable(why)) => Err(Objection::NotApplicable(of(why))),
+        Err(RuleError::Violated(what)) => Err(RuleError::Violated(of(what))),
+        Err(RuleError::NotApplicable(why)) => Err(RuleError::NotApplicable(of(why))),
     }
 }
 
@@ -61,7 +61,7 @@ struct Column<'a> {
     scale: f64,
 }
 
-fn run(driver: &TestDriver, experiment: &Experiment) -> Verdict {
+fn run(driver: &TestDriver, experiment: &Experiment) -> RuleResult {
     let Some(results) = load(driver, experiment.results.as_ref())? else {
         return not_applicable("the experiment has no results to compare with");
     };
@@ -74,7 +74,7 @@ fn run(driver: &TestDriver, experiment: &Experiment) -> Verdict {
     if let Some(source) = &experiment.parameters {
         let values = manifest::parameters(&contents(driver, source)?);
         let values =
-            values.map_err(|what| Objection::Broken(format!("{}: {what}", source.name)))?;
+            values.map_err(|what| RuleError::Violated(format!("{}: {what}", source.name)))?;
         set_parameters(driver, &mut instance, &values)?;
     }
     let mut walk = Walk {
@@ -94,7 +94,7 @@ fn run(driver: &TestDriver, experiment: &Experiment) -> Verdict {
     instance.exit_initialization()?;
     let compared = walk.all(&mut instance)?;
     match compared {
-        0 => broken("no row of the results is at a communication point"),
+        0 => violated("no row of the results is at a communication point"),
         rows => Ok(format!(
             "{rows} of {} rows, largest relative difference {:.1e}",
             times.len(),
@@ -104,34 +104,34 @@ fn run(driver: &TestDriver, experiment: &Experiment) -> Verdict {
 }
 
 /// The layered standard asks importers to be prepared for files that are not there.
-fn contents(driver: &TestDriver, source: &Source) -> Result<Vec<u8>, Objection> {
+fn contents(driver: &TestDriver, source: &Source) -> Result<Vec<u8>, RuleError> {
     let absent = || format!("the manifest names {:?}, which is not in the archive", source.name);
-    driver.library.fmu().entry(&source.path).ok_or_else(|| Objection::NotApplicable(absent()))
+    driver.library.fmu().entry(&source.path).ok_or_else(|| RuleError::NotApplicable(absent()))
 }
 
 fn load<'a>(
     driver: &'a TestDriver,
     source: Option<&Source>,
-) -> Result<Option<Signals<'a>>, Objection> {
+) -> Result<Option<Signals<'a>>, RuleError> {
     let Some(source) = source else { return Ok(None) };
     if source.kind != "text/csv" {
         let Source { name, kind, .. } = source;
         return not_applicable(format!("{name} is of the type {kind}: expected text/csv"));
     }
-    let wrong = |what: String| Objection::Broken(format!("{}: {what}", source.name));
+    let wrong = |what: String| RuleError::Violated(format!("{}: {what}", source.name));
     let table = Table::read(&contents(driver, source)?).map_err(wrong)?;
     let mut columns = Vec::new();
     for (place, title) in table.titles.iter().enumerate().skip(1) {
         let elements = named(driver, title);
         if elements.is_empty() {
-            return broken(format!("{}: no variable is called {title:?}", source.name));
+            return violated(format!("{}: no variable is called {title:?}", source.name));
         }
         let mut scale = 0.0;
         for row in 0..table.times.len() {
             let words = table.words(row, place, elements[0].kind);
             if words.len() != elements.len() {
                 let (line, expected, found) = (row + 2, elements.len(), words.len());
-                return broken(format!(
+                return violated(format!(
                     "{}:{line}: expected {expected} values of `{title}`, found {found}",
                     source.name
                 ));
@@ -143,7 +143,7 @@ fn load<'a>(
                     None => {
                         let kind = elements[0].kind;
                         let line = row + 2;
-                        return broken(format!(
+                        return violated(format!(
                             "{}:{line}: expected a {kind:?} for `{title}`, found {word:?}",
                             source.name
                         ));
@@ -172,11 +172,11 @@ fn set_parameters(
     driver: &TestDriver,
     instance: &mut Instance,
     values: &[(String, String)],
-) -> Result<(), Objection> {
+) -> Result<(), RuleError> {
     for (name, text) in values {
         let elements = named(driver, name);
         let Some(first) = elements.first() else {
-            return broken(format!(
+            return violated(format!(
                 "no variable is called {name:?}, a parameter of the experiment"
             ));
         };
@@ -189,7 +189,7 @@ fn set_parameters(
         let Some(found) = found else {
             let count = first.element.1;
             let kind = first.kind;
-            return broken(format!(
+            return violated(format!(
                 "expected {count} values of type {kind:?} for {name:?}, found {text:?}"
             ));
         };
@@ -219,7 +219,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// Goes to the last row, and counts those that were compared.
-    fn all(&mut self, instance: &mut Instance) -> Result<usize, Objection> {
+    fn all(&mut self, instance: &mut Instance) -> Result<usize, RuleError> {
         let (start, rows) = (self.now, self.results.table.times.len());
         let mut compared = 0;
         for row in 0..rows {
@@ -243,7 +243,7 @@ impl Walk<'_> {
             }
             if ended && row + 1 < rows {
                 let last = self.results.table.times[rows - 1];
-                return broken(format!(
+                return violated(format!(
                     "the FMU ends at t = {} s, the results at {last} s",
                     self.now
                 ));
@@ -291,7 +291,7 @@ impl Walk<'_> {
         Ok(())
     }
 
-    fn compare(&mut self, instance: &mut Instance, row: usize) -> Result<(), Objection> {
+    fn compare(&mut self, instance: &mut Instance, row: usize) -> Result<(), RuleError> {
         let (table, time) = (&self.results.table, self.now);
         for Column { place, elements, scale } in &self.results.columns {
             let first = elements[0];
@@ -303,7 +303,7 @@ impl Walk<'_> {
                 };
                 let difference = difference(word, &expected, found, *scale);
                 if difference > self.tolerance {
-                    return broken(format!(
+                    return violated(format!(
                         "expected `{}` = {expected} at t = {time} s, found {found}",
                         element.name
                     ));

@@ -1,4 +1,4 @@
-//! Tells findings: as an exit code, as lines for a terminal, and in one sentence.
+//! Reports findings: as an exit code, as lines for a terminal, and in one sentence.
 
 use std::collections::BTreeMap;
 

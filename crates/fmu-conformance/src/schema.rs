@@ -1,17 +1,17 @@
 //! Checks the elements and attributes of modelDescription.xml against the tables of both versions of FMI, each with its line.
 
+mod fmi2;
+mod fmi3;
 mod table;
 #[cfg(test)]
 mod tests;
-mod three;
-mod two;
 
 use std::collections::BTreeMap;
 
 use roxmltree::{Document, Node};
 
 use super::Rank::BreaksStandard;
-use super::{BOTH, Check, Rule, Verdict, broken};
+use super::{BOTH, Check, Rule, RuleResult, violated};
 use table::{Element, Row, element, is};
 
 pub(super) const RULES: &[Rule] = &[Rule {
@@ -35,7 +35,7 @@ pub(super) fn is_three(xml: &str) -> bool {
     })
 }
 
-fn check(xml: &str) -> Verdict {
+fn check(xml: &str) -> RuleResult {
     let wrong = mistakes(xml);
     let more = wrong.len().saturating_sub(MOST);
     let mut told = wrong.iter().take(MOST).cloned().collect::<Vec<_>>().join("; ");
@@ -44,7 +44,7 @@ fn check(xml: &str) -> Verdict {
     }
     match wrong.is_empty() {
         true => Ok(String::new()),
-        false => broken(told),
+        false => violated(told),
     }
 }
 
@@ -54,7 +54,7 @@ fn mistakes(xml: &str) -> Vec<String> {
         Ok(document) => document,
         Err(error) => return vec![format!("line {}: {error}", error.pos().row)],
     };
-    let rows = if is_three(xml) { three::ROWS } else { two::ROWS };
+    let rows = if is_three(xml) { fmi3::ROWS } else { fmi2::ROWS };
     let mut walker = Walker { rows, known: BTreeMap::new(), wrong: Vec::new() };
     let root = document.root_element();
     match root.tag_name().name() {

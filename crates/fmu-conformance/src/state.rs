@@ -3,9 +3,9 @@
 use fmu_import::Version;
 
 use super::Rank::BreaksStandard;
-use super::order::{InitializationMode, Instantiated, StepComplete, Terminated, bring};
+use super::call_order::{InitializationMode, Instantiated, StepComplete, Terminated, bring_to};
 use super::test_driver::{STEPS, TestDriver};
-use super::{BOTH, Check, Objection, Rule, Verdict, not_applicable};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -46,7 +46,7 @@ fn state_flag(driver: &TestDriver) -> &'static str {
     }
 }
 
-fn restore(driver: &TestDriver) -> Verdict {
+fn restore(driver: &TestDriver) -> RuleResult {
     if !driver.about().state {
         return not_applicable(format!("canGetAnd{} is not set", state_flag(driver)));
     }
@@ -69,7 +69,7 @@ fn restore(driver: &TestDriver) -> Verdict {
     Ok(String::new())
 }
 
-fn serialise(driver: &TestDriver) -> Verdict {
+fn serialise(driver: &TestDriver) -> RuleResult {
     if !driver.about().serialised_state {
         return not_applicable(match driver.version() {
             Version::Two => "canSerializeFMUstate is not set",
@@ -98,13 +98,13 @@ fn serialise(driver: &TestDriver) -> Verdict {
 
 /// A state can be taken, taken again, restored and freed wherever FMI 2.0 (table 4.2.4) and FMI 3.0 (section 2.3.1) allow it, and the life of
 /// the instance goes on as if nothing had happened.
-fn anywhere(driver: &TestDriver) -> Verdict {
+fn anywhere(driver: &TestDriver) -> RuleResult {
     if !driver.about().state {
         return not_applicable(format!("canGetAnd{} is not set", state_flag(driver)));
     }
     let expected = driver.run(&mut driver.ready()?, 0..STEPS, 0)?;
     for at in [Instantiated, InitializationMode, StepComplete, Terminated] {
-        let mut instance = bring(driver, at)?;
+        let mut instance = bring_to(driver, at)?;
         let name = at.name(driver.version());
         driver.note(&format!("taking, restoring and freeing a state in {name}"));
         let mut there_and_back = || {
@@ -131,7 +131,7 @@ fn anywhere(driver: &TestDriver) -> Verdict {
 
 /// After an error a master may try an older state (FMI 2.0, section 2.1.3; FMI 3.0, section 2.3.1). An FMU may refuse to take
 /// it; one that takes it must go on from there.
-fn after_error(driver: &TestDriver) -> Verdict {
+fn after_error(driver: &TestDriver) -> RuleResult {
     if !driver.about().state {
         return not_applicable(format!("canGetAnd{} is not set", state_flag(driver)));
     }
@@ -154,7 +154,7 @@ fn after_error(driver: &TestDriver) -> Verdict {
         return Ok(format!("warning: {} {}, so only a reset helps", error.call, error.what));
     }
     let found = driver.run(&mut instance, STEPS..2 * STEPS, 0).map_err(|error| {
-        Objection::Broken(format!(
+        RuleError::Violated(format!(
             "{} {}, with a state from before an error",
             error.call, error.what
         ))

@@ -6,7 +6,7 @@ use fmu_import::{Causality, Value, Variability};
 use super::Rank::{BreaksStandard, NotRobust};
 use super::behaviour::all_finite;
 use super::test_driver::{Row, STEPS, TestDriver, until_end};
-use super::{BOTH, Check, Objection, Rule, Verdict, broken, not_applicable};
+use super::{BOTH, Check, Rule, RuleError, RuleResult, not_applicable, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -34,7 +34,7 @@ const NOISE: f64 = 1e-6;
 /// or a filter that samples at communication points rightly gives others. So the largest difference is
 /// reported, and warned about when the results have nothing to do with each other. What is wrong in any case
 /// is not to look at the size of the step.
-fn step_size(driver: &TestDriver) -> Verdict {
+fn step_size(driver: &TestDriver) -> RuleResult {
     if !driver.about().variable_step {
         return not_applicable("canHandleVariableCommunicationStepSize is not set");
     }
@@ -42,7 +42,7 @@ fn step_size(driver: &TestDriver) -> Verdict {
     let uneven = in_steps(driver, [0.5, 1.5])?;
     all_finite(driver, &uneven)?;
     if let Some(name) = ignores_step(driver)? {
-        return broken(format!(
+        return violated(format!(
             "the size of the step is ignored: steps of {} s give the same values of `{name}` and of all \
              other continuous outputs as steps of half that size, while time goes on half as far",
             driver.step()
@@ -74,7 +74,7 @@ fn largest_difference(driver: &TestDriver, even: &[Row], uneven: &[Row]) -> (f64
 
 /// A continuous output that moves, when all that move give the same bits after each step of `h` and of
 /// `h/2` under the same inputs. What changes at samples only is discrete, and may count them.
-fn ignores_step(driver: &TestDriver) -> Result<Option<String>, Objection> {
+fn ignores_step(driver: &TestDriver) -> Result<Option<String>, RuleError> {
     let [whole, half] = [1.0, 0.5].map(|share| held(driver, share));
     let (whole, half) = (whole?, half?);
     let mut moving = None;
@@ -94,7 +94,7 @@ fn ignores_step(driver: &TestDriver) -> Result<Option<String>, Objection> {
 }
 
 /// The rows after each of some steps of this length [h] under inputs that never change.
-fn held(driver: &TestDriver, share: f64) -> Result<Vec<Row>, Objection> {
+fn held(driver: &TestDriver, share: f64) -> Result<Vec<Row>, RuleError> {
     let mut instance = driver.ready()?;
     driver.set_inputs(&mut instance, 3, 0)?;
     let rows = (0..STEPS).map(|tick| {
@@ -106,7 +106,7 @@ fn held(driver: &TestDriver, share: f64) -> Result<Vec<Row>, Objection> {
 }
 
 /// The rows at multiples of `2h` of a run in steps of these lengths [h], which add up to 2.
-fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, Objection> {
+fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, RuleError> {
     let mut instance = driver.ready()?;
     let rows = (0..STEPS).step_by(2).map(|tick| {
         driver.set_inputs(&mut instance, tick, 0)?;
@@ -120,7 +120,7 @@ fn in_steps(driver: &TestDriver, steps: [f64; 2]) -> Result<Vec<Row>, Objection>
 
 /// FMI asks masters to leave no gap and FMUs for nothing, so that an FMU that does not look is warned
 /// about and passes.
-fn step_start(driver: &TestDriver) -> Verdict {
+fn step_start(driver: &TestDriver) -> RuleResult {
     let mut instance = driver.ready()?;
     driver.run_all(&mut instance)?;
     let (end, start) = (f64::from(STEPS), f64::from(STEPS + 10));

@@ -1,4 +1,4 @@
-//! Drives instances with the same inputs on every run, and notes their outputs.
+//! Drives test simulations with reproducible inputs, and records outputs.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use fmu_import::description::{Description, Type, Variable};
 use fmu_import::{CallError, Causality, Instance, Library, Value, Variability, Version};
 
 use super::process::ProgressLog;
-use super::{Objection, broken, not_applicable};
+use super::{RuleError, not_applicable, violated};
 
 /// The communication step of FMUs that do not name one [s].
 const STEP: f64 = 0.01;
@@ -84,8 +84,8 @@ impl<'a> TestDriver<'a> {
     }
 
     /// The objection to the status fatal where an error was expected.
-    pub(super) fn fatal<T>(&self) -> Result<T, Objection> {
-        broken(self.instead(&self.fmi("Fatal")))
+    pub(super) fn fatal<T>(&self) -> Result<T, RuleError> {
+        violated(self.instead(&self.fmi("Fatal")))
     }
 
     pub(super) fn about(&self) -> &Description {
@@ -186,7 +186,7 @@ impl<'a> TestDriver<'a> {
     }
 
     /// Brings an instance from its first communication point to that after all steps, unless the FMU ends the simulation before.
-    pub(super) fn run_all(&self, instance: &mut Instance) -> Result<(), Objection> {
+    pub(super) fn run_all(&self, instance: &mut Instance) -> Result<(), RuleError> {
         match self.run(instance, 0..STEPS, 0)?.len() as u32 {
             STEPS => Ok(()),
             steps => not_applicable(format!(
@@ -241,17 +241,17 @@ impl<'a> TestDriver<'a> {
     }
 
     /// Insists that two runs are equal to the bit.
-    pub(super) fn same(&self, expected: &[Row], found: &[Row]) -> Result<(), Objection> {
+    pub(super) fn same(&self, expected: &[Row], found: &[Row]) -> Result<(), RuleError> {
         let [before, after] = [expected, found].map(|rows| rows.len());
         if before != after {
-            return broken(format!("one run ends after {before} steps, the other after {after}"));
+            return violated(format!("one run ends after {before} steps, the other after {after}"));
         }
         for (expected, found) in expected.iter().zip(found) {
             let values = expected.values.iter().zip(&found.values);
             for (output, (expected, value)) in self.with(Causality::Output).zip(values) {
                 if expected != value {
                     let (name, time) = (&output.name, found.time);
-                    return broken(format!(
+                    return violated(format!(
                         "expected `{name}` = {expected} at t = {time} s, found {value}"
                     ));
                 }

@@ -4,10 +4,10 @@ use fmu_import::description::{Type, Variable};
 use fmu_import::{CallError, Causality, Instance, Storage};
 
 use super::Rank::NotRobust;
-use super::access::{forms, touch};
-use super::order::{StepComplete, bring};
+use super::access::{access_variable, forms};
+use super::call_order::{StepComplete, bring_to};
 use super::test_driver::{TestDriver, firsts, nothing};
-use super::{Check, Objection, Rule, THREE, Verdict, broken, not_applicable};
+use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable, violated};
 
 pub(super) const RULES: &[Rule] = &[
     Rule {
@@ -46,28 +46,28 @@ fn refused(
     driver: &TestDriver,
     (what, accepted): (String, &mut Vec<String>),
     call: impl FnOnce(&mut Instance) -> Result<(), CallError>,
-) -> Result<(), Objection> {
-    let mut instance = bring(driver, StepComplete)?;
+) -> Result<(), RuleError> {
+    let mut instance = bring_to(driver, StepComplete)?;
     driver.note(&what);
     match call(&mut instance) {
         Ok(()) => accepted.push(what),
         Err(_) if instance.is_lost() => {
-            return broken(format!("{what} returned {}", driver.fmi("Fatal")));
+            return violated(format!("{what} returned {}", driver.fmi("Fatal")));
         }
         Err(_) => {}
     }
     Ok(())
 }
 
-fn all_refused(driver: &TestDriver, count: usize, accepted: &[String]) -> Verdict {
+fn all_refused(driver: &TestDriver, count: usize, accepted: &[String]) -> RuleResult {
     match accepted {
         [] => Ok(format!("{count} calls")),
-        calls => broken(format!("{}: {}", driver.instead("success"), calls.join(", "))),
+        calls => violated(format!("{}: {}", driver.instead("success"), calls.join(", "))),
     }
 }
 
 /// Value references are unique over all types (FMI 3.0, section 2.4.7.4), so that a function of another type knows no such variable.
-fn wrong_type(driver: &TestDriver) -> Verdict {
+fn wrong_type(driver: &TestDriver) -> RuleResult {
     let (mut count, mut accepted) = (0, Vec::new());
     let mut seen: Vec<Storage> = Vec::new();
     for variable in each_form(driver) {
@@ -84,7 +84,7 @@ fn wrong_type(driver: &TestDriver) -> Verdict {
                 let what = format!("{name} of `{}`, a {:?}", variable.name, variable.storage);
                 count += 1;
                 refused(driver, (what, &mut accepted), |instance| {
-                    touch(instance, (set, *storage), variable.reference)
+                    access_variable(instance, (set, *storage), variable.reference)
                 })?;
             }
         }
@@ -96,7 +96,7 @@ fn wrong_type(driver: &TestDriver) -> Verdict {
 }
 
 /// `nValues` is the number of elements of all variables together (FMI 3.0, section 2.2.6.2).
-fn wrong_count(driver: &TestDriver) -> Verdict {
+fn wrong_count(driver: &TestDriver) -> RuleResult {
     let (mut count, mut accepted) = (0, Vec::new());
     for variable in each_form(driver) {
         let elements = variable.element.1;
@@ -106,7 +106,7 @@ fn wrong_count(driver: &TestDriver) -> Verdict {
             let what =
                 format!("reading {stated} values of `{}`, which has {elements}", variable.name);
             refused(driver, (what, &mut accepted), |instance| {
-                instance.read_stated(variable.storage, variable.reference, stated)
+                instance.read_n_values(variable.storage, variable.reference, stated)
             })?;
         }
         if settable {

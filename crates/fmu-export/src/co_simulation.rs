@@ -1,14 +1,14 @@
-//! Defines what the C functions of a library drive: an instance of a model, or of anything else that can be stepped.
+//! Defines the trait that the exported C functions drive: an instance of a model, or of anything else that can be stepped.
 
-use crate::failure::FmiResult;
-use crate::lifecycle::Course;
+use crate::error::FmiResult;
+use crate::lifecycle::Lifecycle;
 use crate::value::Value;
 
 /// Log categories, each with a description.
 pub type Categories = &'static [(&'static str, &'static str)];
 
 /// An instance as the C functions of FMI 2.0 and 3.0 drive it. They check pointers, catch panics and refuse calls that the
-/// [`Course`] does not allow; everything else is its own. [`Model`](crate::Model) is the simple way to one.
+/// [`Lifecycle`] does not allow; everything else is its own. [`Model`](crate::Model) is the simple way to one.
 ///
 /// # Threads
 /// An importer may use an instance on different threads, one call at a time.
@@ -38,10 +38,10 @@ pub trait CoSimulation: Sized + Send + 'static {
     }
 
     /// Where the instance stands.
-    fn course(&mut self) -> &mut Course;
+    fn lifecycle(&mut self) -> &mut Lifecycle;
 
     /// The value reference of the time that only the description of FMI 3.0 has, which needs one; none when a variable is the time.
-    fn added_time(&self) -> Option<u32>;
+    fn time_reference(&self) -> Option<u32>;
 
     /// Goes back to the state after [`instantiate`](Self::instantiate).
     ///

@@ -3,7 +3,7 @@
 pub use elementary::Number;
 use num_dual::Dual64;
 
-use crate::variable::{Causality, Depends, Row};
+use crate::variable::{Causality, Dependencies, Row};
 
 /// Output equations that are written once, for numbers with and without derivatives.
 ///
@@ -65,7 +65,7 @@ impl<M: 'static> Derivatives<M> {
     /// # Panics
     /// When there are fewer values than knowns.
     #[must_use]
-    pub fn along(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    pub fn directional(&self, model: &M, known: &[(f64, f64)]) -> Vec<(f64, f64)> {
         let known: Vec<_> =
             known.iter().map(|(value, change)| Dual64::new(*value, *change)).collect();
         (self.evaluate)(model, &known).iter().map(|unknown| (unknown.re, unknown.eps)).collect()
@@ -73,7 +73,7 @@ impl<M: 'static> Derivatives<M> {
 }
 
 /// How the derivative of one variable with respect to another is found.
-pub(crate) enum Partial {
+pub(crate) enum PartialDerivative {
     /// The equations give it; the index of the unknown in them.
     Equation(usize),
     /// It is zero, by the table.
@@ -83,16 +83,22 @@ pub(crate) enum Partial {
 }
 
 /// How to find the derivative of `unknown` with respect to `known`.
-pub(crate) fn partial<M>(derivatives: &Derivatives<M>, unknown: &Row, known: &Row) -> Partial {
+pub(crate) fn partial<M>(
+    derivatives: &Derivatives<M>,
+    unknown: &Row,
+    known: &Row,
+) -> PartialDerivative {
     let index = derivatives.unknown.iter().position(|name| *name == unknown.name);
     match index {
-        Some(index) if derivatives.known.contains(&known.name) => Partial::Equation(index),
+        Some(index) if derivatives.known.contains(&known.name) => {
+            PartialDerivative::Equation(index)
+        }
         // What a table declares of inputs holds in every mode: a state does not jump with an input.
         _ if known.causality == Causality::Input
-            && matches!(unknown.depends, Depends::On(inputs) if !inputs.contains(&known.name)) =>
+            && matches!(unknown.depends, Dependencies::On(inputs) if !inputs.contains(&known.name)) =>
         {
-            Partial::Zero
+            PartialDerivative::Zero
         }
-        _ => Partial::Missing,
+        _ => PartialDerivative::Missing,
     }
 }

@@ -1,8 +1,8 @@
 //! Writes `modelDescription.xml` of FMI 2.0 from the table of variables.
 
+mod fmi3;
 mod problems;
 mod terminals;
-mod three;
 mod units;
 
 use std::fmt::{self, Display, Write};
@@ -11,12 +11,12 @@ use crate::info::Info;
 use crate::log::LOG_CATEGORIES;
 use crate::model::Model;
 pub use crate::table::problems;
-use crate::variable::{Access, Causality, Depends, Initial, Kind, Row, Variability, Variable};
+use crate::variable::{Access, Causality, Dependencies, Initial, Kind, Row, Variability, Variable};
 use units::{display_unit, has_unit, write_units};
 
 /// A variable as a description has it; its place in the list is its value reference.
 #[derive(Debug, Clone)]
-pub struct Described {
+pub struct DescribedVariable {
     /// Its attributes.
     pub row: Row,
     /// Its type.
@@ -50,7 +50,7 @@ pub struct Table {
     /// The FMU as a whole.
     pub info: Info,
     /// Its variables.
-    pub variables: Vec<Described>,
+    pub variables: Vec<DescribedVariable>,
     /// Its capabilities.
     pub capabilities: Capabilities,
     /// Whether rows `x[1]`, `x[2]`, ... are an array of FMI 3.0.
@@ -68,7 +68,7 @@ impl Table {
         start: &mut M,
         differentiable: bool,
     ) -> Self {
-        let variables = variables.iter().map(|Variable { row, access }| Described {
+        let variables = variables.iter().map(|Variable { row, access }| DescribedVariable {
             row: *row,
             kind: access.kind(),
             start: row.has_start().then(|| match access {
@@ -104,7 +104,7 @@ impl Table {
     pub fn xml3(&self, token: &str) -> String {
         let mut text = String::new();
         // Writing into a string cannot fail.
-        let _ = three::write(&mut text, token, self);
+        let _ = fmi3::write(&mut text, token, self);
         text
     }
 
@@ -182,16 +182,16 @@ fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
     write!(
         out,
         r#"<fmiModelDescription fmiVersion="2.0" modelName="{}" guid="{guid}" description="{}""#,
-        Escaped(name),
-        Escaped(description),
+        XmlEscaped(name),
+        XmlEscaped(description),
     )?;
     if let Some(author) = author {
-        write!(out, r#" author="{}""#, Escaped(author))?;
+        write!(out, r#" author="{}""#, XmlEscaped(author))?;
     }
     writeln!(
         out,
         r#" version="{}" generationTool="Trackside" variableNamingConvention="structured" numberOfEventIndicators="0">"#,
-        Escaped(version),
+        XmlEscaped(version),
     )?;
     write_capabilities(out, name, *capabilities)?;
     write_units(out, variables)?;
@@ -209,7 +209,7 @@ fn write(out: &mut dyn Write, guid: &str, table: &Table) -> fmt::Result {
 /// The capabilities of the library. Its outputs have no time derivatives: `maxOutputDerivativeOrder` is 0, as
 /// when it is absent.
 fn write_capabilities(out: &mut dyn Write, name: &str, can: Capabilities) -> fmt::Result {
-    write!(out, r#"  <CoSimulation modelIdentifier="{}""#, Escaped(name))?;
+    write!(out, r#"  <CoSimulation modelIdentifier="{}""#, XmlEscaped(name))?;
     for (flag, set) in [
         ("needsExecutionTool", can.needs_tool),
         ("canHandleVariableCommunicationStepSize", can.variable_step),
@@ -240,7 +240,7 @@ fn write_experiment(out: &mut dyn Write, info: &Info) -> fmt::Result {
 fn write_categories(out: &mut dyn Write, own: &[(&str, &str)]) -> fmt::Result {
     writeln!(out, "  <LogCategories>")?;
     for (name, description) in LOG_CATEGORIES.iter().chain(own) {
-        let (name, description) = (Escaped(name), Escaped(description));
+        let (name, description) = (XmlEscaped(name), XmlEscaped(description));
         writeln!(out, r#"    <Category name="{name}" description="{description}"/>"#)?;
     }
     writeln!(out, "  </LogCategories>")
@@ -256,8 +256,8 @@ fn write_head(
     write!(
         out,
         r#"    <{element} name="{}" valueReference="{reference}" description="{}" causality="{}" variability="{}""#,
-        Escaped(name),
-        Escaped(about),
+        XmlEscaped(name),
+        XmlEscaped(about),
         causality(row.causality),
         variability(row.variability),
     )?;
@@ -268,12 +268,12 @@ fn write_head(
 }
 
 /// Unit, limits and usual size of a variable.
-fn write_quantity(out: &mut dyn Write, variable: &Described) -> fmt::Result {
+fn write_quantity(out: &mut dyn Write, variable: &DescribedVariable) -> fmt::Result {
     let row = &variable.row;
     if has_unit(variable) {
-        write!(out, r#" unit="{}""#, Escaped(row.unit))?;
+        write!(out, r#" unit="{}""#, XmlEscaped(row.unit))?;
         if let Some(display) = display_unit(row) {
-            write!(out, r#" displayUnit="{}""#, Escaped(display))?;
+            write!(out, r#" displayUnit="{}""#, XmlEscaped(display))?;
         }
         if row.relative {
             out.write_str(r#" relativeQuantity="true""#)?;
@@ -287,13 +287,17 @@ fn write_quantity(out: &mut dyn Write, variable: &Described) -> fmt::Result {
     Ok(())
 }
 
-fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -> fmt::Result {
+fn write_variable(
+    out: &mut dyn Write,
+    reference: usize,
+    variable: &DescribedVariable,
+) -> fmt::Result {
     let row = &variable.row;
     write_head(out, "ScalarVariable", (reference, row.name, row.description), row)?;
     write!(out, "><{:?}", variable.kind)?;
     write_quantity(out, variable)?;
     if let Some(start) = &variable.start {
-        write!(out, r#" start="{}""#, Escaped(start))?;
+        write!(out, r#" start="{}""#, XmlEscaped(start))?;
     }
     let annotations = if row.optional {
         r#"<Annotations><Tool name="Trackside"><Optional/></Tool></Annotations>"#
@@ -303,7 +307,7 @@ fn write_variable(out: &mut dyn Write, reference: usize, variable: &Described) -
     writeln!(out, "/>{annotations}</ScalarVariable>")
 }
 
-fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
+fn write_structure(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Result {
     let indices = |selected: &dyn Fn(&Row) -> bool| -> Vec<usize> {
         (0..rows.len()).filter(|&i| selected(&rows[i].row)).map(|i| i + 1).collect()
     };
@@ -313,9 +317,9 @@ fn write_structure(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
         writeln!(out, "    <Outputs>")?;
         for i in outputs {
             write!(out, r#"      <Unknown index="{i}""#)?;
-            if let Depends::On(names) = rows[i - 1].row.depends {
+            if let Dependencies::On(names) = rows[i - 1].row.depends {
                 let inputs = indices(&|row| names.contains(&row.name));
-                write!(out, r#" dependencies="{}""#, Joined(&inputs))?;
+                write!(out, r#" dependencies="{}""#, SpaceSeparated(&inputs))?;
             }
             writeln!(out, "/>")?;
         }
@@ -362,9 +366,9 @@ fn initial(initial: Initial) -> &'static str {
 }
 
 /// Text inside an XML attribute.
-struct Escaped<'a>(&'a str);
+struct XmlEscaped<'a>(&'a str);
 
-impl Display for Escaped<'_> {
+impl Display for XmlEscaped<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for character in self.0.chars() {
             match character {
@@ -383,9 +387,9 @@ impl Display for Escaped<'_> {
 }
 
 /// Numbers with spaces between them.
-struct Joined<'a>(&'a [usize]);
+struct SpaceSeparated<'a>(&'a [usize]);
 
-impl Display for Joined<'_> {
+impl Display for SpaceSeparated<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, number) in self.0.iter().enumerate() {
             write!(out, "{}{number}", if i == 0 { "" } else { " " })?;

@@ -12,19 +12,19 @@ use std::sync::Arc;
 use crate::abi::{Boolean, CallbackFunctions, Component, Status};
 use crate::co_simulation::CoSimulation;
 use crate::description;
-use crate::failure::{FmiError, FmiResult, reject};
+use crate::error::{FmiError, FmiResult, reject};
 use crate::lifecycle::State;
-pub use crate::lifecycle::{Call, Course};
+pub use crate::lifecycle::{Call, Lifecycle};
 use crate::log::{self, take_messages};
 use crate::memory::{read, text, write};
 use crate::model::Model;
 pub use crate::value::FmiBoolean;
 
+pub mod fmi3;
+mod fmi3_functions;
 mod functions;
-mod functions3;
 mod logger;
 mod state;
-pub mod three;
 mod values;
 
 use logger::{ALWAYS, Callback, Importer, Log};
@@ -36,7 +36,7 @@ pub use values::{directional_derivative, get, get_string, set, set_input_derivat
 const CO_SIMULATION: c_int = 1;
 
 /// What an `fmi2Component` points to.
-struct Exported<S: CoSimulation> {
+struct ExportedComponent<S: CoSimulation> {
     instance: S,
     log: Log,
     /// What the last call for texts handed out; the importer holds their addresses.
@@ -65,17 +65,17 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 unsafe fn with<S: CoSimulation>(
     component: Component,
     call: Call,
-    body: impl FnOnce(&mut Exported<S>) -> FmiResult,
+    body: impl FnOnce(&mut ExportedComponent<S>) -> FmiResult,
 ) -> Status {
     let (status, delivery) = {
         // SAFETY: as the caller promises. The reference ends with this block, before foreign code runs.
-        let Some(exported) = (unsafe { component.cast::<Exported<S>>().as_mut() }) else {
+        let Some(exported) = (unsafe { component.cast::<ExportedComponent<S>>().as_mut() }) else {
             return Status::Error;
         };
         // What a model logged outside of a call, in `Drop` or `Default`, belongs to none.
         take_messages();
         let run = AssertUnwindSafe(|| {
-            exported.instance.course().check(call).and_then(|()| body(exported))
+            exported.instance.lifecycle().check(call).and_then(|()| body(exported))
         });
         let result = catch_unwind(run);
         let error = match result {
@@ -84,7 +84,7 @@ unsafe fn with<S: CoSimulation>(
             // model that failed is lost, and its state is set already.
             Ok(Err(error)) => Some(error),
             Err(panic) => {
-                exported.instance.course().fail(Status::Fatal);
+                exported.instance.lifecycle().fail(Status::Fatal);
                 Some(FmiError { status: Status::Fatal, message: panic_message(panic) })
             }
         };
@@ -163,7 +163,7 @@ fn make<S: CoSimulation>(
     }
     log.collect(error).1.deliver();
     instance.map_or(ptr::null_mut(), |instance| {
-        Box::into_raw(Box::new(Exported { instance, log, texts: Vec::new() })).cast()
+        Box::into_raw(Box::new(ExportedComponent { instance, log, texts: Vec::new() })).cast()
     })
 }
 
@@ -174,7 +174,7 @@ fn make<S: CoSimulation>(
 pub unsafe fn free_instance<S: CoSimulation>(component: Component) {
     if !component.is_null() {
         // SAFETY: `instantiate` made the box, and the caller gives it up.
-        let exported = unsafe { Box::from_raw(component.cast::<Exported<S>>()) };
+        let exported = unsafe { Box::from_raw(component.cast::<ExportedComponent<S>>()) };
         // A model whose destructor panics must not take the importer with it.
         let freed = catch_unwind(AssertUnwindSafe(|| drop(exported)));
         let _ = freed.map_err(panic_message);
@@ -193,7 +193,7 @@ pub unsafe fn set_debug_logging<S: CoSimulation>(
     length: usize,
     categories: *const *const c_char,
 ) -> Status {
-    let body = |Exported { log, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { log, .. }: &mut ExportedComponent<S>| {
         let mut chosen = 0;
         // SAFETY: as the caller promises.
         for category in unsafe { read(categories, length) }? {
@@ -225,7 +225,7 @@ pub unsafe fn setup_experiment<S: CoSimulation>(
     // SAFETY: as the caller promises.
     unsafe {
         with::<S>(component, Call::SetupExperiment, |exported| {
-            exported.instance.course().setup_experiment(start, stop, tolerance)
+            exported.instance.lifecycle().setup_experiment(start, stop, tolerance)
         })
     }
 }
@@ -235,27 +235,27 @@ pub unsafe fn setup_experiment<S: CoSimulation>(
 ///
 /// # Safety
 /// As `with` demands of `component`.
-pub unsafe fn proceed<S: CoSimulation>(component: Component, call: Call) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+pub unsafe fn change_state<S: CoSimulation>(component: Component, call: Call) -> Status {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         match call {
             Call::EnterInitializationMode => {
                 instance.enter_initialization()?;
-                instance.course().state = State::Initialization;
+                instance.lifecycle().state = State::Initialization;
             }
             Call::ExitInitializationMode => {
                 if let Err(error) = instance.exit_initialization() {
-                    instance.course().fail(error.status);
+                    instance.lifecycle().fail(error.status);
                     return Err(error);
                 }
-                instance.course().state = State::StepComplete;
+                instance.lifecycle().state = State::StepComplete;
             }
             Call::Terminate => {
                 instance.terminate()?;
-                instance.course().state = State::Terminated;
+                instance.lifecycle().state = State::Terminated;
             }
             Call::Reset => {
                 instance.reset()?;
-                *instance.course() = Course::default();
+                *instance.lifecycle() = Lifecycle::default();
             }
             _ => return reject(format!("{call:?} is not supported")),
         }
@@ -280,7 +280,7 @@ pub unsafe fn do_step<S: CoSimulation>(component: Component, time: f64, step: f6
 /// # Safety
 /// As `with` demands of `component`.
 pub unsafe fn unsupported<S: CoSimulation>(component: Component, call: Call, name: &str) -> Status {
-    let body = |_: &mut Exported<S>| reject(format!("{name} is not supported"));
+    let body = |_: &mut ExportedComponent<S>| reject(format!("{name} is not supported"));
     // SAFETY: as the caller promises.
     unsafe { with::<S>(component, call, body) }
 }
@@ -294,10 +294,10 @@ pub unsafe fn get_status<S: CoSimulation, T>(
     component: Component,
     kind: c_int,
     value: *mut T,
-    answer: fn(&Course, c_int) -> Option<T>,
+    answer: fn(&Lifecycle, c_int) -> Option<T>,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
-        let Some(found) = answer(instance.course(), kind) else {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
+        let Some(found) = answer(instance.lifecycle(), kind) else {
             return Err(FmiError {
                 status: Status::Discard,
                 message: format!("there is no status of kind {kind} of this type"),

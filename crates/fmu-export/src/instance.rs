@@ -9,12 +9,12 @@ use crate::abi::Status;
 use crate::array::spans;
 use crate::co_simulation::{Categories, CoSimulation};
 use crate::description::guid;
-use crate::failure::{FmiError, FmiResult, reject};
-use crate::lifecycle::{Course, State};
+use crate::error::{FmiError, FmiResult, reject};
+use crate::lifecycle::{Lifecycle, State};
 use crate::model::{Model, ModelError};
 use crate::value::Value;
 use crate::variable::{Access, Causality, Initial, Kind, Row, Variability, Variable};
-use slope::Slope;
+use slope::InputSlope;
 
 /// Steps that differ by less than this share are the same step: masters that compute it as the
 /// difference of two times are off by rounding, and a car at its limit would turn that into another lap.
@@ -25,12 +25,12 @@ const STEP_TOLERANCE: f64 = 1e-9;
 #[serde(bound = "")]
 pub struct Snapshot<M: Model> {
     model: M,
-    course: Course,
+    lifecycle: Lifecycle,
     /// Inputs or parameters were written after the outputs were computed.
     stale: bool,
     /// The size of the last step, or the model's preferred one [s].
     step: f64,
-    slopes: Vec<Slope>,
+    slopes: Vec<InputSlope>,
 }
 
 impl<M: Model> Snapshot<M> {
@@ -45,12 +45,12 @@ impl<M: Model> Snapshot<M> {
 
     /// Rejects a state that no instance can have been in: bytes may come from anywhere.
     pub fn check(&self) -> FmiResult {
-        self.slopes.iter().try_for_each(Slope::check::<M>)
+        self.slopes.iter().try_for_each(InputSlope::check::<M>)
     }
 
     fn compute_outputs(&mut self) {
         if let Some(Variable { access: Access::Real(at), .. }) = Self::TIME {
-            *at(&mut self.model) = self.course.now;
+            *at(&mut self.model) = self.lifecycle.now;
         }
         self.model.outputs();
         self.stale = false;
@@ -68,7 +68,7 @@ impl<M: Model> Instance<M> {
     fn new() -> Self {
         let current = Snapshot {
             model: M::default(),
-            course: Course::default(),
+            lifecycle: Lifecycle::default(),
             stale: true,
             step: M::INFO.step,
             slopes: Vec::new(),
@@ -83,7 +83,7 @@ impl<M: Model> Instance<M> {
     }
 
     fn check_set<T: Value>(&self, variable: &Variable<M>, value: &T) -> FmiResult {
-        let (Variable { row, access }, state) = (variable, self.current.course.state);
+        let (Variable { row, access }, state) = (variable, self.current.lifecycle.state);
         if access.kind() != T::KIND {
             return other_type(variable, T::KIND);
         }
@@ -135,11 +135,11 @@ impl<M: Model> CoSimulation for Instance<M> {
         }
     }
 
-    fn course(&mut self) -> &mut Course {
-        &mut self.current.course
+    fn lifecycle(&mut self) -> &mut Lifecycle {
+        &mut self.current.lifecycle
     }
 
-    fn added_time(&self) -> Option<u32> {
+    fn time_reference(&self) -> Option<u32> {
         Snapshot::<M>::TIME.is_none().then_some(M::VARIABLES.len() as u32)
     }
 
@@ -158,9 +158,9 @@ impl<M: Model> CoSimulation for Instance<M> {
     }
 
     fn refresh(&mut self) -> FmiResult {
-        let Snapshot { model, course, stale, .. } = &mut self.current;
-        if *stale && matches!(course.state, State::Initialization | State::StepComplete) {
-            if course.state == State::Initialization {
+        let Snapshot { model, lifecycle, stale, .. } = &mut self.current;
+        if *stale && matches!(lifecycle.state, State::Initialization | State::StepComplete) {
+            if lifecycle.state == State::Initialization {
                 model.initialise().map_err(|error| FmiError {
                     status: Status::Error,
                     message: format!("initialisation failed: {error}"),
@@ -173,7 +173,7 @@ impl<M: Model> CoSimulation for Instance<M> {
 
     fn do_step(&mut self, time: f64, step: f64) -> FmiResult {
         let current = &mut self.current;
-        current.course.check_step(time, step)?;
+        current.lifecycle.check_step(time, step)?;
         if (step - current.step).abs() > STEP_TOLERANCE * step {
             current.step = step;
         }
@@ -183,19 +183,19 @@ impl<M: Model> CoSimulation for Instance<M> {
             Ok(()) => {
                 // They refer to the beginning of this step (FMI 2.0, section 4.2.2).
                 current.slopes.clear();
-                current.course.now = time + step;
+                current.lifecycle.now = time + step;
                 current.compute_outputs();
                 return Ok(());
             }
             Err(ModelError::Error(message)) => (State::Error, Status::Error, message),
             Err(ModelError::Discard(message)) => (State::StepFailed, Status::Discard, message),
             Err(ModelError::Terminated(message)) => {
-                current.course.terminated = true;
+                current.lifecycle.terminated = true;
                 (State::StepFailed, Status::Discard, message)
             }
         };
         current.model = before;
-        current.course.state = state;
+        current.lifecycle.state = state;
         Err(FmiError { status, message: format!("step of {step} s from {time} s: {message}") })
     }
 
@@ -238,7 +238,7 @@ impl<M: Model> CoSimulation for Instance<M> {
         knowns: &[u32],
         changes: &[f64],
     ) -> FmiResult<Vec<f64>> {
-        self.along(unknowns, knowns, changes)
+        self.directional(unknowns, knowns, changes)
     }
 
     fn save(&mut self) -> FmiResult<Snapshot<M>> {

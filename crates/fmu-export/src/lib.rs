@@ -139,12 +139,11 @@
 
 pub mod abi;
 mod array;
-mod cell;
 mod co_simulation;
 mod derivative;
 pub mod description;
+mod error;
 pub mod export;
-mod failure;
 mod info;
 mod instance;
 mod lifecycle;
@@ -159,14 +158,14 @@ mod terminal;
 mod text;
 mod value;
 mod variable;
+mod variable_value;
 
-pub use cell::Cell;
 pub use co_simulation::{Categories, CoSimulation};
 pub use derivative::{Derivatives, Equations, Number};
-pub use failure::{FmiError, FmiResult, reject};
+pub use error::{FmiError, FmiResult, reject};
 pub use info::Info;
 pub use instance::{Instance, Snapshot};
-pub use lifecycle::{Course, State};
+pub use lifecycle::{Lifecycle, State};
 pub use log::{LOG_CATEGORIES, SUMMARY, log, warn};
 pub use model::{Model, ModelError};
 pub use terminal::{Member, MemberKind, Terminal};
@@ -174,6 +173,7 @@ pub use text::Text;
 pub use units as unit;
 pub use value::Value;
 pub use variable::{
-    Access, Causality, Depends, Initial, Kind, Row, Variability, Variable, calculated_parameter,
-    constant, independent, input, local, output, parameter,
+    Access, Causality, Dependencies, Initial, Kind, Row, Variability, Variable,
+    calculated_parameter, constant, independent, input, local, output, parameter,
 };
+pub use variable_value::VariableValue;

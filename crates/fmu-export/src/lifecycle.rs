@@ -1,7 +1,7 @@
-//! Lists the FMI functions that each state of an instance allows, table 4.2.4 of FMI 2.0, and keeps the state.
+//! Defines the state machine of an instance: which calls each state allows (FMI 2.0, table 4.2.4), and its times.
 
 use crate::abi::Status;
-use crate::failure::{FmiResult, reject};
+use crate::error::{FmiResult, reject};
 
 /// The state of a co-simulation instance.
 ///
@@ -105,7 +105,7 @@ const TIME_TOLERANCE: f64 = 1e-6;
 
 /// Where an instance stands: the calls that FMI allows, and the time that it has reached.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-pub struct Course {
+pub struct Lifecycle {
     /// Its state.
     pub state: State,
     /// `fmi2SetupExperiment` was called.
@@ -120,9 +120,9 @@ pub struct Course {
     pub terminated: bool,
 }
 
-impl Default for Course {
+impl Default for Lifecycle {
     fn default() -> Self {
-        Course {
+        Lifecycle {
             state: Instantiated,
             set_up: false,
             now: 0.0,
@@ -133,7 +133,7 @@ impl Default for Course {
     }
 }
 
-impl Course {
+impl Lifecycle {
     /// Rejects a call that the state of the instance does not allow.
     pub(crate) fn check(&self, call: Call) -> FmiResult {
         let state = self.state;
@@ -167,12 +167,12 @@ impl Course {
                 "start time {start} and stop time {stop:?} do not make an interval"
             ));
         }
-        *self = Course { now: start, stop, tolerance, set_up: true, ..self.clone() };
+        *self = Lifecycle { now: start, stop, tolerance, set_up: true, ..self.clone() };
         Ok(())
     }
 
     /// Takes the stop time of another one that has an experiment.
-    pub(crate) fn stop_as(&mut self, other: &Course) {
+    pub(crate) fn stop_as(&mut self, other: &Lifecycle) {
         if other.set_up {
             self.stop = other.stop;
         }
@@ -183,7 +183,7 @@ impl Course {
     /// # Errors
     /// When it does so, or is not positive.
     pub fn check_step(&self, time: f64, step: f64) -> FmiResult {
-        let Course { now, stop, .. } = *self;
+        let Lifecycle { now, stop, .. } = *self;
         if !(step > 0.0 && step.is_finite()) {
             return reject(format!("communication step size {step} s is not positive"));
         }

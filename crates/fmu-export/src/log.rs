@@ -1,4 +1,4 @@
-//! Keeps the messages of a call until it ends, when the importer gets them.
+//! Collects the log messages of a call until it ends, when the importer gets them.
 
 use std::cell::RefCell;
 use std::mem::{ManuallyDrop, take};

@@ -6,7 +6,7 @@ use std::ffi::{CStr, c_char};
 use std::mem::size_of;
 use std::slice;
 
-use crate::failure::{FmiResult, reject};
+use crate::error::{FmiResult, reject};
 
 /// Rejects an address that cannot be an array of `length` values.
 fn check<T>(pointer: *const T, length: usize) -> FmiResult {

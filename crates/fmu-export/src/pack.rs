@@ -17,9 +17,9 @@ const TERMINALS: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 
 /// Hands over a model's name (`what` 0), its `modelDescription.xml` of FMI 2.0 (1), its mistakes (2), its description of FMI 3.0
 /// (3), and its terminals, if it has any (4).
-pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TakeText);
+pub type Describe = unsafe extern "C" fn(context: *mut c_void, take: TextCallback);
 /// Takes a text of a library, UTF-8, valid during the call.
-pub type TakeText =
+pub type TextCallback =
     unsafe extern "C" fn(context: *mut c_void, what: u32, text: *const u8, length: usize);
 
 /// The version of FMI of an archive. The library in it has the functions of both.

@@ -10,7 +10,7 @@ use crate::log::{LOG_CATEGORIES, take_messages};
 use crate::model::Model;
 use crate::terminal::{Member, Terminal};
 use crate::unit::Unit;
-use crate::variable::{Access, Causality, Depends, Kind, Row, Variability, Variable};
+use crate::variable::{Access, Causality, Dependencies, Kind, Row, Variability, Variable};
 
 /// A log category is a bit of 64.
 const MOST_CATEGORIES: usize = 64;
@@ -202,8 +202,8 @@ pub(crate) fn dependency_problems(
     row: &Row,
 ) -> impl Iterator<Item = String> + use<> {
     let names = match row.depends {
-        Depends::On(names) => names,
-        Depends::All => &[],
+        Dependencies::On(names) => names,
+        Dependencies::All => &[],
     };
     let wrong: Vec<_> = names.iter().filter(|name| !inputs.contains(name)).collect();
     wrong.into_iter().map(|name| format!("depends on `{name}`, which is no input"))
@@ -312,7 +312,7 @@ fn undeclared<M: Model>(model: &M, input: &Variable<M>) -> Vec<String> {
     let name = input.row.name;
     let outputs = M::VARIABLES.iter().filter(|row| row.row.causality == Causality::Output);
     let undeclared = outputs.filter(|output| {
-        matches!(output.row.depends, Depends::On(inputs) if !inputs.contains(&name))
+        matches!(output.row.depends, Dependencies::On(inputs) if !inputs.contains(&name))
             && changed(output)
     });
     undeclared
@@ -337,7 +337,7 @@ fn equation_problems<M: Model>(derivatives: &Derivatives<M>, model: &mut M) -> V
         (Err(problem), _) | (_, Err(problem)) => return problem,
     };
     let known: Vec<_> = known.into_iter().map(|value| (value, 0.0)).collect();
-    let found = derivatives.along(model, &known);
+    let found = derivatives.directional(model, &known);
     let pairs = derivatives.unknown.iter().zip(found).zip(unknown);
     // Rounding may differ between the two kinds of numbers.
     let differing =

@@ -1,4 +1,4 @@
-//! Holds the text of a String parameter that is a file or its path: it is cloned with every state of a model, and may be long.
+//! Defines a String parameter that is a file or its path; clones share the text, since each state of a model has one.
 
 use std::sync::Arc;
 

@@ -84,7 +84,7 @@ pub enum Initial {
 
 /// The inputs that an output depends on without a step in between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Depends {
+pub enum Dependencies {
     /// On every input.
     All,
     /// On the named inputs only.
@@ -115,7 +115,7 @@ pub struct Row {
     /// Typical size.
     pub nominal: Option<f64>,
     /// For outputs: the inputs that they depend on directly.
-    pub depends: Depends,
+    pub depends: Dependencies,
     /// For inputs: whether the start value means that nothing is connected.
     pub optional: bool,
     /// Whether it is a difference: the offset of its unit does not count.
@@ -151,7 +151,7 @@ pub const fn output(name: &'static str, unit: &'static str, description: &'stati
         min: None,
         max: None,
         nominal: None,
-        depends: Depends::All,
+        depends: Dependencies::All,
         optional: false,
         relative: false,
     }
@@ -282,7 +282,7 @@ impl Row {
     /// Lists the inputs that an output depends on directly; an empty list for a state.
     #[must_use]
     pub const fn depends_on(self, inputs: &'static [&'static str]) -> Self {
-        Row { depends: Depends::On(inputs), ..self }
+        Row { depends: Dependencies::On(inputs), ..self }
     }
 
     /// A real variable with this accessor.

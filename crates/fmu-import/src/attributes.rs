@@ -1,4 +1,4 @@
-//! Says who determines a variable, when it may change, and how its first value comes about, in the words of all versions of FMI.
+//! Defines causality, variability and initial of a variable, common to FMI 2.0 and 3.0.
 
 use serde::{Deserialize, Serialize};
 

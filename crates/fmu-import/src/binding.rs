@@ -4,46 +4,46 @@
 //! are copied at once, and the environment of a log message is looked up, never dereferenced.
 #![expect(unsafe_code, reason = "calling a C library")]
 
-mod activity;
+mod batch;
+mod call_monitor;
 mod derivative;
-mod ending;
 mod events;
+mod fmi3_calls;
 mod functions;
+mod guarded_buffer;
 mod instance;
 mod instantiation;
-mod late;
-mod lent;
 mod library;
 mod mailbox;
+mod messages_while_freed;
 mod numbers;
 mod phase;
+mod process_end;
+mod process_state;
 mod state;
 mod status;
 mod step;
-mod surroundings;
 mod texts;
-mod three;
 mod values;
 mod variables;
-mod visit;
 
 use std::ffi::{CString, c_int, c_void};
 
 use crate::CallError;
-pub use activity::{calls_going_on, during_plugin, leave_signals_alone, watch};
-pub use ending::{
-    LastNote, complete, completed, guard_exit, ignore_requests_to_end, leave, note_requests_to_end,
-    requested_end, write_notes_to,
-};
+pub use batch::CallBatch;
+pub use call_monitor::{active_calls, call_plugin, skip_crash_handlers, start_watchdog};
+pub use fmi3_calls::ArrayVariable;
 pub use instance::Instance;
-pub use late::late_messages;
 pub use library::Library;
 pub(crate) use library::is_loaded;
-pub use mailbox::STRANGER;
+pub use mailbox::FOREIGN_ENVIRONMENT;
+pub use messages_while_freed::messages_while_freed;
+pub use process_end::{
+    CrashNote, catch_termination_signals, exit_now, final_exit_code, guard_exit,
+    ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
+};
+pub use process_state::process_state_changes;
 pub use state::FmuState;
-pub use surroundings::changed_surroundings;
-pub use three::Block;
-pub use visit::Visit;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

@@ -68,7 +68,7 @@ pub enum StepStatus {
 
 /// How far a step came.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Advance {
+pub struct StepResult {
     /// The time that the FMU came to [s].
     pub reached: f64,
     /// Whether there is an event to handle.
@@ -77,7 +77,7 @@ pub struct Advance {
 
 /// What an FMU says about the interval of a clock: `fmi3IntervalQualifier`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum IntervalChange {
+pub enum IntervalQualifier {
     /// It is not known yet.
     Unknown,
     /// It is the same as before.
@@ -88,11 +88,11 @@ pub enum IntervalChange {
 
 /// What an update of the discrete states says.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Updated {
+pub struct DiscreteStatesUpdate {
     /// Whether the event has to be iterated on.
-    pub again: bool,
+    pub discrete_states_need_update: bool,
     /// When the next event is due, if the FMU knows it [s].
-    pub next: Option<f64>,
+    pub next_event_time: Option<f64>,
 }
 
 impl StepStatus {

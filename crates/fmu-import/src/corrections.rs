@@ -1,4 +1,4 @@
-//! Corrects what a description says against the standard where it has one safe meaning, so that it is read like any other.
+//! Corrects violations of the standard in a model description where the meaning is unambiguous, so that it is parsed like any other.
 //!
 //! Each correction is told. What has no such meaning is refused, with variable and line. Lines stay where they are.
 
@@ -9,7 +9,7 @@ use roxmltree::{Document, Node};
 
 use crate::Version;
 use crate::definitions::children;
-use crate::findings::{Findings, at, name};
+use crate::problem_list::{ProblemList, at, name};
 
 const VARIABILITIES: &[&str] = &["constant", "fixed", "tunable", "discrete", "continuous"];
 const INITIALS: &[&str] = &["exact", "approx", "calculated"];
@@ -24,7 +24,7 @@ const OLDER: [(&str, &str, &str); 3] = [
 
 /// A description after its corrections, and what to tell of them.
 #[derive(Debug)]
-pub(crate) struct Corrected {
+pub(crate) struct CorrectedText {
     pub text: String,
     pub told: Vec<String>,
 }
@@ -33,9 +33,9 @@ pub(crate) struct Corrected {
 ///
 /// # Errors
 /// When a word of it can mean anything.
-pub(crate) fn correct(document: &Document, version: Version) -> Result<Corrected, String> {
+pub(crate) fn correct(document: &Document, version: Version) -> Result<CorrectedText, String> {
     let (text, root) = (document.input_text(), document.root_element());
-    let findings = Findings::new(text);
+    let findings = ProblemList::new(text);
     let mut corrector = Corrector { text, version, edits: BTreeMap::new(), findings };
     let list = root.children().filter(|node| node.has_tag_name("ModelVariables"));
     let variables: Vec<_> =
@@ -56,11 +56,11 @@ struct Corrector<'a> {
     version: Version,
     /// What takes the place of a part of the text, by the beginning of the part [B].
     edits: BTreeMap<usize, (Range<usize>, String)>,
-    findings: Findings<'a>,
+    findings: ProblemList<'a>,
 }
 
 impl Corrector<'_> {
-    fn corrected(self) -> Corrected {
+    fn corrected(self) -> CorrectedText {
         let (mut text, mut done) = (String::with_capacity(self.text.len()), 0);
         for (range, new) in self.edits.into_values() {
             // A part of what was left out as a whole.
@@ -72,7 +72,7 @@ impl Corrector<'_> {
             done = range.end;
         }
         text += &self.text[done..];
-        Corrected { text, told: self.findings.sentences() }
+        CorrectedText { text, told: self.findings.sentences() }
     }
 
     fn replace(&mut self, range: Range<usize>, new: String) {

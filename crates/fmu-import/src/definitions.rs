@@ -1,4 +1,4 @@
-//! Reads the units and the declared types of a description.
+//! Parses units and type definitions of a model description.
 //!
 //! fmi-rs 0.3.4 misspells the element of the units, and takes the first declared type only.
 
@@ -9,7 +9,7 @@ use fmi_rs::model_description::fmi2::{Item, ModelDescription, SimpleType};
 use fmi_rs::model_description::{BaseUnit, Unit};
 use roxmltree::{Document, Node};
 
-use crate::findings::{at, name};
+use crate::problem_list::{at, name};
 
 /// What fmi-rs does not read of a declared type: limits and nominal value as numbers of 64 bits, and whether it is a difference.
 #[derive(Debug, Clone, Copy, Default)]
@@ -21,7 +21,7 @@ pub(super) struct TypeLimits {
 
 /// What it does not read of a variable.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Marks {
+pub(super) struct VariableExtras {
     pub optional: bool,
     /// Whether it is a difference, if the variable itself says so.
     pub relative: Option<bool>,
@@ -29,20 +29,23 @@ pub(super) struct Marks {
 
 /// What fmi-rs does not read: of declared types and of variables, by name.
 #[derive(Debug, Default)]
-pub(super) struct Rest {
+pub(super) struct UnparsedAttributes {
     pub types: HashMap<String, TypeLimits>,
-    pub variables: HashMap<String, Marks>,
+    pub variables: HashMap<String, VariableExtras>,
 }
 
 /// Puts the units and the declared types of the text into what was read of it.
-pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<Rest, String> {
+pub(super) fn complete(
+    found: &mut ModelDescription,
+    xml: &str,
+) -> Result<UnparsedAttributes, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     found.unitDefintions =
         children(root, "UnitDefinitions", "Unit").map(unit).collect::<Result<_, _>>()?;
     let types = children(root, "TypeDefinitions", "SimpleType").map(simple_type);
     found.typeDefinitions = types.filter_map(Result::transpose).collect::<Result<_, _>>()?;
-    let mut rest = Rest::default();
+    let mut rest = UnparsedAttributes::default();
     for node in children(root, "TypeDefinitions", "SimpleType") {
         let Some(kind) = node.children().find(Node::is_element) else { continue };
         let range = [attribute(kind, "min")?, attribute(kind, "max")?, attribute(kind, "nominal")?];
@@ -52,7 +55,7 @@ pub(super) fn complete(found: &mut ModelDescription, xml: &str) -> Result<Rest, 
     }
     for node in children(root, "ModelVariables", "ScalarVariable") {
         let relative = node.children().find_map(relative);
-        let marks = Marks { optional: is_optional(node), relative };
+        let marks = VariableExtras { optional: is_optional(node), relative };
         if let Some(name) = node.attribute("name").filter(|_| marks.optional || relative.is_some())
         {
             rest.variables.insert(name.to_owned(), marks);

@@ -1,4 +1,4 @@
-//! Holds the description of an FMU, in words common to all versions of FMI.
+//! Defines the model description, common to FMI 2.0 and 3.0.
 
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
-use crate::value::{Value, bytes};
+use crate::value::{Value, from_hex};
 
 /// The version of FMI that an FMU is made for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -156,7 +156,7 @@ impl Storage {
 
 /// An item of an enumeration.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Item {
+pub struct EnumerationItem {
     /// Its name.
     pub name: String,
     /// The integer that stands for it.
@@ -165,14 +165,14 @@ pub struct Item {
 
 /// The items of an enumeration for a message: `off = 0, armed = 1`.
 #[must_use]
-pub fn list(items: &[Item]) -> String {
+pub fn describe_items(items: &[EnumerationItem]) -> String {
     let items = items.iter().map(|item| format!("{} = {}", item.name, item.value));
     items.collect::<Vec<_>>().join(", ")
 }
 
 /// When an input clock ticks, or that an output clock ticks when the FMU says so (FMI 3.0, section 2.2.9).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Interval {
+pub enum IntervalVariability {
     /// At intervals that never change.
     Constant,
     /// At intervals that do not change after the initialisation.
@@ -191,9 +191,9 @@ pub enum Interval {
 
 /// The ticks of a clock.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Ticks {
+pub struct ClockAttributes {
     /// When it ticks.
-    pub interval: Interval,
+    pub interval: IntervalVariability,
     /// The time between two ticks, if the description tells [s].
     pub seconds: Option<f64>,
     /// The time before the first tick [s].
@@ -216,7 +216,7 @@ pub struct Variable {
     /// Its place in an array, and the number of elements there; 0 of 1 for a variable of its own.
     pub element: (usize, usize),
     /// What an enumeration may be, in the order of the values.
-    pub items: Vec<Item>,
+    pub items: Vec<EnumerationItem>,
     /// Who determines it.
     pub causality: Causality,
     /// When it may change.
@@ -244,7 +244,7 @@ pub struct Variable {
     /// Of an input, whether the description says that its start value means that nothing is connected.
     pub optional: bool,
     /// Of a clock, its ticks.
-    pub ticks: Option<Ticks>,
+    pub ticks: Option<ClockAttributes>,
     /// The value references of the clocks at whose ticks alone it has a value; none of a variable without clocks.
     pub clocks: Vec<u32>,
 }
@@ -291,7 +291,7 @@ impl Variable {
             (Type::Boolean, "true" | "1") => Value::Boolean(true),
             (Type::Boolean, "false" | "0") => Value::Boolean(false),
             (Type::String, _) => Value::String(start.to_owned()),
-            (Type::Binary, start) => Value::Binary(bytes(start)?),
+            (Type::Binary, start) => Value::Binary(from_hex(start)?),
             (Type::Boolean | Type::Clock, _) => return None,
         })
     }
@@ -300,7 +300,7 @@ impl Variable {
 impl Description {
     /// Whether steps may end early: at events, or for other reasons.
     #[must_use]
-    pub fn returns_early(&self) -> bool {
+    pub fn may_return_early(&self) -> bool {
         self.event_mode || self.early_return
     }
 

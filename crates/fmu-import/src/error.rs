@@ -1,4 +1,4 @@
-//! Says why an archive is no FMU that can run here.
+//! Defines the errors of opening an FMU.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Reads the description of an FMU of FMI 2.0.
+//! Parses the model description of FMI 2.0.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use roxmltree::Document;
 use units::Unit;
 
 use crate::attributes::{Causality, Initial, Variability};
-use crate::definitions::{self, Rest, TypeLimits};
-use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
-use crate::findings::at;
-use crate::validation::{self, Listed, located};
+use crate::definitions::{self, TypeLimits, UnparsedAttributes};
+use crate::description::{Description, EnumerationItem, Names, Storage, Type, Variable, Version};
+use crate::problem_list::at;
+use crate::validation::{self, StructureVariable, located};
 
 /// Reads the text of a `modelDescription.xml`.
 ///
@@ -36,7 +36,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
     };
     let named = found.modelVariables.iter().map(|it| (it.name.as_str(), it.range.start));
     definitions::unique(named, xml)?;
-    let known = Known::new(&found, &rest, xml)?;
+    let known = SymbolTable::new(&found, &rest, xml)?;
     Ok(Description {
         version: Version::Two,
         name: found.modelName.clone(),
@@ -69,7 +69,7 @@ pub(crate) fn parse(xml: &str) -> Result<Description, String> {
 /// What breaks the rules, by variable and line.
 fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
     // Variables count from 1.
-    let variables = (1..).zip(&found.modelVariables).map(|(id, it): (u32, _)| Listed {
+    let variables = (1..).zip(&found.modelVariables).map(|(id, it): (u32, _)| StructureVariable {
         id,
         name: &it.name,
         place: it.range.start,
@@ -82,17 +82,21 @@ fn problems(found: &ModelDescription, xml: &str) -> Vec<String> {
 }
 
 /// What variables refer to, by names and indices: a description may have a hundred thousand of each.
-struct Known<'a> {
+struct SymbolTable<'a> {
     units: HashMap<&'a str, Unit>,
     types: HashMap<&'a str, &'a SimpleType>,
-    rest: &'a Rest,
+    rest: &'a UnparsedAttributes,
     /// Outputs by the indices of their variables, which count from 1.
     outputs: HashMap<u32, &'a Unknown>,
 }
 
-impl<'a> Known<'a> {
+impl<'a> SymbolTable<'a> {
     /// Of two of one name the first one counts.
-    fn new(found: &'a ModelDescription, rest: &'a Rest, xml: &str) -> Result<Self, String> {
+    fn new(
+        found: &'a ModelDescription,
+        rest: &'a UnparsedAttributes,
+        xml: &str,
+    ) -> Result<Self, String> {
         let mut units = HashMap::new();
         for unit in found.unitDefintions.iter().rev() {
             let Some(base) = &unit.baseUnit else { continue };
@@ -104,7 +108,7 @@ impl<'a> Known<'a> {
         }
         let types = found.typeDefinitions.iter().rev().map(|it| (it.name(), it)).collect();
         let outputs = found.outputs.iter().rev().map(|it| (it.index, it)).collect();
-        Ok(Known { units, types, rest, outputs })
+        Ok(SymbolTable { units, types, rest, outputs })
     }
 
     /// The declared type that a variable names.
@@ -119,7 +123,7 @@ impl<'a> Known<'a> {
     }
 }
 
-fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
+fn variable(found: &ModelDescription, known: &SymbolTable, index: usize) -> Variable {
     let scalar = &found.modelVariables[index];
     let declared = known.declared(&scalar.variableType);
     let unit = unit_name(declared, &scalar.variableType)
@@ -171,13 +175,14 @@ fn variable(found: &ModelDescription, known: &Known, index: usize) -> Variable {
 }
 
 /// The items of an enumeration's declared type.
-fn items(declared: Option<&SimpleType>, kind: &VariableType) -> Vec<Item> {
+fn items(declared: Option<&SimpleType>, kind: &VariableType) -> Vec<EnumerationItem> {
     let (VariableType::Enumeration { .. }, Some(SimpleType::Enumeration { items, .. })) =
         (kind, declared)
     else {
         return Vec::new();
     };
-    let item = |item: &fmi2::Item| Item { name: item.name.clone(), value: item.value.into() };
+    let item =
+        |item: &fmi2::Item| EnumerationItem { name: item.name.clone(), value: item.value.into() };
     let mut items: Vec<_> = items.iter().map(item).collect();
     items.sort_by_key(|item| item.value);
     items

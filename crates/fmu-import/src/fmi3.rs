@@ -1,8 +1,8 @@
-//! Reads the description of an FMU of FMI 3.0; arrays become their elements.
+//! Parses the model description of FMI 3.0, and expands arrays to their elements.
 
+mod attributes;
 mod clocks;
 mod structure;
-mod words;
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -13,8 +13,8 @@ use units::Unit;
 
 use crate::attributes::Causality;
 use crate::definitions::{self, attribute, children, required};
-use crate::description::{Description, Item, Names, Storage, Type, Variable, Version};
-use crate::validation::{self, Listed, located};
+use crate::description::{Description, EnumerationItem, Names, Storage, Type, Variable, Version};
+use crate::validation::{self, StructureVariable, located};
 
 /// A description may have this many elements of arrays in all, which take 0.5 GB.
 const MOST: usize = 1 << 20;
@@ -41,13 +41,13 @@ const TYPES: [(&str, Type, Storage); 15] = [
 ];
 
 /// Sizes that structural parameters have in place of their start values, by reference.
-pub(crate) type Sizes = BTreeMap<u32, u64>;
+pub(crate) type StructuralSizes = BTreeMap<u32, u64>;
 
 /// Reads the text of a `modelDescription.xml`.
 ///
 /// # Errors
 /// When the text is no description of an FMI 3.0 co-simulation FMU.
-pub(crate) fn parse(xml: &str, sizes: &Sizes) -> Result<Description, String> {
+pub(crate) fn parse(xml: &str, sizes: &StructuralSizes) -> Result<Description, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let root = document.root_element();
     let interface = |name: &str| root.children().find(|node| node.has_tag_name(name));
@@ -103,7 +103,7 @@ fn problems(document: &Document) -> Vec<String> {
         Ok(found) => found,
         Err(error) => return vec![located(document, &error.to_string(), refused)],
     };
-    let variables = found.modelVariables.iter().map(|it| Listed {
+    let variables = found.modelVariables.iter().map(|it| StructureVariable {
         id: it.valueReference,
         name: &it.name,
         place: it.range.start,
@@ -118,7 +118,7 @@ fn problems(document: &Document) -> Vec<String> {
 }
 
 /// A variable of the file, which may be an array.
-struct Declared<'a> {
+struct DeclaredVariable<'a> {
     node: Node<'a, 'a>,
     kind: Type,
     storage: Storage,
@@ -128,7 +128,7 @@ struct Declared<'a> {
     first: usize,
 }
 
-impl Declared<'_> {
+impl DeclaredVariable<'_> {
     fn elements(&self) -> usize {
         self.dimensions.iter().product()
     }
@@ -146,7 +146,10 @@ impl Declared<'_> {
 }
 
 /// The variables of the file, with the sizes of arrays.
-fn declared<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Declared<'a>>, String> {
+fn declared<'a>(
+    root: Node<'a, 'a>,
+    sizes: &StructuralSizes,
+) -> Result<Vec<DeclaredVariable<'a>>, String> {
     let list = root.children().filter(|node| node.has_tag_name("ModelVariables"));
     let nodes = || list.clone().flat_map(|list| list.children().filter(Node::is_element));
     let sizes = structure::sizes(nodes(), sizes)?;
@@ -168,7 +171,14 @@ fn declared<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Declared<'a>>, 
         count = all_names.and_then(|n| count.checked_add(n)).filter(fits).ok_or_else(|| {
             format!("expected at most {MOST} elements of arrays, found more: look at the sizes of structural parameters")
         })?;
-        all.push(Declared { node, kind: *kind, storage: *storage, reference, dimensions, first });
+        all.push(DeclaredVariable {
+            node,
+            kind: *kind,
+            storage: *storage,
+            reference,
+            dimensions,
+            first,
+        });
         first += elements.unwrap_or_default();
     }
     Ok(all)
@@ -178,9 +188,9 @@ fn aliases<'a>(node: Node<'a, 'a>) -> impl Iterator<Item = Node<'a, 'a>> {
     node.children().filter(|child| child.has_tag_name("Alias"))
 }
 
-fn variables<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Variable>, String> {
+fn variables<'a>(root: Node<'a, 'a>, sizes: &StructuralSizes) -> Result<Vec<Variable>, String> {
     let all = declared(root, sizes)?;
-    let places = |it: &Declared| (it.reference, it.first..it.first + it.elements());
+    let places = |it: &DeclaredVariable| (it.reference, it.first..it.first + it.elements());
     let follows = structure::dependencies(root, &all.iter().map(places).collect())?;
     let types = declared_types(root)?;
     let units = units(root)?;
@@ -209,16 +219,16 @@ fn variables<'a>(root: Node<'a, 'a>, sizes: &Sizes) -> Result<Vec<Variable>, Str
     Ok(variables)
 }
 
-type Named<'a> = HashMap<String, Node<'a, 'a>>;
-type Units = HashMap<String, Option<Unit>>;
+type TypeNodes<'a> = HashMap<String, Node<'a, 'a>>;
+type UnitTable = HashMap<String, Option<Unit>>;
 
-fn declared_types<'a>(root: Node<'a, 'a>) -> Result<Named<'a>, String> {
+fn declared_types<'a>(root: Node<'a, 'a>) -> Result<TypeNodes<'a>, String> {
     let list = root.children().filter(|node| node.has_tag_name("TypeDefinitions"));
     let types = list.flat_map(|list| list.children().filter(Node::is_element));
     types.map(|node| Ok((required(node, "name")?, node))).collect()
 }
 
-fn units(root: Node) -> Result<Units, String> {
+fn units(root: Node) -> Result<UnitTable, String> {
     children(root, "UnitDefinitions", "Unit").map(unit).collect()
 }
 
@@ -241,18 +251,18 @@ fn unit(node: Node) -> Result<(String, Option<Unit>), String> {
     Ok((name, base))
 }
 
-fn is_unit(name: &str, units: &Units) -> bool {
+fn is_unit(name: &str, units: &UnitTable) -> bool {
     matches!(units.get(name), Some(Some(_))) || definitions::is_unit(name)
 }
 
 /// The elements of a variable, row by row.
 fn elements(
-    one: &Declared,
-    (types, units): (&Named, &Units),
+    one: &DeclaredVariable,
+    (types, units): (&TypeNodes, &UnitTable),
     follows: Option<Arc<[usize]>>,
     length: &mut usize,
 ) -> Result<Vec<Variable>, String> {
-    let Declared { node, kind, storage, reference, .. } = *one;
+    let DeclaredVariable { node, kind, storage, reference, .. } = *one;
     let declared = node.attribute("declaredType").and_then(|name| types.get(name)).copied();
     let of = |name: &str| {
         node.attribute(name).or_else(|| declared.and_then(|declared| declared.attribute(name)))
@@ -262,8 +272,8 @@ fn elements(
     let measure = unit.as_deref().and_then(|name| measure(name, units));
     let is_relative = |word: &str| kind == Type::Real && matches!(word.trim(), "true" | "1");
     let relative = of("relativeQuantity").is_some_and(is_relative);
-    let causality = words::causality(node)?;
-    let variability = words::variability(node, kind, causality)?;
+    let causality = attributes::causality(node)?;
+    let variability = attributes::variability(node, kind, causality)?;
     let starts = starts(node, storage);
     let count = one.elements();
     let name: String = required(node, "name")?;
@@ -276,7 +286,7 @@ fn elements(
         items: declared.map_or(Ok(Vec::new()), items)?,
         causality,
         variability,
-        initial: words::initial(node, kind, (causality, variability))?,
+        initial: attributes::initial(node, kind, (causality, variability))?,
         min: number("min"),
         max: number("max"),
         nominal: number("nominal"),
@@ -292,7 +302,7 @@ fn elements(
         clocks: clocks::of_variable(node)?,
     };
     let texts = [Some(&name), variable.unit.as_ref(), variable.description.as_ref()];
-    let items = variable.items.iter().map(|item| item.name.len() + size_of::<Item>());
+    let items = variable.items.iter().map(|item| item.name.len() + size_of::<EnumerationItem>());
     let text = texts.into_iter().flatten().map(String::len).sum::<usize>() + items.sum::<usize>();
     let names = 1 + aliases(node).count();
     *length = length.saturating_add(text.saturating_mul(count).saturating_mul(names));
@@ -316,7 +326,7 @@ fn elements(
 }
 
 /// The unit of a name: by the description's own definition, or else by what the name says.
-fn measure(name: &str, units: &Units) -> Option<Unit> {
+fn measure(name: &str, units: &UnitTable) -> Option<Unit> {
     units.get(name).copied().flatten().or_else(|| Unit::parse(name).ok())
 }
 
@@ -328,10 +338,11 @@ fn starts(node: Node, storage: Storage) -> Vec<String> {
     node.attribute("start").unwrap_or_default().split_whitespace().map(str::to_owned).collect()
 }
 
-fn items(declared: Node) -> Result<Vec<Item>, String> {
+fn items(declared: Node) -> Result<Vec<EnumerationItem>, String> {
     let items = declared.children().filter(|child| child.has_tag_name("Item"));
-    let items = items
-        .map(|item| Ok(Item { name: required(item, "name")?, value: required(item, "value")? }));
+    let items = items.map(|item| {
+        Ok(EnumerationItem { name: required(item, "name")?, value: required(item, "value")? })
+    });
     let mut items = items.collect::<Result<Vec<_>, String>>()?;
     items.sort_by_key(|item| item.value);
     Ok(items)

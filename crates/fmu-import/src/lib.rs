@@ -62,18 +62,18 @@ mod call;
 mod corrections;
 mod definitions;
 pub mod description;
-mod encoding;
+mod description_text;
 mod error;
-mod findings;
 mod fmi2;
 mod fmi3;
 mod linkage;
+mod loaded;
+mod location;
 mod message;
-mod place;
 mod platform;
-mod resident;
+mod problem_list;
 mod terminals;
-mod unpacked;
+mod unpacked_archive;
 mod validation;
 mod value;
 
@@ -83,24 +83,29 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, OnceLock, Weak};
 
 use linkage::Linkage;
-use place::uri;
+use location::uri;
 use sha2::{Digest as _, Sha256};
-use unpacked::Unpacked;
+use unpacked_archive::UnpackedArchive;
 
 pub use attributes::{Causality, Initial, Variability};
 pub use binding::{
-    Block, FmuState, Instance, LastNote, Library, STRANGER, Visit, calls_going_on,
-    changed_surroundings, complete, completed, during_plugin, guard_exit, ignore_requests_to_end,
-    late_messages, leave, leave_signals_alone, note_requests_to_end, requested_end, watch,
-    write_notes_to,
+    ArrayVariable, CallBatch, CrashNote, FOREIGN_ENVIRONMENT, FmuState, Instance, Library,
+    active_calls, call_plugin, catch_termination_signals, exit_now, final_exit_code, guard_exit,
+    ignore_termination_signals, messages_while_freed, process_state_changes, set_final_exit_code,
+    share_call_notes, skip_crash_handlers, start_watchdog, termination_signal,
 };
-pub use call::{Advance, CallError, IntervalChange, StepStatus, Updated};
-pub use description::{Description, Interval, Item, Storage, Ticks, Type, Variable, Version};
+pub use call::{CallError, DiscreteStatesUpdate, IntervalQualifier, StepResult, StepStatus};
+pub use description::{
+    ClockAttributes, Description, EnumerationItem, IntervalVariability, Storage, Type, Variable,
+    Version,
+};
 pub use error::OpenError;
-pub use message::{Kinds, MOST_KINDS, Message, MessageKind, MessageLevel, SUMMARY, others};
-pub use place::Place;
+pub use location::FmuLocation;
+pub use message::{
+    MOST_KINDS, Message, MessageKind, MessageKinds, MessageLevel, SUMMARY, other_kinds_text,
+};
 pub use terminals::{MatchingRule, Member, MemberKind, Stream, Terminal};
-pub use value::{Value, bytes, hexadecimal};
+pub use value::{Value, from_hex, to_hex};
 
 /// The file of the description.
 const DESCRIPTION: &str = "modelDescription.xml";
@@ -120,7 +125,7 @@ pub struct Fmu {
     /// What is unusual about its archive.
     pub notes: Vec<String>,
     /// The unpacked archive, which lives as long as any instance.
-    folder: Unpacked,
+    folder: UnpackedArchive,
     /// Values of structural parameters that differ from the description.
     sizes: BTreeMap<u32, u64>,
     /// Set by the status fatal, which ends the life of all instances.
@@ -143,10 +148,10 @@ impl Fmu {
     /// # Errors
     /// When the file is no archive of FMI 2.0 or 3.0 co-simulation; its library is not looked at yet.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
-        let (folder, sha256, notes) = Unpacked::of(path)?;
-        let description = read(folder.path(), &fmi3::Sizes::new(), path)?;
+        let (folder, sha256, notes) = UnpackedArchive::of(path)?;
+        let description = read(folder.path(), &fmi3::StructuralSizes::new(), path)?;
         let (path, root) = (path.to_owned(), folder.path().to_owned());
-        let there = Place { path, sha256, folder: root, sizes: BTreeMap::new() };
+        let there = FmuLocation { path, sha256, folder: root, sizes: BTreeMap::new() };
         Ok(Self::of(there, description, folder, notes))
     }
 
@@ -154,19 +159,19 @@ impl Fmu {
     ///
     /// # Errors
     /// When the folder is gone, or holds no such FMU.
-    pub fn reopen(there: &Place) -> Result<Self, OpenError> {
-        let description = read(&there.folder, &there.sizes, &there.path)?;
-        let folder = Unpacked::borrowed(there.folder.clone());
-        Ok(Self::of(there.clone(), description, folder, Vec::new()))
+    pub fn reopen(location: &FmuLocation) -> Result<Self, OpenError> {
+        let description = read(&location.folder, &location.sizes, &location.path)?;
+        let folder = UnpackedArchive::borrowed(location.folder.clone());
+        Ok(Self::of(location.clone(), description, folder, Vec::new()))
     }
 
     fn of(
-        there: Place,
+        location: FmuLocation,
         mut description: Description,
-        folder: Unpacked,
+        folder: UnpackedArchive,
         notes: Vec<String>,
     ) -> Self {
-        let Place { path, sha256, sizes, .. } = there;
+        let FmuLocation { path, sha256, sizes, .. } = location;
         description.problems.extend(notes.iter().cloned());
         let (lost, loaded, linkage) = (AtomicBool::new(false), Mutex::default(), OnceLock::new());
         Fmu { path, sha256, description, notes, folder, sizes, lost, loaded, linkage }
@@ -174,8 +179,8 @@ impl Fmu {
 
     /// Where another process finds this FMU, as long as it is not dropped.
     #[must_use]
-    pub fn place(&self) -> Place {
-        Place {
+    pub fn location(&self) -> FmuLocation {
+        FmuLocation {
             path: self.path.clone(),
             sha256: self.sha256.clone(),
             folder: self.folder.path().to_owned(),
@@ -199,8 +204,8 @@ impl Fmu {
     /// # Errors
     /// When somebody has removed the unpacked files.
     pub fn description_text(&self) -> Result<String, OpenError> {
-        let found = encoding::description(self.folder.path());
-        found.map(|it| it.text).map_err(|what| Refusal::Broken(what).of(&self.path))
+        let found = description_text::description(self.folder.path());
+        found.map(|it| it.text).map_err(|what| ParseError::Broken(what).of(&self.path))
     }
 
     /// The contents of a file of the archive, by its path there; nothing when there is none, or the path leads out of the archive.
@@ -253,12 +258,17 @@ impl Fmu {
 }
 
 /// The description in the folder of the unpacked archive at `path`.
-fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, OpenError> {
-    let found = encoding::description(folder).map_err(|what| Refusal::Broken(what).of(path))?;
+fn read(
+    folder: &Path,
+    sizes: &fmi3::StructuralSizes,
+    path: &Path,
+) -> Result<Description, OpenError> {
+    let found =
+        description_text::description(folder).map_err(|what| ParseError::Broken(what).of(path))?;
     let mut description = parse(&found.text, sizes).map_err(|refusal| refusal.of(path))?;
     description.corrections.splice(0..0, found.correction);
     description.problems.splice(0..0, found.problem);
-    description.corrections.extend(platform::misnamed(folder, &description));
+    description.corrections.extend(platform::misnamed_library_note(folder, &description));
     Ok(description)
 }
 
@@ -267,26 +277,26 @@ fn read(folder: &Path, sizes: &fmi3::Sizes, path: &Path) -> Result<Description, 
 /// # Errors
 /// When there is no archive, or no such text in it.
 pub fn description_text(path: &Path) -> Result<String, OpenError> {
-    let (folder, ..) = Unpacked::of(path)?;
-    let found = encoding::description(folder.path());
-    found.map(|it| it.text).map_err(|what| Refusal::Broken(what).of(path))
+    let (folder, ..) = UnpackedArchive::of(path)?;
+    let found = description_text::description(folder.path());
+    found.map(|it| it.text).map_err(|what| ParseError::Broken(what).of(path))
 }
 
 /// Why a text is no description of an FMU that this program steps.
 #[derive(Debug)]
-enum Refusal {
+enum ParseError {
     /// It breaks the rules.
     Broken(String),
     /// It is one of another version or interface.
     Other(String),
 }
 
-impl Refusal {
+impl ParseError {
     fn of(self, path: &Path) -> OpenError {
         let path = path.to_owned();
         match self {
-            Refusal::Broken(what) => OpenError::Description { path, what },
-            Refusal::Other(what) => OpenError::Interface { path, what },
+            ParseError::Broken(what) => OpenError::Description { path, what },
+            ParseError::Other(what) => OpenError::Interface { path, what },
         }
     }
 }
@@ -295,38 +305,38 @@ impl Refusal {
 ///
 /// # Errors
 /// When it is none of FMI 2.0 or 3.0 co-simulation.
-fn parse(xml: &str, sizes: &fmi3::Sizes) -> Result<Description, Refusal> {
+fn parse(xml: &str, sizes: &fmi3::StructuralSizes) -> Result<Description, ParseError> {
     // The XML library compares all attributes of an element with each other.
-    if let Some(place) = archive::crowded(xml) {
+    if let Some(place) = archive::find_excess_attributes(xml) {
         let line = 1 + xml[..place].matches('\n').count();
         let most = archive::ATTRIBUTES;
-        return Err(Refusal::Broken(format!(
+        return Err(ParseError::Broken(format!(
             "line {line}: expected at most {most} attributes of an element and namespaces, found more"
         )));
     }
     let document =
-        roxmltree::Document::parse(xml).map_err(|error| Refusal::Broken(no_xml(xml, &error)))?;
+        roxmltree::Document::parse(xml).map_err(|error| ParseError::Broken(no_xml(xml, &error)))?;
     let root = document.root_element();
     let version = root.attribute("fmiVersion").unwrap_or("none");
     let three = version == "3.0" || version.starts_with("3.0.");
     if version != "2.0" && !three {
-        return Err(Refusal::Other(format!(
+        return Err(ParseError::Other(format!(
             "expected FMI 2.0 or 3.0, found {version}: export the model for co-simulation of one of them"
         )));
     }
     let has = |name: &&str| root.children().any(|node| node.has_tag_name(*name));
     if !has(&"CoSimulation") {
-        return Err(Refusal::Other(no_co_simulation(
+        return Err(ParseError::Other(no_co_simulation(
             ["ModelExchange", "ScheduledExecution"].into_iter().filter(has),
         )));
     }
     let version = if three { Version::Three } else { Version::Two };
-    let corrected = corrections::correct(&document, version).map_err(Refusal::Broken)?;
+    let corrected = corrections::correct(&document, version).map_err(ParseError::Broken)?;
     let found = match version {
         Version::Two => fmi2::parse(&corrected.text),
         Version::Three => fmi3::parse(&corrected.text, sizes),
     };
-    let found = found.map_err(Refusal::Broken)?;
+    let found = found.map_err(ParseError::Broken)?;
     Ok(Description { corrections: corrected.told, ..found })
 }
 
@@ -335,7 +345,7 @@ fn no_xml(xml: &str, error: &roxmltree::Error) -> String {
     match error {
         roxmltree::Error::DtdDetected => {
             let place = xml.rfind("<!DOCTYPE").unwrap_or_default();
-            let line = findings::at(xml, None, place);
+            let line = problem_list::at(xml, None, place);
             format!(
                 "{line}: expected no document type declaration, found <!DOCTYPE: remove it, and write what its entities stand for"
             )

@@ -21,7 +21,7 @@ const MOST: usize = 2_000;
 #[derive(Debug, Default)]
 pub(crate) struct Linkage {
     /// The names of the libraries from the archive that are loaded.
-    pub brought: BTreeSet<String>,
+    pub bundled: BTreeSet<String>,
     /// The names of all libraries that are needed, but for those that the program itself has.
     needed: BTreeSet<String>,
     /// Symbols of the libraries from the archive that a process has once, with the bytes of those that nobody can change.
@@ -29,7 +29,7 @@ pub(crate) struct Linkage {
     /// Libraries of the archive that are loaded before it, in this order: the loader does not find them by itself.
     pub first: Vec<PathBuf>,
     /// Those that the loader would not take from there either, since they have another name: what is needed, and where it lies.
-    pub nameless: Vec<(String, PathBuf)>,
+    pub mismatched: Vec<(String, PathBuf)>,
 }
 
 /// What two FMUs of one process would share.
@@ -48,16 +48,16 @@ impl Linkage {
     /// Reads the library `path` of an archive that is unpacked to `root`, and all that it needs.
     pub fn read(root: &Path, path: &Path) -> Self {
         let mut linkage = Linkage::default();
-        let walk = Walk { root, beside: path.parent().unwrap_or(root) };
+        let walk = LibrarySearch { root, beside: path.parent().unwrap_or(root) };
         linkage.add(&walk, path, &[], true);
         linkage
     }
 
     /// Adds a library of the archive, or one of the system, and then those that it needs. `searched` are the folders of those that need it.
-    fn add(&mut self, walk: &Walk, path: &Path, searched: &[PathBuf], is_own: bool) {
+    fn add(&mut self, walk: &LibrarySearch, path: &Path, searched: &[PathBuf], is_own: bool) {
         let Some(object) = Object::read(path) else { return };
         if is_own {
-            self.brought.extend(object.soname.clone());
+            self.bundled.extend(object.soname.clone());
             self.unique.extend(object.unique.clone());
         }
         let (before, after) = walk.folders(path, &object, searched);
@@ -70,21 +70,21 @@ impl Linkage {
             }
             let Some(found) = walk.find(name, &before, &after) else { continue };
             if found.is_own {
-                self.brought.insert(name.clone());
+                self.bundled.insert(name.clone());
             }
             self.add(walk, &found.path, &before, found.is_own);
-            match found.way {
-                Way::Loader => {}
-                Way::First => self.first.push(found.path),
-                Way::Nameless => self.nameless.push((name.clone(), found.path)),
+            match found.mode {
+                LoadMode::ByLoader => {}
+                LoadMode::Preload => self.first.push(found.path),
+                LoadMode::SonameMismatch => self.mismatched.push((name.clone(), found.path)),
             }
         }
     }
 
     /// What a process with both would have only once, to the harm of one of them.
     pub fn clash(&self, other: &Linkage) -> Option<Clash> {
-        let mut libraries = self.brought.intersection(&other.needed);
-        let library = libraries.next().or_else(|| other.brought.intersection(&self.needed).next());
+        let mut libraries = self.bundled.intersection(&other.needed);
+        let library = libraries.next().or_else(|| other.bundled.intersection(&self.needed).next());
         if let Some(name) = library {
             return Some(Clash::Library(name.clone()));
         }
@@ -102,28 +102,28 @@ impl Linkage {
 }
 
 /// How the loader gets a library.
-enum Way {
+enum LoadMode {
     /// By its own rules.
-    Loader,
+    ByLoader,
     /// By its name, once it is loaded.
-    First,
+    Preload,
     /// Not at all: the name that is needed is not its own.
-    Nameless,
+    SonameMismatch,
 }
 
-struct Found {
+struct LibraryFile {
     path: PathBuf,
     is_own: bool,
-    way: Way,
+    mode: LoadMode,
 }
 
-struct Walk<'a> {
+struct LibrarySearch<'a> {
     /// The unpacked archive, and the folder of the FMU's library.
     root: &'a Path,
     beside: &'a Path,
 }
 
-impl Walk<'_> {
+impl LibrarySearch<'_> {
     /// The folders that are searched before and after those of the environment for what a library needs.
     fn folders(
         &self,
@@ -148,20 +148,26 @@ impl Walk<'_> {
         }
     }
 
-    fn find(&self, name: &str, before: &[PathBuf], after: &[PathBuf]) -> Option<Found> {
+    fn find(&self, name: &str, before: &[PathBuf], after: &[PathBuf]) -> Option<LibraryFile> {
         let is_own = |path: &Path| path.starts_with(self.root) || self.is_inside(path);
         if name.contains('/') {
             let path = PathBuf::from(name);
             let found = Object::read(&path).map(|_| path);
-            let way = found.map(|path| Found { is_own: is_own(&path), path, way: Way::Loader });
-            return way.or_else(|| self.lying(name.rsplit('/').next()?, name));
+            let way = found.map(|path| LibraryFile {
+                is_own: is_own(&path),
+                path,
+                mode: LoadMode::ByLoader,
+            });
+            return way.or_else(|| self.find_in_archive(name.rsplit('/').next()?, name));
         }
         let folders = before.iter().cloned().chain(system::environment()).chain(after.to_vec());
         let mut paths = folders.map(|folder| folder.join(name));
         let found = paths.find(|path| Object::read(path).is_some());
         match found.or_else(|| system::listed(name)) {
-            Some(path) => Some(Found { is_own: is_own(&path), path, way: Way::Loader }),
-            None => self.lying(name, name),
+            Some(path) => {
+                Some(LibraryFile { is_own: is_own(&path), path, mode: LoadMode::ByLoader })
+            }
+            None => self.find_in_archive(name, name),
         }
     }
 
@@ -172,17 +178,17 @@ impl Walk<'_> {
     }
 
     /// A file of the archive that the loader does not look for: beside the library, or else where libraries of resources are.
-    fn lying(&self, file: &str, name: &str) -> Option<Found> {
+    fn find_in_archive(&self, file: &str, name: &str) -> Option<LibraryFile> {
         let resources = self.root.join("resources");
         let folders = [self.beside.to_owned(), resources.join("lib"), resources];
-        let lying = folders.iter().map(|folder| folder.join(file));
+        let candidates = folders.iter().map(|folder| folder.join(file));
         let (path, object) =
-            lying.filter_map(|path| Object::read(&path).map(|it| (path, it))).next()?;
-        let way = match object.soname.is_some_and(|soname| soname == name) {
-            true => Way::First,
-            false => Way::Nameless,
+            candidates.filter_map(|path| Object::read(&path).map(|it| (path, it))).next()?;
+        let mode = match object.soname.is_some_and(|soname| soname == name) {
+            true => LoadMode::Preload,
+            false => LoadMode::SonameMismatch,
         };
-        Some(Found { path, is_own: true, way })
+        Some(LibraryFile { path, is_own: true, mode })
     }
 }
 

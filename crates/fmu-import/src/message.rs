@@ -1,4 +1,4 @@
-//! Log messages of FMUs, and what makes two of them messages of one kind.
+//! Defines log messages of FMUs, and groups them into kinds that differ in numbers only.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher as _};
@@ -105,21 +105,25 @@ pub const MOST_KINDS: usize = 100;
 
 /// Entries by kind of message, of bounded number and in the order in which the kinds came.
 #[derive(Debug)]
-pub struct Kinds<T> {
+pub struct MessageKinds<T> {
     entries: Vec<T>,
     places: HashMap<MessageKind, usize>,
 }
 
-impl<T> Default for Kinds<T> {
+impl<T> Default for MessageKinds<T> {
     fn default() -> Self {
-        Kinds { entries: Vec::new(), places: HashMap::new() }
+        MessageKinds { entries: Vec::new(), places: HashMap::new() }
     }
 }
 
-impl<T> Kinds<T> {
+impl<T> MessageKinds<T> {
     /// The place of the entry of a kind, and whether it is new. `make` makes the entry of a new kind; true stands for the entry of all
     /// kinds beyond [`MOST_KINDS`].
-    pub fn place(&mut self, kind: MessageKind, make: impl FnOnce(bool) -> T) -> (usize, bool) {
+    pub fn entry_index(
+        &mut self,
+        kind: MessageKind,
+        make: impl FnOnce(bool) -> T,
+    ) -> (usize, bool) {
         let next = self.entries.len();
         match self.places.get(&kind) {
             Some(place) => (*place, false),
@@ -148,7 +152,7 @@ impl<T> Kinds<T> {
 
 /// The text of the entry for all kinds beyond [`MOST_KINDS`], whose first message is this one.
 #[must_use]
-pub fn others(text: &str) -> String {
+pub fn other_kinds_text(text: &str) -> String {
     format!(
         "messages of more kinds than the {MOST_KINDS} that are told apart, the first of which says: {text}"
     )
@@ -193,12 +197,12 @@ mod tests {
 
     #[test]
     fn there_are_so_many_kinds_and_one_for_all_others() {
-        let mut kinds = Kinds::default();
+        let mut kinds = MessageKinds::default();
         for turn in 0..2 {
             for number in 0..10 * MOST_KINDS {
                 let text = format!("word{number}");
                 let kind = MessageKind::of(MessageLevel::Info, &text);
-                let (place, new) = kinds.place(kind, |others| (others, 0_usize));
+                let (place, new) = kinds.entry_index(kind, |others| (others, 0_usize));
                 assert_eq!(new, turn == 0 && number <= MOST_KINDS);
                 kinds.entries_mut()[place].1 += 1;
             }

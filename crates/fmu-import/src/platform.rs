@@ -1,4 +1,4 @@
-//! Finds the library of an archive for this machine, and says what there is instead.
+//! Finds the binary of an FMU for this platform.
 
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,7 @@ fn only_library(folder: &Path, about: &Description) -> Option<String> {
 }
 
 /// What to tell of a library that has another name than that of the model.
-pub(crate) fn misnamed(folder: &Path, about: &Description) -> Option<String> {
+pub(crate) fn misnamed_library_note(folder: &Path, about: &Description) -> Option<String> {
     let expected = entry(about);
     let only = only_library(folder, about).filter(|only| *only != expected)?;
     Some(format!(

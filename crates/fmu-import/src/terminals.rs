@@ -132,7 +132,7 @@ impl Terminal {
 /// # Errors
 /// When the text is no such file.
 pub(crate) fn read(xml: &str) -> Result<(Vec<Terminal>, Vec<String>), String> {
-    if let Some(place) = archive::crowded(xml) {
+    if let Some(place) = archive::find_excess_attributes(xml) {
         let (line, most) = (1 + xml[..place].matches('\n').count(), archive::ATTRIBUTES);
         return Err(format!(
             "line {line}: expected at most {most} attributes of an element, found more"

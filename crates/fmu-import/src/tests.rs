@@ -57,7 +57,7 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     let names = |description: &Description| -> Vec<String> {
         description.variables.iter().map(|variable| variable.name.clone()).collect()
     };
-    let found = fmi3::parse(XML_3, &fmi3::Sizes::new()).expect("a description");
+    let found = fmi3::parse(XML_3, &fmi3::StructuralSizes::new()).expect("a description");
     assert_eq!(found.problems, [""; 0]);
     assert!(found.state && !found.serialised_state);
     let scalars = ["mode", "s", "b", "u", "c", "speed"];
@@ -74,7 +74,7 @@ fn arrays_become_elements_of_the_size_that_is_asked_for() {
     let speed = of("v").dimension.expect("a unit of the file");
     assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
     assert_eq!((of("v").min, of("speed").causality), (Some(-2.0), Causality::Local));
-    assert_eq!(description::list(&of("mode").items), "a = -1, b = 2");
+    assert_eq!(description::describe_items(&of("mode").items), "a = -1, b = 2");
     assert_eq!(of("s").start_value(), Some(Value::String("a < b".to_owned())));
     assert_eq!(of("b").start_value(), Some(Value::Binary(vec![0xc0, 0xff, 0xee])));
     assert_eq!(of("u").start_value(), Some(Value::Integer(u64::MAX.into())));
@@ -113,7 +113,7 @@ fn declared_types_and_units_are_read_all_of_them() {
     let second = Unit::parse("m/s").expect("a unit");
     assert_eq!(Unit::conversion(&speed, &second), Some((0.25, 0.0)));
     assert_eq!((variables[0].unit.as_deref(), variables[0].min), (Some("kph"), Some(-2.0)));
-    assert_eq!(description::list(&variables[2].items), "a = -1, b = 2");
+    assert_eq!(description::describe_items(&variables[2].items), "a = -1, b = 2");
     let broken = fmi2::parse(&xml.replace("value='2'", "value='two'"));
     assert!(broken.is_err_and(|error| error.contains("value=\"two\" of <Item>")));
 }
@@ -152,7 +152,7 @@ fn differences_have_no_offset_and_limits_have_64_bits() {
     }
     for (own, relative) in [("", None), ("relativeQuantity='true'", Some(273.15))] {
         let xml = XML_3.replace("unit=\"kph\" min", &format!("unit=\"degC\" {own} min"));
-        let found = fmi3::parse(&xml, &fmi3::Sizes::new()).expect("a description");
+        let found = fmi3::parse(&xml, &fmi3::StructuralSizes::new()).expect("a description");
         assert_eq!(found.variables[found.find("v").expect("a variable")].relative, relative);
     }
 }
@@ -176,7 +176,8 @@ fn an_annotation_calls_an_input_optional() {
         &format!("causality=\"input\" {of_3}"),
         1,
     );
-    let found = fmi3::parse(&xml_3, &fmi3::Sizes::new()).expect("a description").variables;
+    let found =
+        fmi3::parse(&xml_3, &fmi3::StructuralSizes::new()).expect("a description").variables;
     let optional: Vec<_> = found.iter().filter(|it| it.optional).map(|it| &it.name).collect();
     assert_eq!(optional, ["mode"]);
 }
@@ -344,7 +345,7 @@ fn damage(cases: usize) {
         if whole {
             let _ = open(&bytes);
         } else {
-            let _ = parse(&String::from_utf8_lossy(&bytes), &fmi3::Sizes::new());
+            let _ = parse(&String::from_utf8_lossy(&bytes), &fmi3::StructuralSizes::new());
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Says what fmi-rs finds wrong with a description, by variable and line.
+//! Turns validation errors of fmi-rs into sentences with variables and lines.
 
 use std::collections::{BTreeSet, HashMap};
 
 use fmi_rs::model_description::ValidationError;
 use roxmltree::{Document, Node};
 
-use crate::findings::{Findings, at, name};
+use crate::problem_list::{ProblemList, at, name};
 
 /// A variable as the lists of a model structure name it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Listed<'a> {
+pub(crate) struct StructureVariable<'a> {
     /// Its index or its value reference.
     pub id: u32,
     pub name: &'a str,
@@ -24,18 +24,19 @@ pub(crate) struct Listed<'a> {
 pub(crate) fn problems(
     text: &str,
     found: Vec<ValidationError>,
-    variables: &[Listed],
+    variables: &[StructureVariable],
     unknowns: impl Iterator<Item = (usize, u32)>,
 ) -> Vec<String> {
     if found.is_empty() {
         return Vec::new();
     }
-    let by_id: HashMap<u32, &Listed> = variables.iter().rev().map(|it| (it.id, it)).collect();
+    let by_id: HashMap<u32, &StructureVariable> =
+        variables.iter().rev().map(|it| (it.id, it)).collect();
     let mut names: HashMap<usize, &str> = variables.iter().map(|it| (it.place, it.name)).collect();
     names.extend(unknowns.filter_map(|(place, id)| Some((place, by_id.get(&id)?.name))));
-    let mut findings = Findings::new(text);
+    let mut findings = ProblemList::new(text);
     for ValidationError { range, message } in found {
-        if let Some(Lists { list, expected, actual }) = Lists::of(&message) {
+        if let Some(ListMismatch { list, expected, actual }) = ListMismatch::of(&message) {
             let lacks = format!("it is missing in <{list}> of <ModelStructure>");
             let extra = format!("it does not belong into <{list}> of <ModelStructure>");
             for it in variables {
@@ -92,14 +93,14 @@ fn general(message: &str, name: Option<&str>) -> String {
 }
 
 /// What fmi-rs says of a list of the model structure: it holds other variables than it should.
-struct Lists {
+struct ListMismatch {
     /// The element that lists them.
     list: &'static str,
     expected: BTreeSet<u32>,
     actual: BTreeSet<u32>,
 }
 
-impl Lists {
+impl ListMismatch {
     fn of(message: &str) -> Option<Self> {
         let (what, sets) =
             message.split_once(" do not match the expected set of variables. Expected: {")?;
@@ -110,7 +111,7 @@ impl Lists {
         };
         let ids =
             |text: &str| text.split([',', ' ', '}']).filter_map(|id| id.parse().ok()).collect();
-        Some(Lists { list, expected: ids(expected), actual: ids(actual) })
+        Some(ListMismatch { list, expected: ids(expected), actual: ids(actual) })
     }
 }
 

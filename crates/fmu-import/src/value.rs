@@ -1,4 +1,4 @@
-//! Holds a value of any type.
+//! Defines a value of any FMI type.
 
 use serde::{Deserialize, Serialize};
 
@@ -38,20 +38,20 @@ impl std::fmt::Display for Value {
             Value::Integer(value) => write!(out, "{value}"),
             Value::Boolean(value) => write!(out, "{value}"),
             Value::String(value) => write!(out, "{value:?}"),
-            Value::Binary(value) => write!(out, "\"{}\"", hexadecimal(value)),
+            Value::Binary(value) => write!(out, "\"{}\"", to_hex(value)),
         }
     }
 }
 
 /// Bytes as text: two digits each.
 #[must_use]
-pub fn hexadecimal(bytes: &[u8]) -> String {
+pub fn to_hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The bytes of a text of two hexadecimal digits each; none if it is something else.
 #[must_use]
-pub fn bytes(text: &str) -> Option<Vec<u8>> {
+pub fn from_hex(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<u32> = text.chars().map(|digit| digit.to_digit(16)).collect::<Option<_>>()?;
     let pairs = digits.chunks(2);
     pairs.map(|pair| u8::try_from(16 * pair[0] + pair.get(1)?).ok()).collect()

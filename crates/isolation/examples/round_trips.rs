@@ -3,7 +3,7 @@
 use std::process::Command;
 use std::time::Instant;
 
-use isolation::{Guest, Talk, become_guest, has_host};
+use isolation::{Guest, Packet, become_guest, has_host};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -20,13 +20,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Guest::start(command, numbers)
     };
     let mut guests = (0..number(2, 1)?).map(start).collect::<Result<Vec<_>, _>>()?;
-    let (mut row, mut talk) = (vec![0.0; numbers], Talk::default());
+    let (mut row, mut packet) = (vec![0.0; numbers], Packet::default());
     let mut times = Vec::with_capacity(questions);
     for place in (0..guests.len()).cycle().take(questions) {
         let begin = Instant::now();
-        guests[place].ask((&row, &[1, 2, 3]), &mut talk, |_| false)?;
+        guests[place].ask(&row, &[1, 2, 3], &mut packet, |_| false)?;
         times.push(begin.elapsed());
-        row.clone_from(&talk.numbers);
+        row.clone_from(&packet.numbers);
     }
     times.sort();
     let quantile =
@@ -40,21 +40,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     );
     println!("the last answer has {:?}", row.first());
     guests.iter_mut().for_each(|guest| {
-        guest.dismiss(&[]);
+        guest.shut_down(&[]);
     });
     Ok(())
 }
 
 fn answer(host: u32) -> Result<(), Box<dyn std::error::Error>> {
-    let (line, _) = become_guest(host)?;
+    let (channel, _) = become_guest(host)?;
     let look = || if has_host(host) { Ok(()) } else { Err("the host is gone") };
-    let mut talk = Talk::default();
+    let mut packet = Packet::default();
     loop {
-        line.receive(&mut talk, look)?;
-        if talk.bytes.is_empty() {
+        channel.receive(&mut packet, look)?;
+        if packet.bytes.is_empty() {
             return Ok(());
         }
-        talk.numbers.iter_mut().for_each(|number| *number += 1.0);
-        line.send((&talk.numbers, &talk.bytes), look)?;
+        packet.numbers.iter_mut().for_each(|number| *number += 1.0);
+        channel.send(&packet.numbers, &packet.bytes, look)?;
     }
 }

@@ -1,4 +1,4 @@
-//! Starts a guest, watches over it, and ends it; and makes this process the guest of another.
+//! Starts, watches and ends a guest process; and makes this process the guest of another.
 
 use std::fs::File;
 use std::io;
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, getpid, getppid, set_parent_process_death_signal};
 
-use crate::line::{Line, Talk};
+use crate::channel::{Channel, Packet};
 use crate::memory::{Memory, NOTE};
 
 /// A guest that is asked to end gets this time.
@@ -18,24 +18,24 @@ const NAP: Duration = Duration::from_millis(1);
 
 /// Why a guest does not answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum End {
+pub enum GuestEnd {
     /// Its process ended.
     #[error("its process ended with {0}")]
     Ended(ExitStatus),
     /// The host did not want to wait any longer, and ended it.
     #[error("its process was ended")]
-    GivenUp,
+    Cancelled,
     /// It wrote what no guest writes, and was ended.
     #[error("its process gave an answer without meaning, and was ended")]
-    Nonsense,
+    InvalidAnswer,
 }
 
 /// A process that answers.
 #[derive(Debug)]
 pub struct Guest {
     child: Child,
-    line: Line,
-    end: Option<End>,
+    channel: Channel,
+    end: Option<GuestEnd>,
 }
 
 impl Guest {
@@ -51,37 +51,38 @@ impl Guest {
         let (memory, file) = Memory::new(numbers)?;
         command.arg(getpid().to_string()).stdin(Stdio::from(file));
         let child = command.spawn()?;
-        Ok(Guest { child, line: Line::new(memory, 0), end: None })
+        Ok(Guest { child, channel: Channel::new(memory, 0), end: None })
     }
 
-    /// Asks, and waits for the answer. `give_up` is asked every 10 ms, with the note of the guest; when it says true, the guest is
+    /// Asks, and waits for the answer. `should_cancel` is asked every 10 ms, with the note of the guest; when it says true, the guest is
     /// ended.
     ///
     /// # Errors
     /// When the guest has ended, or is ended.
     pub fn ask(
         &mut self,
-        question: (&[f64], &[u8]),
-        answer: &mut Talk,
-        mut give_up: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
-    ) -> Result<(), End> {
+        numbers: &[f64],
+        bytes: &[u8],
+        answer: &mut Packet,
+        mut should_cancel: impl FnMut(&dyn Fn() -> [u8; NOTE]) -> bool,
+    ) -> Result<(), GuestEnd> {
         if let Some(end) = self.end {
             return Err(end);
         }
-        let Guest { child, line, .. } = self;
+        let Guest { child, channel, .. } = self;
         let mut look = || match child.try_wait() {
-            Ok(Some(status)) => Err(End::Ended(status)),
-            _ if give_up(&|| read(line)) => Err(End::GivenUp),
+            Ok(Some(status)) => Err(GuestEnd::Ended(status)),
+            _ if should_cancel(&|| note_of(channel)) => Err(GuestEnd::Cancelled),
             _ => Ok(()),
         };
-        let answered = line
-            .send(question, &mut look)
-            .and_then(|()| line.receive(answer, &mut look))
-            .and_then(|meant| if meant { Ok(()) } else { Err(End::Nonsense) });
+        let answered = channel
+            .send(numbers, bytes, &mut look)
+            .and_then(|()| channel.receive(answer, &mut look))
+            .and_then(|meant| if meant { Ok(()) } else { Err(GuestEnd::InvalidAnswer) });
         answered.inspect_err(|end| self.end(*end))
     }
 
-    fn end(&mut self, end: End) {
+    fn end(&mut self, end: GuestEnd) {
         self.end = Some(end);
         let _ = self.child.kill();
         let _ = self.child.wait();
@@ -90,11 +91,11 @@ impl Guest {
     /// What the guest was doing when it wrote that last: bytes of its note.
     #[must_use]
     pub fn note(&self) -> [u8; NOTE] {
-        read(&self.line)
+        note_of(&self.channel)
     }
 
     /// Sends a last question, and waits some seconds until the guest has ended by itself. True when it did, with success.
-    pub fn dismiss(&mut self, question: &[u8]) -> bool {
+    pub fn shut_down(&mut self, question: &[u8]) -> bool {
         if self.end.is_some() {
             return true;
         }
@@ -104,20 +105,20 @@ impl Guest {
             Ok(None) if begin.elapsed() < FAREWELL => Ok(()),
             _ => Err(()),
         };
-        let asked = self.line.send((&[], question), &mut look).is_ok();
+        let asked = self.channel.send(&[], question, &mut look).is_ok();
         while asked && look().is_ok() {
             std::thread::sleep(NAP);
         }
         let ended = self.child.try_wait();
-        self.end(End::GivenUp);
+        self.end(GuestEnd::Cancelled);
         ended.is_ok_and(|status| status.is_some_and(|status| status.success()))
     }
 }
 
-/// The note at the other end of a line.
-fn read(line: &Line) -> [u8; NOTE] {
+/// The note at the other end of a channel.
+fn note_of(channel: &Channel) -> [u8; NOTE] {
     let mut note = [0; NOTE];
-    let cells = line.memory().note();
+    let cells = channel.memory().note();
     note.iter_mut().zip(cells).for_each(|(byte, cell)| *byte = cell.load(Relaxed));
     note
 }
@@ -125,17 +126,17 @@ fn read(line: &Line) -> [u8; NOTE] {
 impl Drop for Guest {
     fn drop(&mut self) {
         if self.end.is_none() {
-            self.end(End::GivenUp);
+            self.end(GuestEnd::Cancelled);
         }
     }
 }
 
-/// Makes this process the guest of `host`, the number of a process: it gets its end of the line, ends when the host does, and has an
+/// Makes this process the guest of `host`, the number of a process: it gets its end of the channel, ends when the host does, and has an
 /// empty standard input.
 ///
 /// # Errors
 /// When standard input is no memory of a host.
-pub fn become_guest(host: u32) -> io::Result<(Line, &'static [AtomicU8; NOTE])> {
+pub fn become_guest(host: u32) -> io::Result<(Channel, &'static [AtomicU8; NOTE])> {
     // A host that is gone already cannot send its signal any more.
     set_parent_process_death_signal(Some(Signal::KILL))?;
     if !has_host(host) {
@@ -145,7 +146,7 @@ pub fn become_guest(host: u32) -> io::Result<(Line, &'static [AtomicU8; NOTE])> 
     // The note is written until the process ends, by handlers of signals, too.
     let note: &'static Memory = Box::leak(Box::new(Memory::of(rustix::stdio::stdin())?));
     rustix::stdio::dup2_stdin(&File::open("/dev/null")?)?;
-    Ok((Line::new(memory, 1), note.note()))
+    Ok((Channel::new(memory, 1), note.note()))
 }
 
 /// Whether the process that started this one is still there.

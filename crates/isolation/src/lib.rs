@@ -1,6 +1,6 @@
 //! Talks with a process of its own through shared memory: what crashes, hangs or exits there does so alone.
 //!
-//! The host starts a [`Guest`], and sends it a question. The guest, which has its end of the [`Line`], answers. A question and an
+//! The host starts a [`Guest`], and sends it a question. The guest, which has its end of the [`Channel`], answers. A question and an
 //! answer are numbers and bytes; both are memory copies, and a doorbell (a futex) says whose turn it is. Nothing else connects the
 //! two, so a guest that closes all its descriptors can go on.
 //!
@@ -10,12 +10,12 @@
 //! Linux. Elsewhere [`Guest::start`] says that it is not possible.
 #![cfg_attr(not(target_os = "linux"), expect(dead_code))]
 
+mod channel;
 mod guest;
-mod line;
 mod memory;
 mod sandbox;
 
-pub use guest::{End, Guest, become_guest, has_host};
-pub use line::{Line, Talk};
+pub use channel::{Channel, Packet};
+pub use guest::{Guest, GuestEnd, become_guest, has_host};
 pub use memory::NOTE;
-pub use sandbox::{Sandbox, shut};
+pub use sandbox::{Sandbox, enter_sandbox};

@@ -97,7 +97,7 @@ impl Memory {
     }
 
     /// Writes numbers, of which there may be as many as there is place for, and as many bytes as fit; the bytes that are left.
-    pub fn put<'a>(&self, numbers: &[f64], bytes: &'a [u8]) -> &'a [u8] {
+    pub fn write<'a>(&self, numbers: &[f64], bytes: &'a [u8]) -> &'a [u8] {
         let cells = self.number_cells();
         cells.iter().zip(numbers).for_each(|(cell, number)| cell.store(number.to_bits(), Relaxed));
         let (now, later) = bytes.split_at(bytes.len().min(BYTES));
@@ -110,7 +110,7 @@ impl Memory {
     }
 
     /// Reads numbers, and appends bytes; whether more bytes are to come. None when the other side wrote nonsense.
-    pub fn take(&self, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) -> Option<bool> {
+    pub fn read(&self, numbers: &mut Vec<f64>, bytes: &mut Vec<u8>) -> Option<bool> {
         let length = |place| usize::try_from(self.word(place).load(SeqCst)).ok();
         let cells = self.number_cells().get(..length(COUNT)?)?;
         numbers.clear();

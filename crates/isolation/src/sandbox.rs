@@ -1,4 +1,4 @@
-//! Shuts this process in a sandbox: no network, few files, nothing of other processes.
+//! Confines this process to a sandbox (Landlock, seccomp): no network, few files, nothing of other processes.
 
 use std::path::PathBuf;
 
@@ -13,9 +13,9 @@ pub struct Sandbox {
 
 /// Shuts this process in, for good; what the kernel does not offer of that, in words.
 #[must_use]
-pub fn shut(sandbox: &Sandbox) -> Vec<String> {
+pub fn enter_sandbox(sandbox: &Sandbox) -> Vec<String> {
     #[cfg(target_os = "linux")]
-    return linux::shut(sandbox);
+    return linux::enter_sandbox(sandbox);
     #[cfg(not(target_os = "linux"))]
     {
         let _ = sandbox;
@@ -50,7 +50,7 @@ mod linux {
     /// The newest that this program knows; an older kernel does what it can.
     const NEWEST: ABI = ABI::V6;
 
-    pub(super) fn shut(sandbox: &Sandbox) -> Vec<String> {
+    pub(super) fn enter_sandbox(sandbox: &Sandbox) -> Vec<String> {
         let mut absent = Vec::new();
         match files(sandbox) {
             Ok(RulesetStatus::FullyEnforced) => {}

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::process::{Command, ExitCode};
 
-use isolation::{End, Guest, Talk, become_guest, has_host};
+use isolation::{Guest, GuestEnd, Packet, become_guest, has_host};
 use libtest_mimic::{Arguments, Trial};
 
 /// Numbers that may travel at once.
@@ -37,21 +37,21 @@ fn main() -> ExitCode {
 
 /// Adds 1 to each number, and gives the bytes back in reverse; some words mean something.
 fn serve(host: u32) {
-    let (line, note) = become_guest(host).expect("a host");
+    let (channel, note) = become_guest(host).expect("a host");
     let look = || if has_host(host) { Ok(()) } else { Err("the host is gone") };
-    let mut talk = Talk::default();
+    let mut packet = Packet::default();
     loop {
-        line.receive(&mut talk, look).expect("a question");
+        channel.receive(&mut packet, look).expect("a question");
         note[0].store(7, std::sync::atomic::Ordering::Relaxed);
-        match talk.bytes.as_slice() {
+        match packet.bytes.as_slice() {
             b"leave" => return,
             b"exit" => std::process::exit(5),
             b"sleep" => std::thread::sleep(std::time::Duration::from_secs(1000)),
             _ => {}
         }
-        talk.numbers.iter_mut().for_each(|number| *number += 1.0);
-        talk.bytes.reverse();
-        line.send((&talk.numbers, &talk.bytes), look).expect("a host");
+        packet.numbers.iter_mut().for_each(|number| *number += 1.0);
+        packet.bytes.reverse();
+        channel.send(&packet.numbers, &packet.bytes, look).expect("a host");
     }
 }
 
@@ -62,12 +62,12 @@ fn guest() -> Guest {
 }
 
 fn numbers_and_bytes_of_any_length_come_back() {
-    let (mut guest, mut answer) = (guest(), Talk::default());
+    let (mut guest, mut answer) = (guest(), Packet::default());
     let numbers = [0.0, -0.0, f64::NAN, f64::INFINITY, 1e-310];
     for length in [0, 1, 65_535, 65_536, 65_537, 1_000_000] {
         let bytes: Vec<u8> = (0..length).map(|place: u32| (place % 251) as u8).collect();
         for count in [0, NUMBERS] {
-            guest.ask((&numbers[..count], &bytes), &mut answer, |_| false).expect("an answer");
+            guest.ask(&numbers[..count], &bytes, &mut answer, |_| false).expect("an answer");
             let same = answer
                 .numbers
                 .iter()
@@ -80,9 +80,9 @@ fn numbers_and_bytes_of_any_length_come_back() {
 }
 
 fn an_end_is_told_and_stays() {
-    let (mut guest, mut answer) = (guest(), Talk::default());
+    let (mut guest, mut answer) = (guest(), Packet::default());
     for _ in 0..2 {
-        let Err(End::Ended(status)) = guest.ask((&[], b"exit"), &mut answer, |_| false) else {
+        let Err(GuestEnd::Ended(status)) = guest.ask(&[], b"exit", &mut answer, |_| false) else {
             panic!("it answers");
         };
         assert_eq!(status.code(), Some(5));
@@ -90,22 +90,22 @@ fn an_end_is_told_and_stays() {
 }
 
 fn a_guest_that_does_not_answer_is_ended() {
-    let (mut guest, mut answer, asked) = (guest(), Talk::default(), Cell::new(0));
+    let (mut guest, mut answer, asked) = (guest(), Packet::default(), Cell::new(0));
     let patience = |_: &dyn Fn() -> _| asked.replace(asked.get() + 1) >= 3;
-    assert_eq!(guest.ask((&[], b"sleep"), &mut answer, patience), Err(End::GivenUp));
+    assert_eq!(guest.ask(&[], b"sleep", &mut answer, patience), Err(GuestEnd::Cancelled));
     assert_eq!(asked.get(), 4);
-    assert_eq!(guest.ask((&[], b""), &mut answer, |_| false), Err(End::GivenUp));
+    assert_eq!(guest.ask(&[], b"", &mut answer, |_| false), Err(GuestEnd::Cancelled));
 }
 
 fn the_note_of_a_guest_outlives_it() {
-    let (mut guest, mut answer) = (guest(), Talk::default());
+    let (mut guest, mut answer) = (guest(), Packet::default());
     assert_eq!(guest.note()[0], 0);
-    guest.ask((&[], b"exit"), &mut answer, |_| false).expect_err("it ends");
+    guest.ask(&[], b"exit", &mut answer, |_| false).expect_err("it ends");
     assert_eq!(guest.note()[0], 7);
 }
 
 fn a_guest_leaves_when_it_is_asked_to() {
     let mut guest = guest();
-    assert!(guest.dismiss(b"leave"));
-    assert!(!self::guest().dismiss(b"exit"));
+    assert!(guest.shut_down(b"leave"));
+    assert!(!self::guest().shut_down(b"exit"));
 }

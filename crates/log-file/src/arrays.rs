@@ -1,4 +1,4 @@
-//! Makes values of arrays of Arrow, and channels of their fields; Parquet files are read as such arrays, too.
+//! Converts Arrow arrays to values, and Arrow schemas to channels; also for Parquet.
 
 use arrow_array::cast::AsArray as _;
 use arrow_array::types::{
@@ -12,17 +12,17 @@ use arrow_array::types::{
 use arrow_array::{Array, RecordBatch};
 use arrow_schema::{DataType, Field, Schema, TimeUnit};
 
-use crate::{Channel, Clock, Kind, STRETCH, Take, Time, Values};
+use crate::{CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Time, Values};
 
 /// The channels of a schema, those of its fields that it can have: each with the place of its field.
-pub struct Fields {
+pub struct SchemaChannels {
     pub channels: Vec<Channel>,
     pub clocks: Vec<Clock>,
     pub places: Vec<usize>,
     pub left_out: Vec<String>,
 }
 
-impl Fields {
+impl SchemaChannels {
     /// Takes the fields of numbers, texts and points of time. The only column of points of time is the time of the others.
     pub fn new(schema: &Schema, rows: Option<u64>) -> Self {
         let (mut channels, mut places, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
@@ -41,7 +41,7 @@ impl Fields {
             }
         }
         let is_stamp = |(place, channel): (usize, &Channel)| match channel.kind {
-            Kind::Stamp(_) => Some(place),
+            ChannelKind::Stamp(_) => Some(place),
             _ => None,
         };
         let stamps: Vec<usize> = channels.iter().enumerate().filter_map(is_stamp).collect();
@@ -53,10 +53,10 @@ impl Fields {
     }
 
     /// Hands over the rows of a batch that has the fields of these channels, by their places in it, until `take` wants no more.
-    pub fn hand_over(batch: &RecordBatch, columns: &[usize], take: Take) -> bool {
-        let starts = (0..batch.num_rows()).step_by(STRETCH);
+    pub fn emit(batch: &RecordBatch, columns: &[usize], take: ChunkCallback) -> bool {
+        let starts = (0..batch.num_rows()).step_by(CHUNK_ROWS);
         starts.into_iter().all(|start| {
-            let part = batch.slice(start, STRETCH.min(batch.num_rows() - start));
+            let part = batch.slice(start, CHUNK_ROWS.min(batch.num_rows() - start));
             let of = |column: &usize| values(part.column(*column));
             take(&columns.iter().map(of).collect::<Vec<_>>())
         })
@@ -65,11 +65,11 @@ impl Fields {
 
 /// The unit that the metadata of a field say, under the key that pandas-like tools and this program use; an empty one where a run of
 /// this program says that there is none.
-fn unit(field: &Field, kind: Kind) -> Option<String> {
+fn unit(field: &Field, kind: ChannelKind) -> Option<String> {
     let keys = ["unit", "units", "Unit", "Units"];
     let said = keys.iter().find_map(|key| field.metadata().get(*key));
     match (said, kind) {
-        (_, Kind::Stamp(_)) => Some("s".to_owned()),
+        (_, ChannelKind::Stamp(_)) => Some("s".to_owned()),
         (Some(said), _) if !said.trim().is_empty() => Some(said.trim().to_owned()),
         (Some(_), _) if field.metadata().contains_key("direction") => Some(String::new()),
         _ => None,
@@ -77,18 +77,22 @@ fn unit(field: &Field, kind: Kind) -> Option<String> {
 }
 
 /// What the values of a type are; nothing for lists, structs and bytes.
-fn kind(of: &DataType) -> Option<Kind> {
+fn kind(of: &DataType) -> Option<ChannelKind> {
     Some(match of {
-        DataType::Timestamp(unit, _) | DataType::Duration(unit) => Kind::Stamp(per_second(*unit)),
-        DataType::Date64 => Kind::Stamp(1000),
-        DataType::Time32(unit) | DataType::Time64(unit) => Kind::Stamp(per_second(*unit)),
-        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => Kind::Text,
-        DataType::Dictionary(_, values) => kind(values)?,
-        DataType::Boolean | DataType::Null | DataType::Date32 => Kind::Number,
-        DataType::Decimal32(..) | DataType::Decimal64(..) | DataType::Decimal128(..) => {
-            Kind::Number
+        DataType::Timestamp(unit, _) | DataType::Duration(unit) => {
+            ChannelKind::Stamp(per_second(*unit))
         }
-        other if other.is_numeric() && !matches!(other, DataType::Decimal256(..)) => Kind::Number,
+        DataType::Date64 => ChannelKind::Stamp(1000),
+        DataType::Time32(unit) | DataType::Time64(unit) => ChannelKind::Stamp(per_second(*unit)),
+        DataType::Utf8 | DataType::LargeUtf8 | DataType::Utf8View => ChannelKind::Text,
+        DataType::Dictionary(_, values) => kind(values)?,
+        DataType::Boolean | DataType::Null | DataType::Date32 => ChannelKind::Number,
+        DataType::Decimal32(..) | DataType::Decimal64(..) | DataType::Decimal128(..) => {
+            ChannelKind::Number
+        }
+        other if other.is_numeric() && !matches!(other, DataType::Decimal256(..)) => {
+            ChannelKind::Number
+        }
         _ => return None,
     })
 }

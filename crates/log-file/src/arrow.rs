@@ -16,9 +16,9 @@ use arrow_ipc::reader::{read_dictionary, read_footer_length, read_record_batch};
 use arrow_ipc::{MessageHeader, RecordBatch as Batch, root_as_footer, root_as_message};
 use arrow_schema::{Schema, SchemaRef};
 
-use crate::arrays::Fields;
-use crate::guard::guarded;
-use crate::{Channel, Clock, Error, Source, Take};
+use crate::arrays::SchemaChannels;
+use crate::panic_guard::catch_panics;
+use crate::{Channel, ChunkCallback, Clock, Error, LogReader};
 
 /// What files begin with, those of version 1 of Feather, and streams.
 const FILE: &[u8] = b"ARROW1\0\0";
@@ -46,7 +46,7 @@ pub struct Arrow {
     /// Bytes of messages that were read.
     read: u64,
     schema: SchemaRef,
-    fields: Fields,
+    fields: SchemaChannels,
     cut: bool,
 }
 
@@ -78,7 +78,7 @@ impl Arrow {
         if head == FILE
             && let Some((schema, places)) = footer(&mut file, length)?
         {
-            let fields = Fields::new(&schema, None);
+            let fields = SchemaChannels::new(&schema, None);
             let (schema, places) = (Arc::new(schema), Some(places));
             return Ok(Arrow {
                 file,
@@ -100,18 +100,18 @@ impl Arrow {
             places: None,
             read: 0,
             schema: Arc::new(Schema::empty()),
-            fields: Fields::new(&Schema::empty(), None),
+            fields: SchemaChannels::new(&Schema::empty(), None),
             cut: false,
         };
         let none =
             || Error::new("expected a schema at the beginning of the Arrow file, found none");
         let message = arrow.next()?.ok_or_else(none)?;
-        let schema = guarded("Arrow", || {
+        let schema = catch_panics("Arrow", || {
             let message = root_as_message(&message.metadata).map_err(|it| it.to_string())?;
             let schema = message.header_as_schema().ok_or("no schema at its beginning")?;
             Ok::<_, String>(fb_to_schema(schema))
         })?;
-        arrow.fields = Fields::new(&schema, None);
+        arrow.fields = SchemaChannels::new(&schema, None);
         arrow.schema = Arc::new(schema);
         arrow.begin = arrow.file.stream_position()?;
         Ok(arrow)
@@ -207,7 +207,7 @@ fn footer(file: &mut BufReader<File>, length: u64) -> Result<Option<(Schema, Vec
     let mut bytes = vec![0; size];
     file.seek(SeekFrom::End(-10 - size as i64))?;
     file.read_exact(&mut bytes)?;
-    guarded("Arrow", || {
+    catch_panics("Arrow", || {
         let footer = root_as_footer(&bytes).map_err(|it| it.to_string())?;
         let schema = footer.schema().ok_or("no schema in its footer")?;
         let blocks = footer.dictionaries().into_iter().chain(footer.recordBatches()).flatten();
@@ -234,7 +234,7 @@ fn small(batch: &Batch, body: &Buffer) -> Result<(), String> {
     Ok(())
 }
 
-impl Source for Arrow {
+impl LogReader for Arrow {
     fn channels(&self) -> &[Channel] {
         &self.fields.channels
     }
@@ -243,7 +243,12 @@ impl Source for Arrow {
         &self.fields.clocks
     }
 
-    fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        _clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         self.file.seek(SeekFrom::Start(self.begin))?;
         (self.cut, self.read) = (false, 0);
         let mut places: Vec<usize> = wanted.iter().map(|it| self.fields.places[*it]).collect();
@@ -253,7 +258,7 @@ impl Source for Arrow {
         let mut turn = 0;
         while let Some(Message { metadata, body }) = self.message(turn)? {
             turn += 1;
-            let batch = guarded("Arrow", || {
+            let batch = catch_panics("Arrow", || {
                 let message = root_as_message(&metadata).map_err(|it| it.to_string())?;
                 let version = message.version();
                 if message.header_type() == MessageHeader::DictionaryBatch {
@@ -268,7 +273,7 @@ impl Source for Arrow {
                 let batch = read_record_batch(&body, batch, read.0, read.1, read.2, &version);
                 batch.map(Some).map_err(|it| it.to_string())
             })?;
-            if batch.is_some_and(|batch| !Fields::hand_over(&batch, &columns, take)) {
+            if batch.is_some_and(|batch| !SchemaChannels::emit(&batch, &columns, take)) {
                 break;
             }
         }

@@ -13,7 +13,10 @@ use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
-use crate::{Channel, Clock, Error, Kind, STRETCH, Source, Take, Time, Values, clock, text, unit};
+use crate::{
+    CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time, Values, clock,
+    text, unit,
+};
 pub use writer::{LdChannel, LdSession, LdWriter, ld_names};
 
 /// Whether a file begins like this.
@@ -32,7 +35,7 @@ pub struct Ld {
     file: File,
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
-    blocks: Vec<Block>,
+    blocks: Vec<SampleBlock>,
     left_out: Vec<String>,
     warnings: Vec<String>,
     /// Channels with a factor or divisor of 0.
@@ -41,9 +44,9 @@ pub struct Ld {
 
 /// Where the numbers of a channel are, and what they mean.
 #[derive(Clone, Copy)]
-struct Block {
+struct SampleBlock {
     at: u64,
-    number: Number,
+    number: SampleFormat,
     divisor: f64,
     offset: f64,
     factor: f64,
@@ -51,7 +54,7 @@ struct Block {
 
 /// How a number is stored.
 #[derive(Clone, Copy)]
-enum Number {
+enum SampleFormat {
     I16,
     I32,
     F16,
@@ -59,7 +62,7 @@ enum Number {
     F64,
 }
 
-impl Number {
+impl SampleFormat {
     /// The storage of a class and a size: 0, 3, 5 and 6 are integers, 7 and 8 are floating point.
     fn of(class: u16, size: u16) -> Option<Self> {
         match (class, size) {
@@ -143,7 +146,7 @@ impl Ld {
         let [offset, factor, divisor, decimals] =
             [24, 26, 28, 30].map(|at| half_word(bytes, at) as i16);
         let name = text(&bytes[32..64]);
-        let Some(number) = Number::of(class, size) else {
+        let Some(number) = SampleFormat::of(class, size) else {
             let what = format!("numbers of class {class} and {size} bytes, which is unknown here");
             return self.left_out.push(format!("`{name}` is left out: it has {what}"));
         };
@@ -163,10 +166,10 @@ impl Ld {
         }
         let clock = clock(&mut self.clocks, Time::Rate(rate.into()), Some(rows));
         let (group, unit) = (String::new(), unit(&text(&bytes[72..84])));
-        self.channels.push(Channel { name, group, unit, clock, kind: Kind::Number });
+        self.channels.push(Channel { name, group, unit, clock, kind: ChannelKind::Number });
         let divisor = f64::from(divisor) * 10f64.powi(decimals.into());
         let [offset, factor] = [offset, factor].map(f64::from);
-        self.blocks.push(Block { at, number, divisor, offset, factor });
+        self.blocks.push(SampleBlock { at, number, divisor, offset, factor });
     }
 }
 
@@ -178,7 +181,7 @@ fn half_word(bytes: &[u8], at: usize) -> u16 {
     u16::from_le_bytes([bytes[at], bytes[at + 1]])
 }
 
-impl Source for Ld {
+impl LogReader for Ld {
     fn channels(&self) -> &[Channel] {
         &self.channels
     }
@@ -187,14 +190,19 @@ impl Source for Ld {
         &self.clocks
     }
 
-    fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         let rows = self.clocks[clock].rows.unwrap_or(0);
         let mut bytes = Vec::new();
-        for first in (0..rows).step_by(STRETCH) {
-            let count = (rows - first).min(STRETCH as u64) as usize;
+        for first in (0..rows).step_by(CHUNK_ROWS) {
+            let count = (rows - first).min(CHUNK_ROWS as u64) as usize;
             let mut stretch = Vec::with_capacity(wanted.len());
             for channel in wanted {
-                let Block { at, number, divisor, offset, factor } = self.blocks[*channel];
+                let SampleBlock { at, number, divisor, offset, factor } = self.blocks[*channel];
                 bytes.resize(count * number.size(), 0);
                 self.file.seek(SeekFrom::Start(at + first * number.size() as u64))?;
                 self.file.read_exact(&mut bytes)?;

@@ -18,10 +18,10 @@
 
 mod arrays;
 mod arrow;
-mod guard;
 mod ld;
 mod mat;
 mod mdf;
+mod panic_guard;
 mod parquet;
 mod vbo;
 
@@ -41,15 +41,15 @@ pub struct Channel {
     pub group: String,
     /// Its unit, as the file writes it.
     pub unit: Option<String>,
-    /// The clock that its rows have, an index into [`Source::clocks`].
+    /// The clock that its rows have, an index into [`LogReader::clocks`].
     pub clock: usize,
     /// What its values are.
-    pub kind: Kind,
+    pub kind: ChannelKind,
 }
 
 /// What the values of a channel are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum ChannelKind {
     /// Numbers.
     Number,
     /// Texts.
@@ -79,24 +79,29 @@ pub enum Time {
 }
 
 /// Rows that a reader hands over at once.
-pub const STRETCH: usize = 1 << 14;
+pub const CHUNK_ROWS: usize = 1 << 14;
 
 /// Takes a stretch of rows, the wanted channels in their order, and says whether it wants more.
-pub type Take<'t> = &'t mut dyn FnMut(&[Values]) -> bool;
+pub type ChunkCallback<'t> = &'t mut dyn FnMut(&[Values]) -> bool;
 
 /// The reader of one format.
-pub trait Source {
+pub trait LogReader {
     /// The channels, in the order of the file.
     fn channels(&self) -> &[Channel];
 
     /// The clocks that the channels refer to.
     fn clocks(&self) -> &[Clock];
 
-    /// Hands over the rows of some channels, all of one clock, in stretches of about [`STRETCH`] rows.
+    /// Hands over the rows of some channels, all of one clock, in stretches of about [`CHUNK_ROWS`] rows.
     ///
     /// # Errors
     /// When the file cannot be read or is damaged where these channels are.
-    fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error>;
+    fn read_chunks(
+        &mut self,
+        clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error>;
 
     /// What the file has that is no channel, each with the reason.
     fn left_out(&self) -> Vec<String>;
@@ -109,7 +114,7 @@ pub trait Source {
 pub struct Log {
     /// The name of its format.
     pub format: &'static str,
-    source: Box<dyn Source>,
+    source: Box<dyn LogReader>,
 }
 
 impl Log {
@@ -120,7 +125,7 @@ impl Log {
     pub fn open(path: &Path) -> Result<Option<Self>, Error> {
         let mut head = Vec::new();
         File::open(path)?.take(HEAD).read_to_end(&mut head)?;
-        let (format, source): (_, Box<dyn Source>) = match () {
+        let (format, source): (_, Box<dyn LogReader>) = match () {
             () if mdf_file::is_mdf(&head) => {
                 let file = mdf::Mdf::open(path)?;
                 (file.format(), Box::new(file))
@@ -159,24 +164,29 @@ impl Log {
         self.source.warnings()
     }
 
-    /// Hands over the rows of some channels, as [`Source::visit`] does.
+    /// Hands over the rows of some channels, as [`LogReader::read_chunks`] does.
     ///
     /// # Errors
     /// As there.
-    pub fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
-        self.source.visit(clock, wanted, take)
+    pub fn read_chunks(
+        &mut self,
+        clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
+        self.source.read_chunks(clock, wanted, take)
     }
 
     /// All rows of some channels of one clock.
     ///
     /// # Errors
-    /// As [`Source::visit`].
+    /// As [`LogReader::read_chunks`].
     pub fn read(&mut self, wanted: &[usize]) -> Result<Vec<Values>, Error> {
         let mut all: Vec<Values> = Vec::new();
         let Some(clock) = wanted.first().and_then(|it| self.channels().get(*it)) else {
             return Ok(all);
         };
-        self.source.visit(clock.clock, wanted, &mut |stretch| {
+        self.source.read_chunks(clock.clock, wanted, &mut |stretch| {
             match all.is_empty() {
                 true => all = stretch.to_vec(),
                 false => all.iter_mut().zip(stretch).for_each(|(all, more)| all.append(more)),

@@ -11,27 +11,29 @@ use std::path::Path;
 
 use mat_file::{Array, LIMIT, MatFile, Value};
 
-use crate::{Channel, Clock, Error, Kind, STRETCH, Source, Take, Time, Values};
+use crate::{
+    CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time, Values,
+};
 
 /// A MAT file.
 pub struct Mat {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     arrays: Vec<Vec<f64>>,
-    places: Vec<Place>,
+    places: Vec<ArrayColumn>,
     left_out: Vec<String>,
 }
 
 /// Where the values of a channel are.
 #[derive(Clone, Copy)]
-struct Place {
+struct ArrayColumn {
     array: usize,
     first: usize,
     stride: usize,
 }
 
 /// A struct that has a time: its name, and the channel and the length of that.
-type Timed = BTreeMap<String, (usize, usize)>;
+type StructTimes = BTreeMap<String, (usize, usize)>;
 
 impl Mat {
     /// Reads the file.
@@ -64,8 +66,8 @@ impl Mat {
     }
 
     /// Adds the channels of time.
-    fn times(&mut self, found: &MatFile) -> Timed {
-        let mut timed = Timed::new();
+    fn times(&mut self, found: &MatFile) -> StructTimes {
+        let mut timed = StructTimes::new();
         for (index, variable) in found.variables.iter().enumerate() {
             let Value::Numbers(array) = &variable.value else { continue };
             let (base, leaf) = split(&variable.name);
@@ -84,7 +86,7 @@ impl Mat {
         timed
     }
 
-    fn others(&mut self, found: &MatFile, timed: &Timed) {
+    fn others(&mut self, found: &MatFile, timed: &StructTimes) {
         let mut untimed: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, variable) in found.variables.iter().enumerate() {
             let Value::Numbers(array) = &variable.value else { continue };
@@ -109,7 +111,7 @@ impl Mat {
                     self.clocks.len() - 1
                 }),
             };
-            let (name, group) = called(found, &variable.name, time.is_some());
+            let (name, group) = channel_name(found, &variable.name, time.is_some());
             let unit = unit(found, &variable.name, base);
             let count = array.values.len() / rows;
             for k in 0..count {
@@ -128,8 +130,8 @@ impl Mat {
         clock: usize,
     ) {
         let (name, group) = (name.to_owned(), group.to_owned());
-        self.channels.push(Channel { name, group, unit, clock, kind: Kind::Number });
-        self.places.push(Place { array, first, stride });
+        self.channels.push(Channel { name, group, unit, clock, kind: ChannelKind::Number });
+        self.places.push(ArrayColumn { array, first, stride });
     }
 
     /// Takes the numbers.
@@ -168,7 +170,7 @@ fn rows(array: &Array, times: impl Iterator<Item = usize>) -> Option<(usize, boo
 }
 
 /// The name and the group of a channel: what Simulink calls `x.Data` or `x.signals.values` is `x`, or has the name of its label.
-fn called(found: &MatFile, name: &str, timed: bool) -> (String, String) {
+fn channel_name(found: &MatFile, name: &str, timed: bool) -> (String, String) {
     let (base, leaf) = split(name);
     let outer = || {
         let (group, name) = base.rsplit_once('.').unwrap_or(("", base));
@@ -201,7 +203,7 @@ fn unit(found: &MatFile, name: &str, base: &str) -> Option<String> {
     text.and_then(|text| crate::unit(text))
 }
 
-impl Source for Mat {
+impl LogReader for Mat {
     fn channels(&self) -> &[Channel] {
         &self.channels
     }
@@ -210,12 +212,17 @@ impl Source for Mat {
         &self.clocks
     }
 
-    fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         let rows = self.clocks[clock].rows.and_then(|it| it.try_into().ok()).unwrap_or(0);
-        for begin in (0..rows).step_by(STRETCH) {
-            let end = rows.min(begin + STRETCH);
+        for begin in (0..rows).step_by(CHUNK_ROWS) {
+            let end = rows.min(begin + CHUNK_ROWS);
             let values = |channel: &usize| {
-                let Place { array, first, stride } = self.places[*channel];
+                let ArrayColumn { array, first, stride } = self.places[*channel];
                 let array = &self.arrays[array];
                 let value = |row| array.get(first + row * stride).copied().unwrap_or(f64::NAN);
                 Values::Numbers((begin..end).map(value).collect())

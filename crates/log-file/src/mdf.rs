@@ -1,10 +1,10 @@
-//! Makes channels of a measurement file of ASAM MDF: those of its groups, over their masters.
+//! Reads channels of ASAM MDF files, over the master channels of their groups.
 
 use std::path::Path;
 
 use mdf_file::{Axis, File, Kind as Stored};
 
-use crate::{Channel, Clock, Error, Kind, Source, Take, Time};
+use crate::{Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time};
 
 /// A measurement file.
 pub struct Mdf {
@@ -23,8 +23,8 @@ impl Mdf {
             unit: it.unit.clone(),
             clock: it.clock,
             kind: match it.kind {
-                Stored::Number | Stored::Integer => Kind::Number,
-                Stored::Text => Kind::Text,
+                Stored::Number | Stored::Integer => ChannelKind::Number,
+                Stored::Text => ChannelKind::Text,
             },
         };
         // Rows over an angle or a distance have no time that the file tells.
@@ -48,7 +48,7 @@ impl Mdf {
     }
 }
 
-impl Source for Mdf {
+impl LogReader for Mdf {
     fn channels(&self) -> &[Channel] {
         &self.channels
     }
@@ -57,7 +57,12 @@ impl Source for Mdf {
         &self.clocks
     }
 
-    fn visit(&mut self, clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         let visited = self.file.visit(clock, wanted, &mut |stretch| take(stretch));
         visited.map_err(|error| wrong(&error))
     }
@@ -79,7 +84,7 @@ fn wrong(error: &mdf_file::Error) -> Error {
 mod tests {
     use mdf_file::{About, Cell, Column, Type, Writer};
 
-    use crate::{Kind, Log, Time, Values};
+    use crate::{ChannelKind, Log, Time, Values};
 
     #[test]
     fn channels_have_the_time_of_their_group() {
@@ -106,7 +111,7 @@ mod tests {
         };
         let (speed, gear) = (place(&log, "speed"), place(&log, "gear"));
         assert_eq!(log.channels()[speed].unit.as_deref(), Some("km/h"));
-        assert_eq!(log.channels()[speed].kind, Kind::Number);
+        assert_eq!(log.channels()[speed].kind, ChannelKind::Number);
         let Time::Channel(time) = log.clocks()[log.channels()[speed].clock].time else {
             panic!("{:?}", log.clocks());
         };

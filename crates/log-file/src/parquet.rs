@@ -8,8 +8,8 @@ use ::parquet::arrow::arrow_reader::{
     ArrowReaderMetadata, ArrowReaderOptions, ParquetRecordBatchReaderBuilder,
 };
 
-use crate::arrays::Fields;
-use crate::{Channel, Clock, Error, STRETCH, Source, Take};
+use crate::arrays::SchemaChannels;
+use crate::{CHUNK_ROWS, Channel, ChunkCallback, Clock, Error, LogReader};
 
 /// Whether a file begins like this.
 pub fn is(head: &[u8]) -> bool {
@@ -20,25 +20,26 @@ pub fn is(head: &[u8]) -> bool {
 pub struct Parquet {
     file: File,
     metadata: ArrowReaderMetadata,
-    fields: Fields,
+    fields: SchemaChannels,
 }
 
 impl Parquet {
     /// Reads the schema.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let file = File::open(path)?;
-        let metadata = guarded(|| ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()))?;
+        let metadata =
+            catch_panics(|| ArrowReaderMetadata::load(&file, ArrowReaderOptions::new()))?;
         let rows = metadata.metadata().file_metadata().num_rows();
-        let fields = Fields::new(metadata.schema(), rows.try_into().ok());
+        let fields = SchemaChannels::new(metadata.schema(), rows.try_into().ok());
         Ok(Parquet { file, metadata, fields })
     }
 }
 
-fn guarded<T, E: std::fmt::Display>(work: impl FnOnce() -> Result<T, E>) -> Result<T, Error> {
-    crate::guard::guarded("Parquet", work)
+fn catch_panics<T, E: std::fmt::Display>(work: impl FnOnce() -> Result<T, E>) -> Result<T, Error> {
+    crate::panic_guard::catch_panics("Parquet", work)
 }
 
-impl Source for Parquet {
+impl LogReader for Parquet {
     fn channels(&self) -> &[Channel] {
         &self.fields.channels
     }
@@ -47,19 +48,24 @@ impl Source for Parquet {
         &self.fields.clocks
     }
 
-    fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        _clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         let Parquet { file, metadata, fields } = self;
         let mut places: Vec<usize> = wanted.iter().map(|it| fields.places[*it]).collect();
         let columns = crate::arrow::ordered(&mut places);
         let file = file.try_clone()?;
-        let mut reader = guarded(|| {
+        let mut reader = catch_panics(|| {
             let builder =
                 ParquetRecordBatchReaderBuilder::new_with_metadata(file, metadata.clone());
             let mask = ProjectionMask::roots(builder.parquet_schema(), places.iter().copied());
-            builder.with_projection(mask).with_batch_size(STRETCH).build()
+            builder.with_projection(mask).with_batch_size(CHUNK_ROWS).build()
         })?;
-        while let Some(batch) = guarded(|| reader.next().transpose())? {
-            if !Fields::hand_over(&batch, &columns, take) {
+        while let Some(batch) = catch_panics(|| reader.next().transpose())? {
+            if !SchemaChannels::emit(&batch, &columns, take) {
                 break;
             }
         }

@@ -7,7 +7,10 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Seek as _, SeekFrom};
 use std::path::Path;
 
-use crate::{Channel, Clock, Error, Kind, STRETCH, Source, Take, Time, Values, text, unit};
+use crate::{
+    CHUNK_ROWS, Channel, ChannelKind, ChunkCallback, Clock, Error, LogReader, Time, Values, text,
+    unit,
+};
 
 /// Whether a file begins like this: a section of titles within its first lines.
 pub fn is(head: &[u8]) -> bool {
@@ -22,7 +25,7 @@ const LINE: u64 = 1 << 20;
 
 /// What the numbers of a column are.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Meaning {
+enum ColumnMeaning {
     Plain,
     /// Time of day as `hhmmss.ss`.
     Time,
@@ -36,30 +39,30 @@ pub struct Vbo {
     /// The first byte of the rows, and the number of their first line.
     begin: (u64, usize),
     channels: Vec<Channel>,
-    meanings: Vec<Meaning>,
+    meanings: Vec<ColumnMeaning>,
     clocks: Vec<Clock>,
     /// What is odd about the units.
     odd: Option<String>,
-    damaged: Damaged,
+    damaged: DamageCount,
 }
 
 /// Lines that are no rows, rows that are written twice, and cells that are no numbers.
 #[derive(Clone, Copy, Default)]
-struct Damaged {
-    lines: Lines,
-    repeated: Lines,
-    cells: Lines,
+struct DamageCount {
+    lines: LineCount,
+    repeated: LineCount,
+    cells: LineCount,
 }
 
 /// How many lines, and which one is the first and the last of them.
 #[derive(Clone, Copy, Default)]
-struct Lines {
+struct LineCount {
     count: usize,
     first: usize,
     last: usize,
 }
 
-impl Lines {
+impl LineCount {
     fn add(&mut self, line: usize) {
         if self.count == 0 || self.last != line {
             self.count += 1;
@@ -69,8 +72,8 @@ impl Lines {
     }
 
     /// What there is to tell of them, if there are any.
-    fn told(self, what: &str) -> Option<String> {
-        let Lines { count, first, .. } = self;
+    fn warning(self, what: &str) -> Option<String> {
+        let LineCount { count, first, .. } = self;
         let lines = if count == 1 { "line" } else { "lines" };
         (count > 0).then(|| format!("{count} {lines} {what}; the first one is line {first}"))
     }
@@ -78,7 +81,7 @@ impl Lines {
 
 /// The sections above the rows.
 #[derive(Default)]
-struct Head {
+struct VboSections {
     titles: Vec<String>,
     /// Lines, of which empty ones are columns without a unit; the last one or more of these may end the section.
     units: Vec<String>,
@@ -90,7 +93,7 @@ impl Vbo {
     pub fn open(path: &Path) -> Result<Self, Error> {
         let mut file = BufReader::new(File::open(path)?);
         let (mut head, mut section, mut line, mut count) =
-            (Head::default(), String::new(), Vec::new(), 0);
+            (VboSections::default(), String::new(), Vec::new(), 0);
         while next(&mut file, &mut line)? {
             count += 1;
             let text = text(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&line));
@@ -120,10 +123,10 @@ impl Vbo {
             let what = "expected the names of the columns in [column names] or [header]";
             return Err(Error::new(format!("{what} of the VBOX file, found none")));
         }
-        let time = meanings.iter().position(|it| *it == Meaning::Time);
+        let time = meanings.iter().position(|it| *it == ColumnMeaning::Time);
         let time = time.map_or(Time::Unknown, Time::Channel);
         let clocks = vec![Clock { time, rows: None }];
-        let damaged = Damaged::default();
+        let damaged = DamageCount::default();
         Ok(Vbo { file, begin, channels, meanings, clocks, odd, damaged })
     }
 }
@@ -138,14 +141,14 @@ fn next(file: &mut BufReader<File>, line: &mut Vec<u8>) -> Result<bool, Error> {
     }
 }
 
-impl Head {
+impl VboSections {
     /// The channels, what their numbers are, and what is odd about the units.
-    fn channels(&self) -> (Vec<Channel>, Vec<Meaning>, Option<String>) {
+    fn channels(&self) -> (Vec<Channel>, Vec<ColumnMeaning>, Option<String>) {
         let paired = self.names.len() == self.titles.len();
         let names = if self.names.is_empty() { &self.titles } else { &self.names };
         let titles = if paired { &self.titles } else { names };
         let known: Vec<_> =
-            names.iter().zip(titles).map(|(name, title)| known(name, title)).collect();
+            names.iter().zip(titles).map(|(name, title)| vbox_column(name, title)).collect();
         let (units, odd) = self.units_of(titles, &known);
         let channel = |(place, name): (usize, &String)| {
             let (meaning, own) = known[place];
@@ -153,11 +156,13 @@ impl Head {
             let of_file = units[place].and_then(unit);
             // What this reader converts has its own unit.
             let unit = match meaning {
-                Meaning::Plain => title_unit(&titles[place]).map(str::to_owned).or(of_file).or(own),
+                ColumnMeaning::Plain => {
+                    title_unit(&titles[place]).map(str::to_owned).or(of_file).or(own)
+                }
                 _ => own,
             };
             let (name, group) = (name.clone(), String::new());
-            (Channel { name, group, unit, clock: 0, kind: Kind::Number }, meaning)
+            (Channel { name, group, unit, clock: 0, kind: ChannelKind::Number }, meaning)
         };
         let (channels, meanings) = names.iter().enumerate().map(channel).unzip();
         (channels, meanings, odd)
@@ -171,7 +176,7 @@ impl Head {
     fn units_of(
         &self,
         titles: &[String],
-        known: &[(Meaning, OwnUnit)],
+        known: &[(ColumnMeaning, OwnUnit)],
     ) -> (Vec<Option<&str>>, Option<String>) {
         let all: Vec<usize> = (0..titles.len()).collect();
         let is_synchronous =
@@ -213,27 +218,27 @@ fn word(name: &str) -> String {
 type OwnUnit = Option<Option<&'static str>>;
 
 /// What VBOX itself means by a column, and its unit; no unit entry at all for the columns of others.
-fn known(name: &str, title: &str) -> (Meaning, OwnUnit) {
+fn vbox_column(name: &str, title: &str) -> (ColumnMeaning, OwnUnit) {
     match (word(name).as_str(), word(title).as_str()) {
-        ("time", _) => (Meaning::Time, Some(Some("s"))),
-        ("lat" | "latitude", _) => (Meaning::Minutes(1.0), Some(Some("deg"))),
-        ("long" | "longitude", _) => (Meaning::Minutes(-1.0), Some(Some("deg"))),
-        ("velocity", _) => (Meaning::Plain, Some(Some("km/h"))),
-        ("heading", _) => (Meaning::Plain, Some(Some("deg"))),
-        ("height", _) => (Meaning::Plain, Some(Some("m"))),
+        ("time", _) => (ColumnMeaning::Time, Some(Some("s"))),
+        ("lat" | "latitude", _) => (ColumnMeaning::Minutes(1.0), Some(Some("deg"))),
+        ("long" | "longitude", _) => (ColumnMeaning::Minutes(-1.0), Some(Some("deg"))),
+        ("velocity", _) => (ColumnMeaning::Plain, Some(Some("km/h"))),
+        ("heading", _) => (ColumnMeaning::Plain, Some(Some("deg"))),
+        ("height", _) => (ColumnMeaning::Plain, Some(Some("m"))),
         ("sats" | "satellites" | "avifileindex" | "solution type", _) => {
-            (Meaning::Plain, Some(None))
+            (ColumnMeaning::Plain, Some(None))
         }
-        ("tsample" | "sampleperiod", _) => (Meaning::Plain, Some(Some("s"))),
+        ("tsample" | "sampleperiod", _) => (ColumnMeaning::Plain, Some(Some("s"))),
         // In ms or in s, which the file does not tell.
-        ("avisynctime" | "avitime", _) => (Meaning::Plain, Some(None)),
+        ("avisynctime" | "avitime", _) => (ColumnMeaning::Plain, Some(None)),
         (_, title) if title.starts_with("velocity ") || title.starts_with("vertical velocity") => {
-            (Meaning::Plain, Some(None))
+            (ColumnMeaning::Plain, Some(None))
         }
         (_, title) if title.starts_with("trigger event") || title.ends_with("satellites") => {
-            (Meaning::Plain, Some(None))
+            (ColumnMeaning::Plain, Some(None))
         }
-        _ => (Meaning::Plain, None),
+        _ => (ColumnMeaning::Plain, None),
     }
 }
 
@@ -287,9 +292,9 @@ impl Vbo {
         }
         for (value, meaning) in row.iter_mut().zip(&self.meanings) {
             match meaning {
-                Meaning::Plain => {}
-                Meaning::Minutes(sign) => *value *= sign / 60.0,
-                Meaning::Time => {
+                ColumnMeaning::Plain => {}
+                ColumnMeaning::Minutes(sign) => *value *= sign / 60.0,
+                ColumnMeaning::Time => {
                     let (days, last) = clock;
                     let seconds = seconds(*value)?;
                     if seconds + *days < *last - DAY / 2.0 {
@@ -304,7 +309,7 @@ impl Vbo {
     }
 }
 
-impl Source for Vbo {
+impl LogReader for Vbo {
     fn channels(&self) -> &[Channel] {
         &self.channels
     }
@@ -313,10 +318,15 @@ impl Source for Vbo {
         &self.clocks
     }
 
-    fn visit(&mut self, _clock: usize, wanted: &[usize], take: Take) -> Result<(), Error> {
+    fn read_chunks(
+        &mut self,
+        _clock: usize,
+        wanted: &[usize],
+        take: ChunkCallback,
+    ) -> Result<(), Error> {
         let (begin, mut number) = self.begin;
         self.file.seek(SeekFrom::Start(begin))?;
-        self.damaged = Damaged::default();
+        self.damaged = DamageCount::default();
         let (mut clock, mut line) = ((0.0, f64::NEG_INFINITY), Vec::new());
         let mut previous = String::new();
         let mut stretch: Vec<Vec<f64>> = vec![Vec::new(); wanted.len()];
@@ -346,7 +356,7 @@ impl Source for Vbo {
             }
             previous = text;
             number += 1;
-            if rows == STRETCH {
+            if rows == CHUNK_ROWS {
                 rows = 0;
                 if !flush(&mut stretch) {
                     return Ok(());
@@ -367,9 +377,9 @@ impl Source for Vbo {
         let expected = self.channels.len();
         let lines = format!("left out: expected {expected} numbers and a time of day in each");
         let cells = "with cells that are no numbers, which are gaps";
-        let Damaged { lines: left_out, repeated, cells: gaps } = self.damaged;
-        let repeated = repeated.told("left out: each is like the one before it");
-        let damage = [left_out.told(&lines), gaps.told(cells), repeated, self.odd.clone()];
+        let DamageCount { lines: left_out, repeated, cells: gaps } = self.damaged;
+        let repeated = repeated.warning("left out: each is like the one before it");
+        let damage = [left_out.warning(&lines), gaps.warning(cells), repeated, self.odd.clone()];
         damage.into_iter().flatten().collect()
     }
 }

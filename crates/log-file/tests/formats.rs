@@ -5,7 +5,7 @@ use crate::mat;
 use crate::ld::{Ld, ld, ld_channels};
 use crate::writers::{VBO, arrow, by_footer, parquet};
 use arrow_ipc::CompressionType;
-use log_file::{Channel, Kind, Log, Time, Values};
+use log_file::{Channel, ChannelKind, Log, Time, Values};
 use mat::{Made, column};
 
 /// The log of these bytes, under a name that tells nothing.
@@ -78,12 +78,12 @@ fn motec_doubles_are_read_and_a_factor_of_0_is_1() {
         channel("CAN ID", 6, 4, [0, 1, 0, 1], integers),
     ];
     let mut one = log(&ld(&channels[..1]));
-    let told = |log: &Log| log.warnings().join("; ");
-    assert_eq!(told(&one), "`GPS Latitude` has a factor or divisor of 0, which is read as 1");
+    let warning = |log: &Log| log.warnings().join("; ");
+    assert_eq!(warning(&one), "`GPS Latitude` has a factor or divisor of 0, which is read as 1");
     assert_eq!(numbers(&mut one, "GPS Latitude"), [43.8, -79.1]);
     let mut log = log(&ld(&channels));
     assert_eq!(
-        told(&log),
+        warning(&log),
         "`GPS Latitude` and 2 more have a factor or divisor of 0, which is read as 1"
     );
     assert_eq!(numbers(&mut log, "Ground Speed"), [72.0, f64::from(82.8f32)]);
@@ -125,12 +125,12 @@ fn motec_channels_that_cannot_be_read_are_named() {
 
 #[test]
 fn long_channels_come_in_stretches() {
-    let rows = 3 * log_file::STRETCH as u32 + 7;
+    let rows = 3 * log_file::CHUNK_ROWS as u32 + 7;
     let bytes = (0..rows).flat_map(|it| (it as i32).to_le_bytes()).collect();
     let (kind, scale) = ([5, 4, 1000], [0, 1, 1, 0]);
     let mut log = log(&ld(&[Ld { name: "n", unit: "", kind, scale, rows, bytes }]));
     let (mut stretches, mut next) = (0, 0.0);
-    log.visit(0, &[0], &mut |stretch| {
+    log.read_chunks(0, &[0], &mut |stretch| {
         stretches += 1;
         for row in 0..stretch[0].len() {
             assert_eq!(stretch[0].number(row), Some(next));
@@ -145,7 +145,7 @@ fn long_channels_come_in_stretches() {
         stretches += 1;
         false
     };
-    log.visit(0, &[0], enough).expect("it can be read");
+    log.read_chunks(0, &[0], enough).expect("it can be read");
     assert_eq!(stretches, 1);
 }
 
@@ -199,7 +199,7 @@ fn vbox_units_belong_to_the_columns_that_they_stand_for() {
         let mut log = log(format!("{head}[column names]\n{names}\n[data]\n").as_bytes());
         let unit = |name: &str| log.channels()[place(&log, name)].unit.clone();
         let units = ["Steering", "RPM", "Note"].map(unit);
-        log.visit(0, &[0], &mut |_| true).expect("no rows");
+        log.read_chunks(0, &[0], &mut |_| true).expect("no rows");
         (units, log.warnings())
     };
     let titles = first(&["Steering", "RPM", "Note"]);
@@ -271,7 +271,7 @@ fn parquet_and_arrow_have_all_types_of_numbers_and_texts() {
         assert_eq!(weather[..3], [Some("dry".to_owned()), None, Some("rain".to_owned())]);
         let Values::Integers(stamps) = &found[0] else { panic!("expected integers") };
         assert_eq!(stamps[1], Some(1_700_000_000_010));
-        assert_eq!(log.channels()[wanted[0]].kind, Kind::Stamp(1000));
+        assert_eq!(log.channels()[wanted[0]].kind, ChannelKind::Stamp(1000));
         assert_eq!(log.clocks()[0].time, Time::Channel(wanted[0]));
     }
     let old = open(b"FEA1 and more").err().expect("it is old").to_string();

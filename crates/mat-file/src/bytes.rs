@@ -1,17 +1,17 @@
-//! Takes numbers from bytes of either order, and counts what they take as doubles.
+//! Decodes numbers of either byte order, and limits the memory that a file may take.
 
 use crate::{Error, LIMIT};
 
 /// Which byte of a number comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Order {
+pub(crate) enum ByteOrder {
     Little,
     Big,
 }
 
 /// How a number is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum NumberFormat {
     I8,
     U8,
     I16,
@@ -24,7 +24,7 @@ pub(crate) enum Kind {
     F64,
 }
 
-impl Kind {
+impl NumberFormat {
     /// Bytes of one.
     pub fn size(self) -> usize {
         match self {
@@ -37,40 +37,44 @@ impl Kind {
 }
 
 /// The first bytes in the order of the machine that wrote them, as those of a number that begins with the lowest.
-fn lowest_first<const N: usize>(bytes: &[u8], order: Order) -> [u8; N] {
+fn lowest_first<const N: usize>(bytes: &[u8], order: ByteOrder) -> [u8; N] {
     let mut found = [0; N];
     for (to, from) in found.iter_mut().zip(bytes) {
         *to = *from;
     }
-    if order == Order::Big {
+    if order == ByteOrder::Big {
         found.reverse();
     }
     found
 }
 
 /// A number of `kind.size()` bytes.
-fn number(bytes: &[u8], kind: Kind, order: Order) -> f64 {
+fn number(bytes: &[u8], kind: NumberFormat, order: ByteOrder) -> f64 {
     match kind {
-        Kind::I8 => f64::from(i8::from_le_bytes(lowest_first(bytes, order))),
-        Kind::U8 => f64::from(u8::from_le_bytes(lowest_first(bytes, order))),
-        Kind::I16 => f64::from(i16::from_le_bytes(lowest_first(bytes, order))),
-        Kind::U16 => f64::from(u16::from_le_bytes(lowest_first(bytes, order))),
-        Kind::I32 => f64::from(i32::from_le_bytes(lowest_first(bytes, order))),
-        Kind::U32 => f64::from(u32::from_le_bytes(lowest_first(bytes, order))),
-        Kind::I64 => i64::from_le_bytes(lowest_first(bytes, order)) as f64,
-        Kind::U64 => u64::from_le_bytes(lowest_first(bytes, order)) as f64,
-        Kind::F32 => f64::from(f32::from_le_bytes(lowest_first(bytes, order))),
-        Kind::F64 => f64::from_le_bytes(lowest_first(bytes, order)),
+        NumberFormat::I8 => f64::from(i8::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::U8 => f64::from(u8::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::I16 => f64::from(i16::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::U16 => f64::from(u16::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::I32 => f64::from(i32::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::U32 => f64::from(u32::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::I64 => i64::from_le_bytes(lowest_first(bytes, order)) as f64,
+        NumberFormat::U64 => u64::from_le_bytes(lowest_first(bytes, order)) as f64,
+        NumberFormat::F32 => f64::from(f32::from_le_bytes(lowest_first(bytes, order))),
+        NumberFormat::F64 => f64::from_le_bytes(lowest_first(bytes, order)),
     }
 }
 
 /// All numbers that the bytes hold.
-pub(crate) fn numbers(bytes: &[u8], kind: Kind, order: Order) -> impl Iterator<Item = f64> {
+pub(crate) fn numbers(
+    bytes: &[u8],
+    kind: NumberFormat,
+    order: ByteOrder,
+) -> impl Iterator<Item = f64> {
     bytes.chunks_exact(kind.size()).map(move |it| number(it, kind, order))
 }
 
 /// A word of 32 bits at a place.
-pub(crate) fn word(bytes: &[u8], at: usize, order: Order) -> Option<u32> {
+pub(crate) fn word(bytes: &[u8], at: usize, order: ByteOrder) -> Option<u32> {
     Some(u32::from_le_bytes(lowest_first(bytes.get(at..at.checked_add(4)?)?, order)))
 }
 

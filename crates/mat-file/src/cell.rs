@@ -1,14 +1,14 @@
-//! Makes one value of a cell that holds nothing but texts.
+//! Joins a cell array of texts to one value.
 
 use crate::{MatFile, Value, Variable};
 
 /// Where the members of a cell begin among what was found.
-pub(crate) struct Begin {
+pub(crate) struct CellStart {
     variables: usize,
     skipped: usize,
 }
 
-impl Begin {
+impl CellStart {
     pub fn of(found: &MatFile) -> Self {
         Self { variables: found.variables.len(), skipped: found.skipped.len() }
     }

@@ -1,6 +1,6 @@
 //! Reads version 4: matrices one after the other, each with a head of five words.
 
-use crate::bytes::{Budget, Kind, Order, count, numbers, rows, word};
+use crate::bytes::{Budget, ByteOrder, NumberFormat, count, numbers, rows, word};
 use crate::{Array, Error, MatFile, Value, Variable};
 
 /// Bytes of a head.
@@ -10,9 +10,9 @@ const HEAD: usize = 20;
 const NAME: usize = 256;
 
 /// The head of a matrix.
-struct Head {
-    order: Order,
-    kind: Kind,
+struct MatrixHeader {
+    order: ByteOrder,
+    kind: NumberFormat,
     /// 0: numbers, 1: text, 2: sparse.
     class: u32,
     shape: [usize; 2],
@@ -21,25 +21,25 @@ struct Head {
 }
 
 /// The head at a place, if it can be one.
-fn head(bytes: &[u8], at: usize) -> Option<Head> {
-    let of = |order: Order| {
+fn head(bytes: &[u8], at: usize) -> Option<MatrixHeader> {
+    let of = |order: ByteOrder| {
         let words: Vec<_> =
             (0..5).map(|k| word(bytes, at + 4 * k, order)).collect::<Option<_>>()?;
         let [kind, rows, columns, complex, name] = words[..] else { return None };
-        let machine = if order == Order::Little { 0 } else { 1 };
+        let machine = if order == ByteOrder::Little { 0 } else { 1 };
         let digits = [kind / 1000, kind / 100 % 10, kind / 10 % 10, kind % 10];
         let number = match digits[2] {
-            0 => Kind::F64,
-            1 => Kind::F32,
-            2 => Kind::I32,
-            3 => Kind::I16,
-            4 => Kind::U16,
-            5 => Kind::U8,
+            0 => NumberFormat::F64,
+            1 => NumberFormat::F32,
+            2 => NumberFormat::I32,
+            3 => NumberFormat::I16,
+            4 => NumberFormat::U16,
+            5 => NumberFormat::U8,
             _ => return None,
         };
         let sound = digits[0] == machine && digits[1] == 0 && digits[3] < 3 && complex < 2;
         let named = (2..=NAME as u32).contains(&name);
-        (sound && named).then_some(Head {
+        (sound && named).then_some(MatrixHeader {
             order,
             kind: number,
             class: digits[3],
@@ -48,12 +48,12 @@ fn head(bytes: &[u8], at: usize) -> Option<Head> {
             name: name as usize,
         })
     };
-    of(Order::Little).or_else(|| of(Order::Big))
+    of(ByteOrder::Little).or_else(|| of(ByteOrder::Big))
 }
 
 /// Whether the bytes begin with the head and the name of a matrix.
 pub(crate) fn is(bytes: &[u8]) -> bool {
-    let named = |head: Head| {
+    let named = |head: MatrixHeader| {
         let name = bytes.get(HEAD..HEAD + head.name)?;
         let (last, letters) = name.split_last()?;
         let letter = |it: &u8| it.is_ascii_alphanumeric() || *it == b'_';

@@ -4,8 +4,8 @@ use std::io::Read as _;
 
 use flate2::read::ZlibDecoder;
 
-use crate::bytes::{Budget, Kind, Order, count, numbers, rows, word};
-use crate::cell::Begin;
+use crate::bytes::{Budget, ByteOrder, NumberFormat, count, numbers, rows, word};
+use crate::cell::CellStart;
 use crate::{
     Array, Error, MatFile, OBJECT as UNREAD_OBJECT, SPARSE as UNREAD_SPARSE, Value, Variable,
 };
@@ -34,21 +34,21 @@ const OPAQUE: u32 = 17;
 const COMPLEX: u32 = 0x0800;
 
 /// The order of bytes that the head states; `None` when it is none.
-pub(crate) fn order(bytes: &[u8]) -> Option<Order> {
+pub(crate) fn order(bytes: &[u8]) -> Option<ByteOrder> {
     match (bytes.get(124..126)?, bytes.get(126..HEAD)?) {
-        ([0, 1], b"IM") => Some(Order::Little),
-        ([1, 0], b"MI") => Some(Order::Big),
+        ([0, 1], b"IM") => Some(ByteOrder::Little),
+        ([1, 0], b"MI") => Some(ByteOrder::Big),
         _ => None,
     }
 }
 
 /// Elements that are still to be read.
 #[derive(Clone, Copy)]
-struct Elements<'a> {
+struct ElementReader<'a> {
     bytes: &'a [u8],
     /// Where the next one begins.
     at: usize,
-    order: Order,
+    order: ByteOrder,
 }
 
 /// One element.
@@ -60,7 +60,7 @@ struct Element<'a> {
     at: usize,
 }
 
-impl<'a> Elements<'a> {
+impl<'a> ElementReader<'a> {
     fn is_empty(&self) -> bool {
         self.at >= self.bytes.len()
     }
@@ -100,15 +100,15 @@ impl<'a> Elements<'a> {
     }
 }
 
-pub(crate) fn read(bytes: &[u8], order: Order) -> Result<MatFile, Error> {
+pub(crate) fn read(bytes: &[u8], order: ByteOrder) -> Result<MatFile, Error> {
     let mut reader = Reader { found: MatFile::default(), budget: Budget::new(), order };
-    let mut elements = Elements { bytes, at: HEAD, order };
+    let mut elements = ElementReader { bytes, at: HEAD, order };
     while !elements.is_empty() {
         let element = elements.next()?;
         match element.kind {
             COMPRESSED => {
                 let unpacked = reader.unpacked(element)?;
-                let mut inner = Elements { bytes: &unpacked, at: 0, order };
+                let mut inner = ElementReader { bytes: &unpacked, at: 0, order };
                 let inner = inner.next()?;
                 reader.top(inner)?;
             }
@@ -121,7 +121,7 @@ pub(crate) fn read(bytes: &[u8], order: Order) -> Result<MatFile, Error> {
 struct Reader {
     found: MatFile,
     budget: Budget,
-    order: Order,
+    order: ByteOrder,
 }
 
 impl Reader {
@@ -160,7 +160,7 @@ impl Reader {
                 format!("expected at most {DEPTH} structs within each other, found more"),
             ));
         }
-        let mut parts = Elements { bytes: element.data, at: 0, order: self.order };
+        let mut parts = ElementReader { bytes: element.data, at: 0, order: self.order };
         if parts.is_empty() {
             // MATLAB's way to write [] within a cell or struct.
             let empty = Array { shape: vec![0, 0], values: Vec::new() };
@@ -229,16 +229,16 @@ impl Reader {
         elements: usize,
     ) -> Result<Vec<f64>, Error> {
         let kind = match element.kind {
-            1 => Kind::I8,
-            2 => Kind::U8,
-            3 => Kind::I16,
-            4 => Kind::U16,
-            INT32 => Kind::I32,
-            6 => Kind::U32,
-            7 => Kind::F32,
-            9 => Kind::F64,
-            12 => Kind::I64,
-            13 => Kind::U64,
+            1 => NumberFormat::I8,
+            2 => NumberFormat::U8,
+            3 => NumberFormat::I16,
+            4 => NumberFormat::U16,
+            INT32 => NumberFormat::I32,
+            6 => NumberFormat::U32,
+            7 => NumberFormat::F32,
+            9 => NumberFormat::F64,
+            12 => NumberFormat::I64,
+            13 => NumberFormat::U64,
             other => {
                 return Err(Error::new(
                     element.at,
@@ -265,13 +265,15 @@ impl Reader {
     ) -> Result<Vec<String>, Error> {
         let codes = |kind| numbers(element.data, kind, self.order).map(|it| it as u32);
         let characters: Vec<char> = match element.kind {
-            1 | 2 => codes(Kind::U8).filter_map(char::from_u32).collect(),
+            1 | 2 => codes(NumberFormat::U8).filter_map(char::from_u32).collect(),
             4 | 17 => {
-                let units = codes(Kind::U16).map(|it| it as u16);
+                let units = codes(NumberFormat::U16).map(|it| it as u16);
                 char::decode_utf16(units).map(|it| it.unwrap_or('\u{fffd}')).collect()
             }
             16 => String::from_utf8_lossy(element.data).chars().collect(),
-            18 => codes(Kind::U32).map(|it| char::from_u32(it).unwrap_or('\u{fffd}')).collect(),
+            18 => codes(NumberFormat::U32)
+                .map(|it| char::from_u32(it).unwrap_or('\u{fffd}'))
+                .collect(),
             other => {
                 return Err(Error::new(
                     element.at,
@@ -292,12 +294,12 @@ impl Reader {
     /// A cell of texts is one value; other cells are made flat.
     fn cell(
         &mut self,
-        mut parts: Elements,
+        mut parts: ElementReader,
         name: String,
         elements: usize,
         depth: usize,
     ) -> Result<(), Error> {
-        let begin = Begin::of(&self.found);
+        let begin = CellStart::of(&self.found);
         for k in 1..=elements {
             let part = parts.next()?;
             self.array(part, Some(format!("{name}{{{k}}}")), depth + 1)?;
@@ -309,7 +311,7 @@ impl Reader {
     /// The fields of a struct, or of each element of an array of structs.
     fn fields(
         &mut self,
-        mut parts: Elements,
+        mut parts: ElementReader,
         name: String,
         elements: usize,
         depth: usize,

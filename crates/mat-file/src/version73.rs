@@ -165,7 +165,7 @@ impl Reader {
         name: &str,
         (class, depth): (Class, usize),
     ) -> Result<(), Error> {
-        let begin = cell::Begin::of(&self.found);
+        let begin = cell::CellStart::of(&self.found);
         for (k, member) in (1..).zip(members) {
             let name = match (class, name.rsplit_once('.')) {
                 (Class::Field, Some((of, field))) => format!("{of}({k}).{field}"),

@@ -6,7 +6,7 @@
 use std::ffi::c_void;
 use std::ptr::null;
 
-use plugin::abi::{Callbacks, Column, Diagram, Layer, Need, Outcome, Text, VERSION, Vtable};
+use plugin::abi::{Callbacks, Column, Diagram, InputSignal, Layer, Outcome, Text, VERSION, Vtable};
 
 /// What columns point into.
 static NUMBERS: [f64; 8] =
@@ -117,7 +117,7 @@ unsafe extern "C" fn work(config: Text, _: *const Column, _: usize, callbacks: *
 
 unsafe extern "C" fn needs(
     context: *mut c_void,
-    take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
+    take: unsafe extern "C" fn(*mut c_void, *const InputSignal, usize),
 ) {
     // SAFETY: no address with any length is what the program has to bear.
     unsafe { take(context, null(), 7) }

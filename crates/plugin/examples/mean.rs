@@ -1,11 +1,11 @@
 //! Averages a signal: the smallest plugin.
 
-use plugin::{Analysis, AnalysisError, Host, Need, Request, Signal};
+use plugin::{Analysis, AnalysisError, Host, InputSignal, Request, Signal};
 
 struct Mean;
 
 impl Analysis for Mean {
-    const NEEDS: &'static [Need] = &[Need::required("x", "", "the averaged signal")];
+    const INPUTS: &'static [InputSignal] = &[InputSignal::required("x", "", "the averaged signal")];
 
     fn run(request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
         let x = request.signal("x").ok_or("expected a signal `x`")?;

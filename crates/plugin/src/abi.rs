@@ -43,7 +43,7 @@ pub struct Column {
 /// A signal that a plugin accepts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
-pub struct Need {
+pub struct InputSignal {
     /// Its name.
     pub name: Text,
     /// The unit that the plugin expects it in.
@@ -145,7 +145,7 @@ pub type Call = unsafe extern "C" fn(
 /// Describes the signals of a plugin: calls `take` with them.
 pub type Needs = unsafe extern "C" fn(
     context: *mut c_void,
-    take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
+    take: unsafe extern "C" fn(*mut c_void, *const InputSignal, usize),
 );
 
 /// Describes the configuration of a plugin: calls `take` with its JSON schema, or does nothing.

@@ -5,7 +5,7 @@ use serde::de::DeserializeOwned;
 use crate::config::from_toml;
 use crate::diagram::Diagram;
 use crate::error::{AnalysisError, ConfigError};
-use crate::signal::{Need, Signal};
+use crate::signal::{InputSignal, Signal};
 
 /// The task of an analysis.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -50,9 +50,9 @@ pub trait Host {
 
 /// A host that ignores everything, for tests.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Silent;
+pub struct NullHost;
 
-impl Host for Silent {
+impl Host for NullHost {
     fn progress(&mut self, _share: f64, _task: &str) -> bool {
         true
     }
@@ -67,7 +67,7 @@ impl Host for Silent {
 /// threads that an analysis starts may outlive the call.
 pub trait Analysis {
     /// The signals that it accepts.
-    const NEEDS: &'static [Need];
+    const INPUTS: &'static [InputSignal];
 
     /// Judges the configuration and the choice of signals, which have no samples yet. The program asks before
     /// anything runs, and points at the key of the error in the user's file.

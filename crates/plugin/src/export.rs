@@ -6,12 +6,12 @@ use std::ffi::c_void;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::abi::{
-    BAD_CONFIG, Callbacks, Column, DONE, FAILED, Need, Outcome, Text, VERSION, Vtable,
+    BAD_CONFIG, Callbacks, Column, DONE, FAILED, InputSignal, Outcome, Text, VERSION, Vtable,
 };
 use crate::analysis::{Analysis, Host, Request};
+use crate::c_views::{column, with_lent_diagram, with_signals};
 use crate::diagram::Diagram;
 use crate::error::AnalysisError;
-use crate::lend::{column, with_lent_diagram, with_signals};
 use crate::signal::Signal;
 
 /// The table of an analysis.
@@ -53,15 +53,15 @@ unsafe extern "C" fn run<A: Analysis>(
 
 unsafe extern "C" fn needs<A: Analysis>(
     context: *mut c_void,
-    take: unsafe extern "C" fn(*mut c_void, *const Need, usize),
+    take: unsafe extern "C" fn(*mut c_void, *const InputSignal, usize),
 ) {
-    let lend = |need: &crate::signal::Need| Need {
+    let lend = |need: &crate::signal::InputSignal| InputSignal {
         name: Text::new(need.name),
         unit: Text::new(need.unit),
         description: Text::new(need.description),
         required: need.required.into(),
     };
-    let needs: Vec<_> = A::NEEDS.iter().map(lend).collect();
+    let needs: Vec<_> = A::INPUTS.iter().map(lend).collect();
     // SAFETY: `context` goes back to its owner, and `needs` lives until the call is over.
     unsafe { take(context, needs.as_ptr(), needs.len()) }
 }
@@ -94,7 +94,7 @@ unsafe fn answer(
     // SAFETY: the same.
     let outcome = catch_unwind(AssertUnwindSafe(|| unsafe {
         with_signals(columns, count, |signals| {
-            work(&Request { config: &config, signals }, &mut Remote(callbacks))
+            work(&Request { config: &config, signals }, &mut CallbackHost(callbacks))
         })
     }));
     let outcome = outcome.unwrap_or_else(|panic| Err(AnalysisError::Failed(panic_message(panic))));
@@ -122,9 +122,9 @@ fn panic_message(panic: Box<dyn Any + Send>) -> String {
 }
 
 /// The program, as the plugin sees it.
-struct Remote<'a>(&'a Callbacks);
+struct CallbackHost<'a>(&'a Callbacks);
 
-impl Host for Remote<'_> {
+impl Host for CallbackHost<'_> {
     fn progress(&mut self, share: f64, task: &str) -> bool {
         // SAFETY: the context is the program's own, and the loan lives until the call is over; so below.
         unsafe { (self.0.progress)(self.0.context, share, Text::new(task)) != 0 }

@@ -63,13 +63,13 @@ impl fmt::Debug for File {
 
 impl<'de> Deserialize<'de> for File {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(Contents)
+        deserializer.deserialize_any(FileVisitor)
     }
 }
 
-struct Contents;
+struct FileVisitor;
 
-impl<'de> Visitor<'de> for Contents {
+impl<'de> Visitor<'de> for FileVisitor {
     type Value = File;
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -9,7 +9,7 @@
 //! struct Mean;
 //!
 //! impl Analysis for Mean {
-//!     const NEEDS: &'static [Need] = &[Need::required("x", "", "the averaged signal")];
+//!     const INPUTS: &'static [InputSignal] = &[InputSignal::required("x", "", "the averaged signal")];
 //!
 //!     fn run(request: &Request, _host: &mut dyn Host) -> Result<String, AnalysisError> {
 //!         let x = request.signal("x").ok_or("expected a signal `x`")?.values;
@@ -66,18 +66,18 @@
 
 pub mod abi;
 mod analysis;
+mod c_views;
 mod config;
 mod diagram;
 mod error;
 mod export;
 mod file;
-mod lend;
 #[cfg(feature = "load")]
 mod load;
+mod result_summary;
 mod signal;
-mod words;
 
-pub use analysis::{Analysis, Host, Request, Silent};
+pub use analysis::{Analysis, Host, NullHost, Request};
 pub use config::from_toml;
 pub use diagram::{Diagram, Layer, Role, Shape};
 pub use error::{AnalysisError, ConfigError};
@@ -85,9 +85,9 @@ pub use error::{AnalysisError, ConfigError};
 pub use export::vtable;
 pub use file::File;
 #[cfg(feature = "load")]
-pub use load::{LoadError, Plugin, Wanted};
-pub use signal::{Need, Signal};
-pub use words::{Row, Table, Words};
+pub use load::{LoadError, OwnedInputSignal, Plugin};
+pub use result_summary::{ResultSummary, Row, Table};
+pub use signal::{InputSignal, Signal};
 
 /// Makes a library a plugin: exports the one symbol that the program looks for.
 #[macro_export]

@@ -7,19 +7,19 @@ use std::path::{Path, PathBuf};
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
 use crate::abi::{Call, Callbacks, SYMBOL, Text, VERSION, Vtable};
-use crate::analysis::{Host, Request, Silent};
+use crate::analysis::{Host, NullHost, Request};
+use crate::c_views::column;
 use crate::error::{AnalysisError, ConfigError};
-use crate::lend::column;
-use crate::signal::Need;
+use crate::signal::InputSignal;
 
 mod callbacks;
 mod guard;
 
 use callbacks::{State, diagram, done, file, progress, record, take_needs, take_schema};
-use guard::Guard;
+use guard::CallGuard;
 
 /// A signal that a loaded plugin accepts.
-pub type Wanted = Need<String>;
+pub type OwnedInputSignal = InputSignal<String>;
 
 /// Failure to load a plugin.
 #[derive(Debug)]
@@ -68,7 +68,7 @@ impl std::error::Error for LoadError {}
 pub struct Plugin {
     check: Call,
     run: Call,
-    needs: Vec<Wanted>,
+    needs: Vec<OwnedInputSignal>,
     schema: Option<String>,
 }
 
@@ -108,10 +108,10 @@ impl Plugin {
         let check = vtable.check.ok_or("check")?;
         let run = vtable.run.ok_or("run")?;
         let list = vtable.needs.ok_or("needs")?;
-        let needs = Guard::new(Vec::new());
+        let needs = CallGuard::new(Vec::new());
         // SAFETY: the function hands the context back to `take_needs`, which expects this guard.
         unsafe { list(needs.context(), take_needs) };
-        let schema = Guard::new(None);
+        let schema = CallGuard::new(None);
         if let Some(describe) = vtable.schema {
             // SAFETY: the same, of `take_schema`.
             unsafe { describe(schema.context(), take_schema) };
@@ -122,7 +122,7 @@ impl Plugin {
 
     /// The signals that it accepts.
     #[must_use]
-    pub fn needs(&self) -> &[Wanted] {
+    pub fn inputs(&self) -> &[OwnedInputSignal] {
         &self.needs
     }
 
@@ -137,7 +137,7 @@ impl Plugin {
     /// # Errors
     /// With the plugin's message, and the key that it blames.
     pub fn check(&self, request: &Request) -> Result<(), ConfigError> {
-        match call(self.check, request, &mut Silent) {
+        match call(self.check, request, &mut NullHost) {
             Ok(_) => Ok(()),
             Err(AnalysisError::Config(error)) => Err(error),
             Err(AnalysisError::Failed(message)) => Err(ConfigError::new(message)),
@@ -158,7 +158,7 @@ impl Plugin {
 
 /// Calls a function of a plugin.
 fn call(function: Call, request: &Request, host: &mut dyn Host) -> Result<String, AnalysisError> {
-    let state = Guard::new(State { host, outcome: None, breach: None });
+    let state = CallGuard::new(State { host, outcome: None, breach: None });
     let context = state.context();
     let callbacks = Callbacks { context, progress, record, diagram, file, done };
     let columns: Vec<_> = request.signals.iter().map(column).collect();

@@ -15,7 +15,7 @@ pub struct Signal<'a> {
 
 /// A signal that an analysis accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Need<T = &'static str> {
+pub struct InputSignal<T = &'static str> {
     /// Its name.
     pub name: T,
     /// The unit that the analysis expects; the program converts. Empty for any unit.
@@ -26,7 +26,7 @@ pub struct Need<T = &'static str> {
     pub required: bool,
 }
 
-impl Need {
+impl InputSignal {
     /// A signal that the analysis cannot do without.
     #[must_use]
     pub const fn required(

@@ -1,6 +1,6 @@
-//! Lists what the library of the FMU has to know about the script: its variables, and what it can do.
+//! Defines the interface of a packed script: its variables, capabilities and interpreter.
 
-use fmu_export::{Categories, Cell};
+use fmu_export::{Categories, VariableValue};
 use serde::{Deserialize, Serialize};
 
 /// The log category of what a script prints.
@@ -31,18 +31,18 @@ pub struct Interface {
     /// How long a call may take [s].
     pub patience: f64,
     /// The variables.
-    pub variables: Vec<Exposed>,
+    pub variables: Vec<ScriptVariable>,
 }
 
 /// A variable of the script.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Exposed {
+pub struct ScriptVariable {
     /// Its name.
     pub name: String,
     /// Who determines it.
     pub role: Role,
     /// Its value at the beginning.
-    pub start: Cell,
+    pub start: VariableValue,
     /// Smallest legal value.
     pub min: Option<f64>,
     /// Largest legal value.
@@ -60,7 +60,7 @@ pub enum Role {
     /// The importer, also between two steps.
     Tunable,
     /// The script.
-    Shown,
+    Output,
 }
 
 impl Interface {
@@ -70,13 +70,13 @@ impl Interface {
     }
 
     /// The variables that the script gets from outside.
-    pub(crate) fn given(&self) -> Vec<usize> {
-        self.with(|role| role != Role::Shown)
+    pub(crate) fn external(&self) -> Vec<usize> {
+        self.with(|role| role != Role::Output)
     }
 
     /// The variables that the script determines.
-    pub(crate) fn shown(&self) -> Vec<usize> {
-        self.with(|role| role == Role::Shown)
+    pub(crate) fn outputs(&self) -> Vec<usize> {
+        self.with(|role| role == Role::Output)
     }
 
     /// Reals, integers, Booleans, texts: the order in which both sides write them.
@@ -85,10 +85,10 @@ impl Interface {
         let chosen = all().filter(|place| wanted(self.variables[*place].role));
         let mut chosen: Vec<_> = chosen.collect();
         chosen.sort_by_key(|place| match self.variables[*place].start {
-            Cell::Real(_) => 0,
-            Cell::Integer(_) => 1,
-            Cell::Boolean(_) => 2,
-            Cell::String(_) => 3,
+            VariableValue::Real(_) => 0,
+            VariableValue::Integer(_) => 1,
+            VariableValue::Boolean(_) => 2,
+            VariableValue::String(_) => 3,
         });
         chosen
     }

@@ -1,17 +1,17 @@
 //! Makes one FMU of a Python script: a process of Python has the model, and this instance asks it.
 //!
 //! [`Interface::of`] describes what a script says of itself, for the packer. The library in the archive is the package `python-fmu`;
-//! all that it does is [`Hosted`].
+//! all that it does is [`ScriptInstance`].
 #![forbid(unsafe_code)]
 
-mod answers;
-mod hosted;
 mod interface;
 mod script;
+mod script_instance;
+mod value_codec;
 
-pub use hosted::Hosted;
-pub use interface::{Exposed, Interface, Role};
-pub use script::{Described, describe};
+pub use interface::{Interface, Role, ScriptVariable};
+pub use script::{PackedScript, describe};
+pub use script_instance::ScriptInstance;
 
 /// The interface in the folder of resources.
 pub const INTERFACE: &str = "interface.json";

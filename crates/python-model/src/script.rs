@@ -1,15 +1,15 @@
-//! Asks a script what it is, and makes the interface and the description of an FMU of it.
+//! Asks a script for its description, and makes the interface and model description of its FMU.
 
 use std::path::Path;
 use std::time::Duration;
 
 use fmu_export::description::{self, Capabilities, Table};
-use fmu_export::{Causality, Cell, Depends, Info, Initial, Kind, Row, Variability};
-use python::{Failure, Interpreter, MODEL_SERVER_PATH, Process, Raised};
+use fmu_export::{Causality, Dependencies, Info, Initial, Kind, Row, Variability, VariableValue};
+use python::{Interpreter, MODEL_SERVER_PATH, Process, PythonException, ScriptError};
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::interface::{CATEGORIES, Exposed, Interface, Role};
+use crate::interface::{CATEGORIES, Interface, Role, ScriptVariable};
 
 /// The word for the process of an instance.
 pub(crate) const SERVE: &str = "serve";
@@ -20,7 +20,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 
 /// What a script says of itself.
 #[derive(Debug, Deserialize)]
-struct Said {
+struct ScriptDescription {
     class: String,
     doc: String,
     version: String,
@@ -39,8 +39,8 @@ struct Said {
 #[derive(Debug, Deserialize)]
 struct Variable {
     name: String,
-    causality: Causes,
-    kind: Kinds,
+    causality: ScriptCausality,
+    kind: ScriptType,
     start: Value,
     unit: String,
     doc: String,
@@ -57,7 +57,7 @@ struct Variable {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Causes {
+enum ScriptCausality {
     Input,
     Output,
     Parameter,
@@ -66,7 +66,7 @@ enum Causes {
 
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "snake_case")]
-enum Kinds {
+enum ScriptType {
     Real,
     Integer,
     Boolean,
@@ -74,7 +74,7 @@ enum Kinds {
 }
 
 /// A script, as its FMU is described.
-pub struct Described {
+pub struct PackedScript {
     /// What the library has to know, without the identity.
     pub interface: Interface,
     /// The description.
@@ -96,22 +96,24 @@ pub fn describe(
     (folder, script): (&Path, &str),
     class: Option<&str>,
     name: &str,
-) -> Result<Described, Failure> {
+) -> Result<PackedScript, ScriptError> {
     let [server, path] = [MODEL_SERVER_PATH, script].map(|name| folder.join(name));
     let class = class.unwrap_or_default();
     let arguments = [server.as_os_str(), DESCRIBE.as_ref(), path.as_os_str(), class.as_ref()];
     let mut process = Process::start(interpreter, arguments)?;
     let answer = process.answer(PATIENCE).map(<[u8]>::to_vec)?;
-    let said: Said = serde_json::from_slice(&answer).map_err(|error| {
-        Failure::Ended(format!("the script has attributes of other types than expected: {error}"))
+    let said: ScriptDescription = serde_json::from_slice(&answer).map_err(|error| {
+        ScriptError::Ended(format!(
+            "the script has attributes of other types than expected: {error}"
+        ))
     })?;
-    let (interface, table) = made(&said, script, name)?;
-    let Said { unsaved, python: [_, python], .. } = said;
-    Ok(Described { interface, table, unsaved, python, printed: process.take_lines() })
+    let (interface, table) = fmu_description(&said, script, name)?;
+    let ScriptDescription { unsaved, python: [_, python], .. } = said;
+    Ok(PackedScript { interface, table, unsaved, python, printed: process.take_lines() })
 }
 
 /// Whether a script still has the variables that it was packed with.
-pub(crate) fn has_variables(answer: &[u8], packed: &[Exposed]) -> bool {
+pub(crate) fn has_variables(answer: &[u8], packed: &[ScriptVariable]) -> bool {
     let Ok(found) = serde_json::from_slice::<Value>(answer) else { return false };
     let Ok(found) = Vec::<Variable>::deserialize(&found["variables"]) else { return false };
     found.len() == packed.len()
@@ -125,26 +127,32 @@ pub(crate) fn has_variables(answer: &[u8], packed: &[Exposed]) -> bool {
 
 fn role(variable: &Variable) -> Role {
     match variable.causality {
-        Causes::Input => Role::Input,
-        Causes::Parameter if variable.tunable => Role::Tunable,
-        Causes::Parameter => Role::Parameter,
-        Causes::Output | Causes::Local => Role::Shown,
+        ScriptCausality::Input => Role::Input,
+        ScriptCausality::Parameter if variable.tunable => Role::Tunable,
+        ScriptCausality::Parameter => Role::Parameter,
+        ScriptCausality::Output | ScriptCausality::Local => Role::Output,
     }
 }
 
 /// The start value; none that its type does not hold.
-fn cell(variable: &Variable) -> Option<Cell> {
+fn cell(variable: &Variable) -> Option<VariableValue> {
     let start = &variable.start;
     Some(match variable.kind {
         // Texts are those numbers that JSON does not have.
-        Kinds::Real => Cell::Real(start.as_f64().or_else(|| start.as_str()?.parse().ok())?),
-        Kinds::Integer => Cell::Integer(i32::try_from(start.as_i64()?).ok()?),
-        Kinds::Boolean => Cell::Boolean(start.as_bool()?),
-        Kinds::String => Cell::String(start.as_str()?.to_owned()),
+        ScriptType::Real => {
+            VariableValue::Real(start.as_f64().or_else(|| start.as_str()?.parse().ok())?)
+        }
+        ScriptType::Integer => VariableValue::Integer(i32::try_from(start.as_i64()?).ok()?),
+        ScriptType::Boolean => VariableValue::Boolean(start.as_bool()?),
+        ScriptType::String => VariableValue::String(start.as_str()?.to_owned()),
     })
 }
 
-fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Failure> {
+fn fmu_description(
+    said: &ScriptDescription,
+    script: &str,
+    name: &str,
+) -> Result<(Interface, Table), ScriptError> {
     let mut wrong = Vec::new();
     let mut variables = Vec::new();
     let mut described = Vec::new();
@@ -156,11 +164,15 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
             continue;
         };
         let row = row(variable, start.kind(), said.direct);
-        let shown = (role(variable) != Role::Shown).then(|| start.start());
-        described.push(description::Described { row, kind: start.kind(), start: shown });
+        let start_text = (role(variable) != Role::Output).then(|| start.start());
+        described.push(description::DescribedVariable {
+            row,
+            kind: start.kind(),
+            start: start_text,
+        });
         let Variable { name, min, max, .. } = variable;
         let (name, role) = (name.clone(), role(variable));
-        variables.push(Exposed { name, role, start, min: *min, max: *max });
+        variables.push(ScriptVariable { name, role, start, min: *min, max: *max });
     }
     let text = |text: &str| -> &'static str { text.to_owned().leak() };
     let mut info = Info::new(text(name), text(&said.doc), said.step_size);
@@ -203,13 +215,13 @@ fn made(said: &Said, script: &str, name: &str) -> Result<(Interface, Table), Fai
 }
 
 /// Tells all that is wrong, at the first place that is known.
-fn refuse(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(), Failure> {
+fn refuse(class: &str, wrong: &[(Option<&(String, usize)>, String)]) -> Result<(), ScriptError> {
     if wrong.is_empty() {
         return Ok(());
     }
     let problems: Vec<_> = wrong.iter().map(|(_, problem)| problem.as_str()).collect();
     let place = wrong.iter().find_map(|(place, _)| *place);
-    Err(Failure::Raised(Raised {
+    Err(ScriptError::Exception(PythonException {
         message: format!("the class {class}: {}", problems.join("; ")),
         file: place.map(|(file, _)| file.clone()),
         line: place.map(|(_, line)| *line),
@@ -224,16 +236,18 @@ fn row(variable: &Variable, kind: Kind, direct: bool) -> Row {
         fmu_export::output(text(&variable.name), text(&variable.unit), text(&variable.doc));
     // Without direct outputs all inputs act in steps.
     let depends = match &variable.depends {
-        _ if !direct || variable.causality != Causes::Output => Depends::On(&[]),
-        None => Depends::All,
-        Some(names) => Depends::On(names.iter().map(|name| text(name)).collect::<Vec<_>>().leak()),
+        _ if !direct || variable.causality != ScriptCausality::Output => Dependencies::On(&[]),
+        None => Dependencies::All,
+        Some(names) => {
+            Dependencies::On(names.iter().map(|name| text(name)).collect::<Vec<_>>().leak())
+        }
     };
     let discrete = variable.discrete || kind != Kind::Real;
     let (causality, variability, initial) = match variable.causality {
-        Causes::Input => (Causality::Input, discrete, None),
-        Causes::Output => (Causality::Output, discrete, Some(Initial::Calculated)),
-        Causes::Local => (Causality::Local, discrete, Some(Initial::Calculated)),
-        Causes::Parameter => (Causality::Parameter, false, Some(Initial::Exact)),
+        ScriptCausality::Input => (Causality::Input, discrete, None),
+        ScriptCausality::Output => (Causality::Output, discrete, Some(Initial::Calculated)),
+        ScriptCausality::Local => (Causality::Local, discrete, Some(Initial::Calculated)),
+        ScriptCausality::Parameter => (Causality::Parameter, false, Some(Initial::Exact)),
     };
     let variability = match (causality, variability) {
         (Causality::Parameter, _) if variable.tunable => Variability::Tunable,

@@ -1,4 +1,4 @@
-//! An analysis in Python: what a script wants, and the question and the answers of one analysis.
+//! Runs an analysis script in a Python process: its requested signals, its request, its messages.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -8,7 +8,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use crate::failure::Failure;
+use crate::error::ScriptError;
 use crate::interpreter::Interpreter;
 use crate::process::Process;
 use crate::{ANALYSIS_SERVER, MODEL_SERVER};
@@ -28,7 +28,7 @@ const RECORD: u8 = 4;
 pub struct Script {
     process: Process,
     /// The units of the signals that it takes; nothing when it takes any.
-    wanted: Option<BTreeMap<String, String>>,
+    requested_units: Option<BTreeMap<String, String>>,
     folder: TempDir,
 }
 
@@ -47,7 +47,7 @@ pub struct Column<'a> {
 
 /// Signals that a script derived, over the same times.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Derived {
+pub struct DerivedSignals {
     /// Their group.
     pub group: String,
     /// Times [s].
@@ -58,11 +58,11 @@ pub struct Derived {
 
 /// What a script tells while it works.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Told {
+pub enum AnalysisMessage {
     /// The share that is done, and what comes next; nothing new after a while.
     Progress(Option<(f64, String)>),
     /// Signals for the recording.
-    Derived(Derived),
+    Signals(DerivedSignals),
     /// A line that it printed.
     Printed(String),
 }
@@ -72,28 +72,28 @@ impl Script {
     ///
     /// # Errors
     /// With the exception, when it does not load.
-    pub fn load(path: &Path) -> Result<Self, Failure> {
+    pub fn load(path: &Path) -> Result<Self, ScriptError> {
         let folder = tempfile::tempdir();
         let folder =
-            folder.map_err(|error| Failure::Ended(format!("no temporary folder: {error}")))?;
+            folder.map_err(|error| ScriptError::Ended(format!("no temporary folder: {error}")))?;
         let server = folder.path().join("analysis.py");
         for (path, text) in
             [(&server, ANALYSIS_SERVER), (&folder.path().join("fmu.py"), MODEL_SERVER)]
         {
             std::fs::write(path, text)
-                .map_err(|error| Failure::Ended(format!("{}: {error}", path.display())))?;
+                .map_err(|error| ScriptError::Ended(format!("{}: {error}", path.display())))?;
         }
         let mut process =
             Process::start(&Interpreter::choose(None), [server.as_os_str(), path.as_os_str()])?;
         let answer = process.answer(PATIENCE)?;
-        let wanted = serde_json::from_slice(answer).unwrap_or_default();
-        Ok(Script { process, wanted, folder })
+        let requested_units = serde_json::from_slice(answer).unwrap_or_default();
+        Ok(Script { process, requested_units, folder })
     }
 
     /// The units of the signals that it takes, by their names; nothing when it takes any.
     #[must_use]
-    pub fn wanted(&self) -> Option<&BTreeMap<String, String>> {
-        self.wanted.as_ref()
+    pub fn requested_units(&self) -> Option<&BTreeMap<String, String>> {
+        self.requested_units.as_ref()
     }
 
     /// Analyses: hands over columns and a configuration, and gives the result. `take` gets what the script tells, and says whether it
@@ -105,32 +105,32 @@ impl Script {
         &mut self,
         columns: &[Column],
         config: &Value,
-        take: &mut dyn FnMut(Told) -> bool,
-    ) -> Result<Value, Failure> {
+        take: &mut dyn FnMut(AnalysisMessage) -> bool,
+    ) -> Result<Value, ScriptError> {
         let question = self.question(columns, config).map_err(|error| {
-            Failure::Ended(format!("the signals cannot be handed over: {error}"))
+            ScriptError::Ended(format!("the signals cannot be handed over: {error}"))
         })?;
         self.process.send(ANALYSE, &[question.to_string().as_bytes()])?;
         loop {
             let received = self.process.receive(PERIOD);
             for line in self.process.take_lines() {
-                take(Told::Printed(line));
+                take(AnalysisMessage::Printed(line));
             }
             let goes_on = match received? {
-                None => take(Told::Progress(None)),
+                None => take(AnalysisMessage::Progress(None)),
                 Some(PROGRESS) => {
                     let told = serde_json::from_slice(self.process.contents()).ok();
                     self.process.next();
-                    take(Told::Progress(told))
+                    take(AnalysisMessage::Progress(told))
                 }
                 Some(RECORD) => {
                     let derived = derived(self.process.contents());
                     self.process.next();
-                    derived.is_none_or(|derived| take(Told::Derived(derived)))
+                    derived.is_none_or(|derived| take(AnalysisMessage::Signals(derived)))
                 }
                 Some(_) => {
                     return serde_json::from_slice(self.process.contents()).map_err(|error| {
-                        Failure::Ended(format!(
+                        ScriptError::Ended(format!(
                             "expected a result in JSON, found something else: {error}"
                         ))
                     });
@@ -184,7 +184,7 @@ impl Script {
 }
 
 /// Reads derived signals: a length, a head in JSON, and all columns behind each other.
-fn derived(bytes: &[u8]) -> Option<Derived> {
+fn derived(bytes: &[u8]) -> Option<DerivedSignals> {
     let (length, rest) = bytes.split_first_chunk()?;
     let (head, body) = rest.split_at_checked(u32::from_le_bytes(*length) as usize)?;
     let (group, names, rows): (String, Vec<(String, String)>, usize) =
@@ -194,5 +194,5 @@ fn derived(bytes: &[u8]) -> Option<Derived> {
     let mut column = || numbers.by_ref().take(rows).collect::<Vec<_>>();
     let time = column();
     let columns = names.into_iter().map(|(name, unit)| (name, unit, column())).collect();
-    Some(Derived { group, time, columns })
+    Some(DerivedSignals { group, time, columns })
 }

@@ -5,12 +5,12 @@
 #![forbid(unsafe_code)]
 
 pub mod analysis;
-mod failure;
+mod error;
 mod interpreter;
+mod printed_lines;
 mod process;
-mod said;
 
-pub use failure::{Failure, Raised};
+pub use error::{PythonException, ScriptError};
 pub use interpreter::Interpreter;
 pub use process::Process;
 

@@ -1,4 +1,4 @@
-//! Starts a Python process, asks it, and takes what it prints.
+//! Starts a Python process, sends requests, and collects what it prints.
 
 use std::ffi::OsStr;
 use std::io::{ErrorKind, PipeReader, Read as _};
@@ -11,9 +11,9 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::net::{SendFlags, send};
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::failure::{Failure, Raised};
+use crate::error::{PythonException, ScriptError};
 use crate::interpreter::Interpreter;
-use crate::said::Said;
+use crate::printed_lines::PrintedLines;
 
 /// Length and number of a question or an answer [bytes].
 const HEAD: usize = 5;
@@ -38,7 +38,7 @@ pub struct Process {
     /// Both ways; nothing once it is closed.
     line: Option<UnixStream>,
     printed: PipeReader,
-    said: Said,
+    said: PrintedLines,
     /// What came of the answer so far.
     answer: Vec<u8>,
 }
@@ -51,10 +51,10 @@ impl Process {
     pub fn start(
         interpreter: &Interpreter,
         arguments: impl IntoIterator<Item = impl AsRef<OsStr>>,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, ScriptError> {
         let Interpreter { path, reason } = interpreter;
         let failed = |error: std::io::Error| {
-            Failure::Ended(format!(
+            ScriptError::Ended(format!(
                 "expected Python, and {} ({reason}) does not start: {error}; install Python 3.8 or newer, or name one by the environment variable TRACKSIDE_PYTHON",
                 path.display()
             ))
@@ -68,7 +68,7 @@ impl Process {
         command.stdin(Stdio::from(OwnedFd::from(other)));
         command.stdout(output.try_clone().map_err(failed)?).stderr(output);
         let child = command.spawn().map_err(failed)?;
-        let said = Said::default();
+        let said = PrintedLines::default();
         Ok(Process { child, line: Some(line), printed, said, answer: Vec::new() })
     }
 
@@ -87,7 +87,7 @@ impl Process {
         number: u8,
         contents: &[&[u8]],
         patience: Duration,
-    ) -> Result<&[u8], Failure> {
+    ) -> Result<&[u8], ScriptError> {
         self.send(number, contents)?;
         self.answer(patience)
     }
@@ -96,7 +96,7 @@ impl Process {
     ///
     /// # Errors
     /// As there.
-    pub fn answer(&mut self, patience: Duration) -> Result<&[u8], Failure> {
+    pub fn answer(&mut self, patience: Duration) -> Result<&[u8], ScriptError> {
         match self.receive(patience)? {
             Some(DONE) => Ok(self.contents()),
             Some(number) => {
@@ -111,7 +111,7 @@ impl Process {
     ///
     /// # Errors
     /// When the process has ended.
-    pub fn send(&mut self, number: u8, contents: &[&[u8]]) -> Result<(), Failure> {
+    pub fn send(&mut self, number: u8, contents: &[&[u8]]) -> Result<(), ScriptError> {
         let length = contents.iter().map(|part| part.len()).sum::<usize>();
         let Ok(length) = u32::try_from(length) else {
             return Err(self.end("expected less than 4 GiB to hand over, found more"));
@@ -138,7 +138,7 @@ impl Process {
     ///
     /// # Errors
     /// When it is an exception or the end of the simulation; when the process ends.
-    pub fn receive(&mut self, patience: Duration) -> Result<Option<u8>, Failure> {
+    pub fn receive(&mut self, patience: Duration) -> Result<Option<u8>, ScriptError> {
         let until = Instant::now() + patience;
         while !self.is_complete()? {
             let Some(left) = until.checked_duration_since(Instant::now()) else { return Ok(None) };
@@ -148,8 +148,8 @@ impl Process {
         self.hear();
         let number = self.answer[4];
         match number {
-            RAISED => Err(Failure::Raised(self.raised())),
-            TERMINATED => Err(Failure::Terminated(self.raised().message)),
+            RAISED => Err(ScriptError::Exception(self.raised())),
+            TERMINATED => Err(ScriptError::Terminated(self.raised().message)),
             _ => Ok(Some(number)),
         }
     }
@@ -173,8 +173,8 @@ impl Process {
     }
 
     /// The exception in the answer.
-    fn raised(&self) -> Raised {
-        serde_json::from_slice(self.contents()).unwrap_or_else(|_| Raised {
+    fn raised(&self) -> PythonException {
+        serde_json::from_slice(self.contents()).unwrap_or_else(|_| PythonException {
             message: String::from_utf8_lossy(self.contents()).into_owned(),
             file: None,
             line: None,
@@ -183,7 +183,7 @@ impl Process {
     }
 
     /// Whether the answer is there.
-    fn is_complete(&mut self) -> Result<bool, Failure> {
+    fn is_complete(&mut self) -> Result<bool, ScriptError> {
         let length = self.end_of_answer();
         if length > LARGEST {
             return Err(self.end(&format!("announced an answer of {length} bytes")));
@@ -208,7 +208,7 @@ impl Process {
     }
 
     /// Reads what came of the answer.
-    fn read(&mut self) -> Result<(), Failure> {
+    fn read(&mut self) -> Result<(), ScriptError> {
         let Some(line) = &mut self.line else { return Err(self.gone()) };
         let mut part = [0; 1 << 16];
         // What is there is read, and no more: another poll comes before the next part.
@@ -238,7 +238,7 @@ impl Process {
     }
 
     /// The failure of a process that has ended by itself.
-    fn gone(&mut self) -> Failure {
+    fn gone(&mut self) -> ScriptError {
         self.line = None;
         let status = self.wait_for(GRACE);
         self.hear();
@@ -247,12 +247,12 @@ impl Process {
             None => "Python answers no more".to_owned(),
         };
         let last = self.said.last();
-        Failure::Ended(if last.is_empty() { how } else { format!("{how}: {last}") })
+        ScriptError::Ended(if last.is_empty() { how } else { format!("{how}: {last}") })
     }
 
     /// Ends the process, which does not do what it should; it says where it is before.
     #[must_use]
-    pub fn give_up(&mut self, what: &str) -> Failure {
+    pub fn give_up(&mut self, what: &str) -> ScriptError {
         self.hear();
         let before = self.said.count();
         let _ = kill_process(Pid::from_child(&self.child), Signal::USR1);
@@ -269,13 +269,13 @@ impl Process {
     }
 
     /// Ends the process at once.
-    fn end(&mut self, what: &str) -> Failure {
+    fn end(&mut self, what: &str) -> ScriptError {
         self.line = None;
         // It may have ended meanwhile.
         let _ = self.child.kill();
         let _ = self.child.wait();
         self.hear();
-        Failure::Ended(format!("{what}; the process of Python was ended"))
+        ScriptError::Ended(format!("{what}; the process of Python was ended"))
     }
 
     /// Waits until the process ends, and ends it when it takes longer than that.

@@ -1,4 +1,4 @@
-//! Reads a whole recording of a run, MCAP or CSV, as columns over time: something to compare another run with.
+//! Reads a whole recording of a run, MCAP or CSV, as columns over time, for comparison with another run.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -50,8 +50,8 @@ impl Golden {
     /// When the file cannot be read, or is no recording of a run.
     pub fn read(path: &Path, texts: &[&str]) -> Result<Self, Error> {
         if path.extension().is_some_and(|it| it == "csv") {
-            let read =
-                table::whole(path, texts).map_err(|error| Error::input(error.to_string()))?;
+            let read = table::read_csv_table(path, texts)
+                .map_err(|error| Error::input(error.to_string()))?;
             let column = |CsvColumn { name, unit, numbers, texts }: CsvColumn| GoldenColumn {
                 name,
                 unit,

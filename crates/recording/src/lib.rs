@@ -31,6 +31,6 @@ pub use sink::mdf::MdfSink;
 pub use sink::parquet::ParquetSink;
 pub use sink::threaded_sink::ThreadedSink;
 pub use sink::{
-    BoxedSink, Derived, Event, Level, Notice, RunHeader, Sink, SinkKind, Status, StatusChange,
-    StatusTrack,
+    BoxedSink, DerivedColumns, Event, Level, Notice, RunHeader, Sink, SinkKind, Status,
+    StatusChange, StatusTrack,
 };

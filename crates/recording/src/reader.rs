@@ -12,7 +12,7 @@ use prost_types::field_descriptor_proto::Type;
 use prost_types::{DescriptorProto, FileDescriptorSet};
 
 use crate::columns::{Column, Columns, Direction, ValueKind};
-use crate::records::{Content, Damage, prove_metadata};
+use crate::records::{Content, Damage, verify_metadata};
 use crate::row::{Recorded, Row};
 use crate::sink::mcap::{KEPT, RUN, SCENARIO, SUMMARY, event};
 use crate::sink::{RunHeader, Sink};
@@ -33,12 +33,12 @@ pub struct Recording {
     pub cut: bool,
     file: Mcap,
     /// One side of each node, by the id of its channel.
-    sides: BTreeMap<u16, Side>,
+    sides: BTreeMap<u16, FieldColumns>,
     log: Option<u16>,
 }
 
 /// The columns of a channel's fields, by field number.
-type Side = BTreeMap<u32, ColumnIndex<Recorded>>;
+type FieldColumns = BTreeMap<u32, ColumnIndex<Recorded>>;
 
 impl Recording {
     /// Opens the recording of a run: `run` is its folder, its `run.mcap`, or a file beside that.
@@ -88,7 +88,7 @@ impl Recording {
         let parts = channel.topic.strip_prefix('/').and_then(|topic| topic.rsplit_once('/'));
         let Some((node, _)) = parts.filter(|(_, side)| *side == word) else { return };
         let Some(message) = message(channel) else { return };
-        let mut side = Side::new();
+        let mut side = FieldColumns::new();
         for field in &message.field {
             let entry = |what: &str| channel.metadata.get(&format!("{what}:{}", field.name()));
             let Some(variable) = entry("fmi") else { return };
@@ -197,7 +197,7 @@ impl Metadata {
     fn add(&mut self, content: Content) -> Result<(), Damage> {
         match content {
             Content::Metadata(it) if it.name == RUN => {
-                prove_metadata(&it)?;
+                verify_metadata(&it)?;
                 self.run = Some(it.metadata);
             }
             Content::Attachment(it) => {
@@ -256,7 +256,7 @@ fn message(channel: &Channel) -> Option<DescriptorProto> {
 /// Puts the fields of a message into the row.
 fn decode(
     mut data: &[u8],
-    side: &Side,
+    side: &FieldColumns,
     columns: &Columns<Recorded>,
     row: &mut Row<Recorded>,
 ) -> Result<(), prost::DecodeError> {

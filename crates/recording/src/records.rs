@@ -12,7 +12,7 @@ use std::path::Path;
 use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use ::mcap::{MAGIC, McapError, records::op};
 
-pub(crate) use self::content::{ChunkHeader, Content, checksum, is_ours, prove_metadata};
+pub(crate) use self::content::{ChunkHeader, Content, checksum, is_ours, verify_metadata};
 
 /// A record or a chunk that would take more memory than this [B] is not read.
 pub(crate) const LARGEST: u64 = 256 << 20;
@@ -100,18 +100,18 @@ pub(crate) fn plainly(error: McapError) -> String {
 
 /// Whether a checksum confirms what it belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Proof {
+pub(crate) enum ChecksumStatus {
     /// It does.
-    Right,
+    Valid,
     /// There is none.
     Missing,
 }
 
-impl Proof {
+impl ChecksumStatus {
     fn of(what: &'static str, at: u64, found: u32, expected: u32) -> Result<Self, Damage> {
         match expected {
-            0 => Ok(Proof::Missing),
-            _ if expected == found => Ok(Proof::Right),
+            0 => Ok(ChecksumStatus::Missing),
+            _ if expected == found => Ok(ChecksumStatus::Valid),
             _ => Err(Damage::Checksum { what, at, found, expected }),
         }
     }
@@ -153,7 +153,7 @@ impl Frame {
 
 /// How a complete file ends: data, summary, footer.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ending {
+pub(crate) struct FileEnd {
     /// Where the record stands that ends the data.
     pub data_end: u64,
     /// Where the summary begins; none if there is none.
@@ -254,7 +254,7 @@ impl Records {
     }
 
     /// How the file ends, if its writer came to the end and what it wrote there fits together.
-    pub fn ending(&mut self) -> Result<Option<Ending>, Damage> {
+    pub fn ending(&mut self) -> Result<Option<FileEnd>, Damage> {
         let magic = MAGIC.len() as u64;
         if self.length < 2 * magic + FOOTER + DATA_END || !self.is_finished()? {
             return Ok(None);
@@ -274,17 +274,17 @@ impl Records {
         };
         let end = self.frame(data_end)?;
         let fits = end.is_some_and(|end| end.opcode == op::DATA_END && end.length == 4);
-        Ok(fits.then_some(Ending { data_end, summary, footer: at, summary_crc }))
+        Ok(fits.then_some(FileEnd { data_end, summary, footer: at, summary_crc }))
     }
 
     /// Compares the checksum over all data.
     ///
     /// # Errors
     /// When it differs.
-    pub fn prove_data(&mut self, ending: &Ending) -> Result<Proof, Damage> {
+    pub fn verify_data(&mut self, ending: &FileEnd) -> Result<ChecksumStatus, Damage> {
         let mut sum = crc32fast::Hasher::new();
         self.add_up(0..ending.data_end, &mut sum)?;
-        self.prove_sum(ending.data_end, sum.finalize())
+        self.verify_sum(ending.data_end, sum.finalize())
     }
 
     /// Adds bytes to a checksum.
@@ -305,31 +305,32 @@ impl Records {
     }
 
     /// Compares the sum of the data with the one in the record that ends it.
-    pub fn prove_sum(&mut self, data_end: u64, found: u32) -> Result<Proof, Damage> {
+    pub fn verify_sum(&mut self, data_end: u64, found: u32) -> Result<ChecksumStatus, Damage> {
         let expected = self.read(data_end + HEAD, 4)?;
         let expected = expected.first_chunk().ok_or(Damage::Cut(data_end))?;
-        Proof::of("data", data_end, found, u32::from_le_bytes(*expected))
+        ChecksumStatus::of("data", data_end, found, u32::from_le_bytes(*expected))
     }
 
     /// The summary, with the proof of its checksum.
     ///
     /// # Errors
     /// When the checksum differs, or the summary is too large.
-    pub fn summary(&mut self, ending: &Ending) -> Result<(Vec<u8>, Proof), Damage> {
+    pub fn summary(&mut self, ending: &FileEnd) -> Result<(Vec<u8>, ChecksumStatus), Damage> {
         let start = ending.summary.unwrap_or(ending.footer);
         let length = ending.footer - start;
         if length > LARGEST {
             return Err(Damage::Large { at: start, length });
         }
         let mut bytes = self.read(start, length + FOOTER - 4)?;
-        let proof = Proof::of("summary", start, crc32fast::hash(&bytes), ending.summary_crc)?;
+        let proof =
+            ChecksumStatus::of("summary", start, crc32fast::hash(&bytes), ending.summary_crc)?;
         bytes.truncate(length as usize);
         Ok((bytes, proof))
     }
 }
 
 /// Takes the opcode and the content of a record and says whether it wants more.
-pub(crate) type Take<'a, E> = dyn FnMut(u8, &[u8]) -> Result<bool, E> + 'a;
+pub(crate) type RecordCallback<'a, E> = dyn FnMut(u8, &[u8]) -> Result<bool, E> + 'a;
 
 /// Goes through the records that stand one behind the other.
 ///
@@ -338,7 +339,7 @@ pub(crate) type Take<'a, E> = dyn FnMut(u8, &[u8]) -> Result<bool, E> + 'a;
 pub(crate) fn each<E: From<Damage>>(
     at: u64,
     mut records: &[u8],
-    take: &mut Take<E>,
+    take: &mut RecordCallback<E>,
 ) -> Result<bool, E> {
     while !records.is_empty() {
         let cut = || E::from(Damage::Cut(at));
@@ -361,13 +362,13 @@ pub(crate) fn each<E: From<Damage>>(
 pub(crate) fn unpack<E: From<Damage>>(
     frame: &Frame,
     body: &[u8],
-    take: &mut Take<E>,
+    take: &mut RecordCallback<E>,
 ) -> Result<bool, E> {
     let wrong = |source| E::from(Damage::Chunk { at: frame.at, source });
     let expected = || Damage::Expected { expected: "the header of a chunk", at: frame.at };
     let (header, records) = ChunkHeader::parse(body).ok_or_else(expected)?;
     if header.compression.is_empty() {
-        Proof::of("chunk", frame.at, crc32fast::hash(records), header.crc)?;
+        ChecksumStatus::of("chunk", frame.at, crc32fast::hash(records), header.crc)?;
         return each(frame.at, records, take);
     }
     let packed = records.len() as u64;

@@ -1,7 +1,7 @@
-//! Makes a valid recording from that of a killed run, or from a damaged one: of what checksums confirm, and nothing else.
+//! Recovers a valid recording from that of a killed run, or from a damaged one: what checksums confirm, and nothing else.
 
+mod plan;
 mod scan;
-mod survey;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,12 +14,12 @@ use ::mcap::write::Metadata;
 use ::mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 use diagnostics::Error;
 
-use self::survey::{Item, Survey};
+use self::plan::{RecoveryPlan, SavedRecord};
 use crate::records::{Content, Damage, Records, checksum, plainly, tail, unpack};
 
 /// The saved part of a recording.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Recovered {
+pub struct RecoveryReport {
     /// Messages of all channels.
     pub messages: u64,
     /// Messages that the recording had, if it tells.
@@ -31,9 +31,9 @@ pub struct Recovered {
     /// From where on there is no whole record [B], if the writer did not finish.
     pub cut: Option<u64>,
     /// What is damaged, in the order of the file.
-    pub losses: Vec<Loss>,
+    pub losses: Vec<DamagedRange>,
     /// Records without a checksum, which are left out.
-    pub unproven: u64,
+    pub unverified: u64,
     /// Messages of channels whose description is lost; they are left out.
     pub unknown: u64,
     /// Whether only the index was damaged, which is made anew.
@@ -42,7 +42,7 @@ pub struct Recovered {
 
 /// A damaged part of a recording.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loss {
+pub struct DamagedRange {
     /// Its place in the file [B].
     pub bytes: Range<u64>,
     /// What is wrong there.
@@ -51,17 +51,17 @@ pub struct Loss {
     pub span: Option<[f64; 2]>,
 }
 
-impl Recovered {
+impl RecoveryReport {
     /// Whether everything was saved.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.cut.is_none() && self.losses.is_empty() && self.unproven == 0 && self.unknown == 0
+        self.cut.is_none() && self.losses.is_empty() && self.unverified == 0 && self.unknown == 0
     }
 
     /// What is missing, a line for each.
     #[must_use]
     pub fn missing(&self) -> Vec<String> {
-        let loss = |loss: &Loss| {
+        let loss = |loss: &DamagedRange| {
             let Range { start, end } = loss.bytes;
             let span = loss.span.map(|[from, to]| format!(", between {from} s and {to} s"));
             format!("bytes {start} to {end}{}: {}", span.unwrap_or_default(), loss.why)
@@ -70,7 +70,7 @@ impl Recovered {
         let cut = |at| format!("its writer did not finish: nothing whole from byte {at} on");
         lines.extend(self.cut.map(cut));
         let count = |count: u64, what: &str| (count > 0).then(|| format!("{count} {what}"));
-        lines.extend(count(self.unproven, "records without a checksum"));
+        lines.extend(count(self.unverified, "records without a checksum"));
         lines.extend(count(self.unknown, "messages of channels whose description is lost"));
         lines
     }
@@ -81,24 +81,24 @@ impl Recovered {
 ///
 /// # Errors
 /// When `broken` cannot be read, nothing in it is sound, or `into` cannot be written.
-pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<Recovered, Error> {
+pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<RecoveryReport, Error> {
     let unreadable = |what: String| Error::input(format!("{}: {what}", broken.display()));
     let mut records =
         Records::open(broken).map_err(|error| unreadable(format!("cannot read: {error}")))?;
-    let survey = Survey::new(&mut records, unchecked)
+    let plan = RecoveryPlan::new(&mut records, unchecked)
         .map_err(|it| unreadable(format!("cannot read: {it}")))?;
-    if survey.channels.is_empty() {
+    if plan.channels.is_empty() {
         let mut error = unreadable("expected an MCAP file with channels, found none".to_owned());
-        if survey.unproven > 0 {
+        if plan.unverified > 0 {
             error = error.help(format!(
                 "{} records have no checksum; `--unchecked` takes them, right or wrong",
-                survey.unproven
+                plan.unverified
             ));
         }
         return Err(error);
     }
     let partial = into.with_added_extension("partial");
-    let written = copy(&mut records, &survey, broken, &partial);
+    let written = copy(&mut records, &plan, broken, &partial);
     let recovered = written.inspect_err(|_| drop(std::fs::remove_file(&partial)))?;
     std::fs::rename(&partial, into).map_err(|error| Error::output(into, error))?;
     Ok(recovered)
@@ -106,26 +106,26 @@ pub fn recover(broken: &Path, into: &Path, unchecked: bool) -> Result<Recovered,
 
 fn copy(
     records: &mut Records,
-    survey: &Survey,
+    plan: &RecoveryPlan,
     broken: &Path,
     partial: &Path,
-) -> Result<Recovered, Error> {
+) -> Result<RecoveryReport, Error> {
     let file = File::create(partial).map_err(|error| Error::output(partial, error))?;
-    let failed = |error: Failed| match error {
-        Failed::Writing(error) => Error::output(partial, plainly(error)),
-        Failed::Reading(damage) => Error::input(format!("the broken recording: {damage}")),
+    let failed = |error: CopyError| match error {
+        CopyError::Writing(error) => Error::output(partial, plainly(error)),
+        CopyError::ColumnType(damage) => Error::input(format!("the broken recording: {damage}")),
     };
     let options = WriteOptions::new()
         .profile("")
         .library(concat!("trackside ", env!("CARGO_PKG_VERSION")))
         .compression(Some(Compression::Lz4));
     let writer = options.create(BufWriter::new(file)).map_err(|error| failed(error.into()))?;
-    let mut copy = Copy { writer, survey, found: Recovered::default(), times: None };
+    let mut copy = RecoveryWriter { writer, plan, found: RecoveryReport::default(), times: None };
     copy.describe().map_err(|error| failed(error.into()))?;
-    for item in &survey.items {
+    for item in &plan.items {
         copy.add(records, item).map_err(failed)?;
     }
-    if survey.cut.is_some() && survey.losses.is_empty() {
+    if plan.cut.is_some() && plan.losses.is_empty() {
         for message in tail::messages(broken, copy.found.messages) {
             copy.put(op::MESSAGE, &message).map_err(failed)?;
         }
@@ -134,39 +134,39 @@ fn copy(
 }
 
 /// Why a copy failed.
-enum Failed {
+enum CopyError {
     Writing(McapError),
-    Reading(Damage),
+    ColumnType(Damage),
 }
 
-impl From<McapError> for Failed {
+impl From<McapError> for CopyError {
     fn from(error: McapError) -> Self {
-        Failed::Writing(error)
+        CopyError::Writing(error)
     }
 }
 
-impl From<Damage> for Failed {
+impl From<Damage> for CopyError {
     fn from(damage: Damage) -> Self {
-        Failed::Reading(damage)
+        CopyError::ColumnType(damage)
     }
 }
 
 /// The new file.
-struct Copy<'a> {
+struct RecoveryWriter<'a> {
     writer: Writer<BufWriter<File>>,
-    survey: &'a Survey,
-    found: Recovered,
+    plan: &'a RecoveryPlan,
+    found: RecoveryReport,
     times: Option<[u64; 2]>,
 }
 
-impl Copy<'_> {
+impl RecoveryWriter<'_> {
     /// Writes schemas and channels, under the numbers that they had.
     fn describe(&mut self) -> Result<(), McapError> {
-        for (id, (schema, data)) in &self.survey.schemas {
+        for (id, (schema, data)) in &self.plan.schemas {
             self.writer.add_schema_with_id(*id, &schema.name, &schema.encoding, data)?;
         }
-        for (id, it) in &self.survey.channels {
-            let known = it.schema_id == 0 || self.survey.schemas.contains_key(&it.schema_id);
+        for (id, it) in &self.plan.channels {
+            let known = it.schema_id == 0 || self.plan.schemas.contains_key(&it.schema_id);
             if known {
                 let (topic, encoding) = (&it.topic, &it.message_encoding);
                 self.writer.add_channel_with_id(
@@ -182,7 +182,7 @@ impl Copy<'_> {
         self.writer.flush()
     }
 
-    fn add(&mut self, records: &mut Records, item: &Item) -> Result<(), Failed> {
+    fn add(&mut self, records: &mut Records, item: &SavedRecord) -> Result<(), CopyError> {
         let body = records.body(&item.frame)?;
         if item.frame.opcode != op::CHUNK {
             return self.put(item.frame.opcode, &body);
@@ -191,7 +191,7 @@ impl Copy<'_> {
         Ok(())
     }
 
-    fn put(&mut self, opcode: u8, body: &[u8]) -> Result<(), Failed> {
+    fn put(&mut self, opcode: u8, body: &[u8]) -> Result<(), CopyError> {
         match Content::parse(opcode, body).ok_or(Damage::Form(opcode))? {
             Content::Message(header, data) => self.message(&header, data)?,
             Content::Attachment(it) => self.writer.attach(&Attachment {
@@ -222,15 +222,15 @@ impl Copy<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Recovered, McapError> {
-        let survey = self.survey;
+    fn finish(mut self) -> Result<RecoveryReport, McapError> {
+        let plan = self.plan;
         let found = &mut self.found;
-        found.of = survey.messages;
+        found.of = plan.messages;
         found.seconds = self.times.map_or(0.0, |[first, last]| (last - first) as f64 * 1e-9);
-        found.cut = survey.cut;
-        found.losses.clone_from(&survey.losses);
-        found.unproven = survey.unproven;
-        found.index = found.is_complete() && !survey.trusted;
+        found.cut = plan.cut;
+        found.losses.clone_from(&plan.losses);
+        found.unverified = plan.unverified;
+        found.index = found.is_complete() && !plan.trusted;
         if !found.is_complete() {
             let mut metadata = BTreeMap::from([("ended".to_owned(), found.missing().join("\n"))]);
             metadata.extend([checksum("recovered", &metadata)]);

@@ -1,4 +1,4 @@
-//! Picks the recorded values of the rows of a run.
+//! Selects the recorded values from the rows of a run.
 
 use expression::{IntegerIndex, NumberIndex, TextIndex};
 

@@ -117,7 +117,7 @@ pub struct StatusChange {
 
 /// Columns that an analysis adds to a recording.
 #[derive(Debug, Clone, Copy)]
-pub struct Derived<'a> {
+pub struct DerivedColumns<'a> {
     /// The analysis' name in the scenario.
     pub analysis: &'a str,
     /// What the columns have in common.
@@ -128,7 +128,7 @@ pub struct Derived<'a> {
     pub columns: &'a [plugin::Signal<'a>],
 }
 
-impl Derived<'_> {
+impl DerivedColumns<'_> {
     /// The columns, as recordings describe them.
     pub fn columns(&self) -> impl Iterator<Item = Column> {
         self.columns.iter().map(|signal| Column {
@@ -162,7 +162,7 @@ pub trait Sink<S = Recorded> {
     }
 
     /// Takes columns of an analysis, after the last row.
-    fn derived(&mut self, _derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, _derived: &DerivedColumns) -> Result<(), Error> {
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 
-pub use self::tally::{Gaps, Tally};
+pub use self::tally::{GapCount, Tally};
 
 /// What is in a log.
 #[derive(Debug, Clone, Default)]
@@ -108,7 +108,7 @@ impl Channel {
         if values < rows {
             notes.push(format!("{} rows without a value", rows - values));
         }
-        if let Gaps { count, longest: Some((longest, at)) } = self.tally.gaps() {
+        if let GapCount { count, longest: Some((longest, at)) } = self.tally.gaps() {
             let gaps = if count == 1 { "gap" } else { "gaps" };
             notes.push(format!(
                 "{count} {gaps}, the longest of {} s at {} s",
@@ -130,7 +130,7 @@ impl Channel {
 
     fn json(&self) -> serde_json::Value {
         let Tally { rows, values, range, texts, times, not_rising, .. } = &self.tally;
-        let Gaps { count, longest } = self.tally.gaps();
+        let GapCount { count, longest } = self.tally.gaps();
         json!({
             "name": self.name,
             "unit": self.unit,

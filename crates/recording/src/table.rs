@@ -1,36 +1,36 @@
-//! Plays columns of a CSV file, an MCAP recording, a bag of ROS 2 or the log of a data logger back.
+//! Loads columns of a CSV file, an MCAP recording, a bag of ROS 2 or a data logger's log, and plays them back over time.
 
 mod csv;
-mod during;
 mod error;
+mod exact_values;
 mod foreign;
 mod gaps;
 mod join;
-mod kept;
-mod logged;
+mod log;
 mod mcap;
 mod names;
-mod surveyed;
+mod read_request;
+mod survey;
+mod time_ranges;
 mod title;
-mod wanted;
 
 use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub(crate) use self::csv::{CsvColumn, whole};
+pub(crate) use self::csv::{CsvColumn, read_csv_table};
 pub use self::csv::{CsvError, columns};
 pub use self::error::TableError;
+use self::exact_values::ExactValues;
 pub use self::foreign::is_fmu;
-use self::kept::Kept;
 pub(crate) use self::mcap::Mcap;
 pub use self::mcap::RecordingError;
-pub use self::surveyed::survey;
-pub(crate) use self::title::title;
-pub use self::wanted::{
-    Decimal, Dialect, Gaps, Reading, Scaling, Separator, UnitRow, Wanted, WantedColumn,
+pub use self::read_request::{
+    ColumnRequest, ColumnType, Decimal, Dialect, GapRule, ReadRequest, Scaling, Separator, UnitRow,
 };
+pub use self::survey::survey;
+pub(crate) use self::title::title;
 
 /// Values between two recorded ones.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
@@ -45,7 +45,7 @@ pub enum Interpolation {
 
 /// The columns that a reader takes from a file.
 #[derive(Debug)]
-struct Recorded {
+struct ReadColumns {
     /// Time stamps [s], in rising order; columns that were recorded together share them.
     clocks: Vec<Vec<f64>>,
     /// Each with what is wrong with it, so that no mistake hides another.
@@ -61,7 +61,7 @@ struct Series {
     clock: usize,
     /// NaN where there is none; of what is kept, the places.
     values: Vec<f64>,
-    kept: Kept,
+    exact: ExactValues,
     /// Its unit, from the file.
     unit: Option<String>,
     /// Where the first row without a value is.
@@ -101,7 +101,7 @@ pub fn titles(path: impl AsRef<Path>) -> Result<Titles, TableError> {
     Ok(match File::open(path)? {
         File::Mcap => mcap::titles(path)?,
         File::Log(log) => {
-            let found = logged::Found::new(path, &log);
+            let found = log::ChannelIndex::new(path, &log);
             let (columns, has_time) = (found.titles(), found.has_times());
             Titles { columns, has_time, format: log.format.to_owned() }
         }
@@ -121,7 +121,7 @@ pub fn look_up(
     match File::open(path)? {
         File::Mcap => mcap::look_up(path, names),
         File::Log(log) => {
-            let found = logged::Found::new(path, &log);
+            let found = log::ChannelIndex::new(path, &log);
             Ok(names.iter().map(|name| found.place(name).map(drop)).collect())
         }
         File::Csv => csv::look_up(path, names, dialect),
@@ -141,7 +141,7 @@ impl File {
         if mcap::is(path).map_err(open)? {
             return Ok(File::Mcap);
         }
-        Ok(logged::open(path)?.map_or(File::Csv, |log| File::Log(Box::new(log))))
+        Ok(log::open(path)?.map_or(File::Csv, |log| File::Log(Box::new(log))))
     }
 }
 
@@ -176,12 +176,12 @@ struct Column {
     clock: usize,
     /// Of what is kept, the places.
     values: Vec<f64>,
-    kept: Kept,
+    exact: ExactValues,
     unit: Option<String>,
 }
 
 /// The index of a clock that is `delay` [s] earlier than another one; a new one where there is none.
-fn late(clocks: &mut Vec<Clock>, of: usize, delay: f64) -> usize {
+fn delayed_clock(clocks: &mut Vec<Clock>, of: usize, delay: f64) -> usize {
     if delay == 0.0 {
         return of;
     }
@@ -208,18 +208,18 @@ impl Table {
     ///
     /// # Errors
     /// When the file cannot be read, lacks a column or has a value that cannot be played back.
-    pub fn read(path: impl AsRef<Path>, wanted: &Wanted) -> Result<Self, TableError> {
+    pub fn read(path: impl AsRef<Path>, request: &ReadRequest) -> Result<Self, TableError> {
         let path = path.as_ref();
         let mut recorded = match File::open(path)? {
-            File::Mcap => mcap::read(path, wanted)?,
-            File::Log(log) => logged::read(path, *log, wanted)?,
-            File::Csv => csv::read(path, wanted)?,
+            File::Mcap => mcap::read(path, request)?,
+            File::Log(log) => log::read(path, *log, request)?,
+            File::Csv => csv::read(path, request)?,
         };
-        gaps::fill(path, &mut recorded, &wanted.columns)?;
-        Self::new(recorded, wanted)
+        gaps::fill(path, &mut recorded, &request.columns)?;
+        Self::new(recorded, request)
     }
 
-    fn new(recorded: Recorded, wanted: &Wanted) -> Result<Self, TableError> {
+    fn new(recorded: ReadColumns, request: &ReadRequest) -> Result<Self, TableError> {
         let (right, wrong): (Vec<_>, Vec<_>) =
             recorded.columns.into_iter().partition(Result::is_ok);
         if !wrong.is_empty() {
@@ -227,15 +227,15 @@ impl Table {
         }
         let clock = |stamps| Clock { stamps, delay: 0.0, cursor: 0 };
         let mut clocks: Vec<Clock> = recorded.clocks.into_iter().map(clock).collect();
-        let column = |(wanted, series): (&WantedColumn, Series)| {
-            let Series { clock, mut values, kept, unit, .. } = series;
-            if let Kept::Nothing = kept {
-                values.iter_mut().for_each(|value| *value = wanted.scaling.apply(*value));
+        let column = |(request, series): (&ColumnRequest, Series)| {
+            let Series { clock, mut values, exact, unit, .. } = series;
+            if let ExactValues::Nothing = exact {
+                values.iter_mut().for_each(|value| *value = request.scaling.apply(*value));
             }
-            let clock = late(&mut clocks, clock, wanted.delay);
-            Column { name: wanted.name.clone(), clock, values, kept, unit }
+            let clock = delayed_clock(&mut clocks, clock, request.delay);
+            Column { name: request.name.clone(), clock, values, exact, unit }
         };
-        let columns = wanted.columns.iter().zip(right.into_iter().flatten()).map(column).collect();
+        let columns = request.columns.iter().zip(right.into_iter().flatten()).map(column).collect();
         let mut table = Self {
             clocks,
             columns,
@@ -313,12 +313,12 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     pub fn value(&mut self, column: usize, time: f64) -> f64 {
-        let Column { clock, values, kept, .. } = &self.columns[column];
+        let Column { clock, values, exact, .. } = &self.columns[column];
         let clock = &mut self.clocks[*clock];
         let stamp = time + self.origin;
         let here = clock.seek(stamp + EDGE);
         let past = stamp - clock.stamps[here];
-        if let Kept::Integers(integers) = kept {
+        if let ExactValues::Integers(integers) = exact {
             return integers[values[here] as usize] as f64;
         }
         if here + 1 == values.len() || self.interpolation == Interpolation::Hold || past <= EDGE {

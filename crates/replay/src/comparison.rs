@@ -7,8 +7,8 @@ use std::path::Path;
 use diagnostics::Error;
 use recording::view::View;
 use recording::{
-    Column, Columns, Derived, Event, Number, NumberIndex, Recorded, Recording, Row, RunHeader,
-    Sink, StatusChange, Text, TextIndex, TypedIndex,
+    Column, Columns, DerivedColumns, Event, Number, NumberIndex, Recorded, Recording, Row,
+    RunHeader, Sink, StatusChange, Text, TextIndex, TypedIndex,
 };
 use scenario::Scenario;
 use scenario::resolve::{by_unit, layout};
@@ -145,7 +145,7 @@ impl Sink for ConvertingSink<'_> {
         self.sink.status(change)
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         self.sink.derived(derived)
     }
 

@@ -6,7 +6,7 @@ use diagnostics::Error;
 use plugin::Diagram;
 use re_sdk::{ApplicationId, RecordingStream, RecordingStreamBuilder, RecordingStreamResult};
 use re_sdk_types::archetypes::TextDocument;
-use recording::{Derived, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
+use recording::{DerivedColumns, Event, Notice, Recorded, Row, RunHeader, Sink, StatusChange};
 
 use card::RunCard;
 use diagrams::Diagrams;
@@ -268,7 +268,7 @@ impl Sink for RerunSink {
         Ok(())
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         self.add(|sink, stream| {
             sink.layout.add(derived);
             let clock = &sink.drawing.clock;

@@ -1,8 +1,8 @@
-//! Describes the messages of a topic: definitions in the language of ROS or in IDL go in, one tree of types comes out.
+//! Resolves message definitions (ROS msg or IDL) into a tree of types.
 
 mod idl;
-mod known;
 mod msg;
+mod standard_messages;
 mod tokens;
 
 use std::collections::{HashMap, HashSet};
@@ -119,18 +119,18 @@ pub struct Definition {
 /// A declaration as it was read; names are resolved afterwards.
 #[derive(Clone, Debug)]
 pub(crate) enum Declaration {
-    Struct(Vec<(String, Written)>),
-    Alias(Written),
+    Struct(Vec<(String, TypeExpression)>),
+    Alias(TypeExpression),
 }
 
 /// A type as it was written.
 #[derive(Clone, Debug)]
-pub(crate) enum Written {
+pub(crate) enum TypeExpression {
     Plain(Type),
     /// The first of these names that is declared.
     Named(Vec<String>),
-    Array(Box<Written>, usize),
-    Sequence(Box<Written>),
+    Array(Box<TypeExpression>, usize),
+    Sequence(Box<TypeExpression>),
 }
 
 /// All declarations of a text, by their names.
@@ -159,7 +159,7 @@ impl Definition {
     ///
     /// # Errors
     /// When it is not known here.
-    pub fn known(name: &str) -> Result<Self, String> {
+    pub fn standard(name: &str) -> Result<Self, String> {
         Self::linked(&normal(name), false, Declarations::new(), true)
     }
 
@@ -169,7 +169,7 @@ impl Definition {
         declared: Declarations,
         assumed: bool,
     ) -> Result<Self, String> {
-        let mut linked = Linked { declared, old, structs: Vec::new(), done: HashMap::new() };
+        let mut linked = TypeResolver { declared, old, structs: Vec::new(), done: HashMap::new() };
         linked.structure(root, 0)?;
         Ok(Definition { structs: linked.structs, assumed })
     }
@@ -235,7 +235,7 @@ pub(crate) fn normal(name: &str) -> String {
 }
 
 /// Declarations while their names are resolved.
-struct Linked {
+struct TypeResolver {
     declared: Declarations,
     /// Whether it is of ROS 1, of which only its times are known here.
     old: bool,
@@ -244,7 +244,7 @@ struct Linked {
     done: HashMap<String, Option<usize>>,
 }
 
-impl Linked {
+impl TypeResolver {
     fn structure(&mut self, name: &str, depth: usize) -> Result<usize, String> {
         match self.done.get(name) {
             Some(Some(index)) => return Ok(*index),
@@ -254,12 +254,12 @@ impl Linked {
             }
             None => {}
         }
-        let Some(Declaration::Struct(written)) = self.declaration(name) else {
+        let Some(Declaration::Struct(type_expression)) = self.declaration(name) else {
             return Err(format!("there is no definition of `{name}` in it"));
         };
         self.done.insert(name.to_owned(), None);
         let (mut fields, mut names) = (Vec::new(), HashSet::new());
-        for (field, kind) in written {
+        for (field, kind) in type_expression {
             if !names.insert(field.clone()) {
                 return Err(format!("`{name}` has two fields `{field}`"));
             }
@@ -277,25 +277,32 @@ impl Linked {
 
     /// What is declared in the text, or else known here.
     fn declaration(&self, name: &str) -> Option<Declaration> {
-        let known =
-            || known::declarations().get(name).filter(|_| self.old == name.starts_with("ros1/"));
+        let known = || {
+            standard_messages::declarations()
+                .get(name)
+                .filter(|_| self.old == name.starts_with("ros1/"))
+        };
         self.declared.get(name).or_else(known).cloned()
     }
 
-    fn kind(&mut self, written: &Written, depth: usize) -> Result<Type, String> {
+    fn kind(&mut self, type_expression: &TypeExpression, depth: usize) -> Result<Type, String> {
         if depth > DEEPEST {
             return Err(format!("types lie more than {DEEPEST} deep"));
         }
-        match written {
-            Written::Plain(kind) => Ok(kind.clone()),
-            Written::Array(inner, count) => {
+        match type_expression {
+            TypeExpression::Plain(kind) => Ok(kind.clone()),
+            TypeExpression::Array(inner, count) => {
                 Ok(Type::Array(Box::new(self.kind(inner, depth + 1)?), *count))
             }
-            Written::Sequence(inner) => Ok(Type::Sequence(Box::new(self.kind(inner, depth + 1)?))),
-            Written::Named(names) => {
+            TypeExpression::Sequence(inner) => {
+                Ok(Type::Sequence(Box::new(self.kind(inner, depth + 1)?)))
+            }
+            TypeExpression::Named(names) => {
                 let found = names.iter().find_map(|it| Some((it, self.declaration(it)?)));
                 match found {
-                    Some((_, Declaration::Alias(written))) => self.kind(&written, depth + 1),
+                    Some((_, Declaration::Alias(type_expression))) => {
+                        self.kind(&type_expression, depth + 1)
+                    }
                     Some((name, Declaration::Struct(_))) => {
                         let name = name.clone();
                         self.structure(&name, depth).map(Type::Struct)

@@ -11,7 +11,7 @@ const LONGEST: u64 = 64 << 20;
 
 /// The files of a bag.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Files {
+pub struct BagFiles {
     /// Those that are there, in their order.
     pub files: Vec<PathBuf>,
     /// What is not as the list says.
@@ -32,7 +32,7 @@ pub fn bag_folder(path: &Path) -> Option<&Path> {
 ///
 /// # Errors
 /// When there is no file of a bag in it.
-pub fn files(folder: &Path) -> Result<Files, Error> {
+pub fn files(folder: &Path) -> Result<BagFiles, Error> {
     let (mut files, mut warnings) = (Vec::new(), Vec::new());
     let list = folder.join(LIST);
     match list.is_file() {
@@ -57,7 +57,7 @@ pub fn files(folder: &Path) -> Result<Files, Error> {
         }
     }
     match (files.is_empty(), warnings.first()) {
-        (false, _) => Ok(Files { files, warnings }),
+        (false, _) => Ok(BagFiles { files, warnings }),
         (true, Some(first)) if list.is_file() => {
             Err(Error::new(format!("expected the files of a bag, but {first}")))
         }

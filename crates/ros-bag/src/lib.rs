@@ -16,22 +16,22 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod cdr;
+mod compression;
 mod database;
 mod definition;
 mod folder;
 mod message;
-mod packed;
 mod paths;
 mod units;
-mod wire;
 
+pub use cdr::Encoding;
+pub use compression::{decompress, decompress_file, is_compressed};
 pub use database::{Database, Topic, is_database};
 pub use definition::{Definition, Field, Language, Scalar, Struct, Type};
-pub use folder::{Files, bag_folder, files};
+pub use folder::{BagFiles, bag_folder, files};
 pub use message::{LONGEST, Value};
-pub use packed::{is_packed, unpacked, unpacked_file};
-pub use paths::{Leaf, Listing, NoWay, Row, Way};
-pub use wire::Encoding;
+pub use paths::{FieldListing, FieldPath, LeafField, PathError, Row};
 
 /// Whether a file begins as a bag of ROS 1.
 #[must_use]

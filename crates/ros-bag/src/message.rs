@@ -1,7 +1,7 @@
-//! Reads serialized messages by their definition: bytes go in, a tree of values comes out.
+//! Deserializes messages by their definition into a tree of values.
 
+use crate::cdr::{CdrReader, DelimiterRule, Encoding, WireNumber};
 use crate::definition::{Definition, Type};
-use crate::wire::{Delimited, Encoding, Number, Wire};
 
 /// Lists of up to so many elements are read; longer ones are counted.
 pub const LONGEST: usize = 64;
@@ -42,7 +42,7 @@ impl Definition {
     /// # Errors
     /// When it does not fit the definition.
     pub fn read(&self, encoding: Encoding, data: &[u8]) -> Result<Value, String> {
-        let wire = Wire::new(encoding, data)?;
+        let wire = CdrReader::new(encoding, data)?;
         let mut reader = Reader { definition: self, wire, read: 0 };
         let value = reader.value(&Type::Struct(self.root()), true)?;
         let left = reader.wire.left();
@@ -59,7 +59,7 @@ impl Definition {
 
 struct Reader<'d> {
     definition: &'d Definition,
-    wire: Wire<'d>,
+    wire: CdrReader<'d>,
     /// The values that were kept.
     read: usize,
 }
@@ -70,8 +70,8 @@ impl Reader<'_> {
         self.read += usize::from(keep);
         match kind {
             Type::Scalar(scalar) => Ok(match self.wire.number(*scalar)? {
-                Number::Integer(number) => Value::Integer(number),
-                Number::Real(number) => Value::Real(number),
+                WireNumber::Integer(number) => Value::Integer(number),
+                WireNumber::Real(number) => Value::Real(number),
             }),
             Type::Text => {
                 let bytes = self.wire.text()?;
@@ -81,7 +81,7 @@ impl Reader<'_> {
             }
             Type::WideText => self.wire.wide_text().map(Value::Text),
             Type::Struct(index) => {
-                if self.wire.delimited == Delimited::Structures {
+                if self.wire.delimited == DelimiterRule::Structures {
                     self.wire.length()?;
                 }
                 let definition = self.definition;
@@ -112,7 +112,7 @@ impl Reader<'_> {
 
     /// The length in bytes before a list of what is no number.
     fn delimiter(&mut self, inner: &Type) -> Result<(), String> {
-        if self.wire.delimited != Delimited::Nothing && !matches!(inner, Type::Scalar(_)) {
+        if self.wire.delimited != DelimiterRule::Nothing && !matches!(inner, Type::Scalar(_)) {
             self.wire.length()?;
         }
         Ok(())

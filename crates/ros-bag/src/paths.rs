@@ -1,4 +1,4 @@
-//! Finds numbers and texts in messages by their paths, such as `pose.pose.position.x` and `wheel_speed.0`.
+//! Resolves field paths in messages, such as `pose.pose.position.x` and `wheel_speed.0`.
 
 use crate::definition::{Definition, EMPTY, Scalar, Struct, Type};
 use crate::message::{LONGEST, Value};
@@ -9,7 +9,7 @@ const MOST: usize = 4096;
 
 /// The way to a number or a text in the messages of a topic.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Way {
+pub struct FieldPath {
     /// Of a list whose elements are told apart by a text, that text.
     pub key: Option<String>,
     /// Indices of fields and elements, from the row on.
@@ -18,7 +18,7 @@ pub struct Way {
 
 /// Why there is no such way.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum NoWay {
+pub enum PathError {
     /// No field is called that.
     Missing,
     /// What is there is neither a number nor a text but this.
@@ -27,7 +27,7 @@ pub enum NoWay {
 
 /// A field that is a number or a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Leaf {
+pub struct LeafField {
     /// Its path.
     pub path: String,
     /// Indices of fields and elements, from the row on.
@@ -38,9 +38,9 @@ pub struct Leaf {
 
 /// What a row of a topic has.
 #[derive(Clone, Debug, Default)]
-pub struct Listing {
+pub struct FieldListing {
     /// The fields, in the order of the message.
-    pub leaves: Vec<Leaf>,
+    pub leaves: Vec<LeafField>,
     /// Lists of any length: path, steps and length.
     pub lists: Vec<(String, Vec<usize>, usize)>,
     /// Fields that are left out, each with the reason.
@@ -105,62 +105,65 @@ impl Definition {
     ///
     /// # Errors
     /// When there is none.
-    pub fn find(&self, path: &str) -> Result<Way, NoWay> {
+    pub fn find(&self, path: &str) -> Result<FieldPath, PathError> {
         let Some(transforms) = self.transforms() else {
             let steps = self.steps(&Type::Struct(self.root()), path)?;
-            return Ok(Way { key: None, steps });
+            return Ok(FieldPath { key: None, steps });
         };
         let rest = path.strip_prefix(TRANSFORMS).and_then(|it| it.strip_prefix('.'));
-        let rest = rest.ok_or(NoWay::Missing)?;
+        let rest = rest.ok_or(PathError::Missing)?;
         // A frame may have points in its name.
         let split = rest.match_indices('.').map(|(at, _)| (&rest[..at], &rest[at + 1..]));
         let mut found = split.filter_map(|(key, path)| {
             let steps = self.steps(&Type::Struct(transforms.element), path).ok()?;
-            Some(Way { key: Some(key.to_owned()), steps })
+            Some(FieldPath { key: Some(key.to_owned()), steps })
         });
-        found.next().ok_or(NoWay::Missing)
+        found.next().ok_or(PathError::Missing)
     }
 
-    fn steps(&self, kind: &Type, path: &str) -> Result<Vec<usize>, NoWay> {
+    fn steps(&self, kind: &Type, path: &str) -> Result<Vec<usize>, PathError> {
         let (mut steps, mut kind) = (Vec::new(), kind);
         for name in path.split('.') {
             kind = match kind {
                 Type::Struct(index) => {
                     let of = &self.structs[*index];
-                    let step = position(of, name).ok_or(NoWay::Missing)?;
+                    let step = position(of, name).ok_or(PathError::Missing)?;
                     steps.push(step);
                     &of.fields[step].kind
                 }
                 Type::Array(inner, _) | Type::Sequence(inner) => {
-                    let step = name.parse().map_err(|_| NoWay::Missing)?;
+                    let step = name.parse().map_err(|_| PathError::Missing)?;
                     if matches!(kind, Type::Array(_, count) if step >= *count) {
-                        return Err(NoWay::Missing);
+                        return Err(PathError::Missing);
                     }
                     steps.push(step);
                     inner
                 }
-                _ => return Err(NoWay::Missing),
+                _ => return Err(PathError::Missing),
             };
         }
         match kind {
-            Type::Struct(_) => Err(NoWay::Other("a message".to_owned())),
+            Type::Struct(_) => Err(PathError::Other("a message".to_owned())),
             Type::Array(..) | Type::Sequence(_) => {
-                Err(NoWay::Other("a list: add an index, as in `.0`".to_owned()))
+                Err(PathError::Other("a list: add an index, as in `.0`".to_owned()))
             }
-            Type::Scalar(Scalar::Quadruple) => Err(NoWay::Other("a number of 128 bits".to_owned())),
+            Type::Scalar(Scalar::Quadruple) => {
+                Err(PathError::Other("a number of 128 bits".to_owned()))
+            }
             _ => Ok(steps),
         }
     }
 
     /// The fields of a row; without one those that the definition promises.
     #[must_use]
-    pub fn list(&self, row: Option<&Row>) -> Listing {
+    pub fn list(&self, row: Option<&Row>) -> FieldListing {
         let prefix = match (self.transforms(), row.and_then(|row| row.key)) {
             (None, _) => String::new(),
-            (Some(_), None) => return Listing::default(),
+            (Some(_), None) => return FieldListing::default(),
             (Some(_), Some(key)) => format!("{TRANSFORMS}.{key}"),
         };
-        let mut walk = Walk { definition: self, steps: Vec::new(), listing: Listing::default() };
+        let mut walk =
+            FieldLister { definition: self, steps: Vec::new(), listing: FieldListing::default() };
         let kind = Type::Struct(self.row());
         walk.go(&kind, row.map(|row| row.value), prefix, None);
         walk.listing
@@ -168,7 +171,7 @@ impl Definition {
 
     /// The unit of the number at the end of a way.
     #[must_use]
-    pub fn unit(&self, way: &Way) -> Option<&'static str> {
+    pub fn unit(&self, way: &FieldPath) -> Option<&'static str> {
         let (mut kind, mut unit) = (&Type::Struct(self.row()), None);
         for step in &way.steps {
             kind = match kind {
@@ -231,13 +234,13 @@ fn position(structure: &Struct, name: &str) -> Option<usize> {
 }
 
 /// A walk through all fields of a row.
-struct Walk<'d> {
+struct FieldLister<'d> {
     definition: &'d Definition,
     steps: Vec<usize>,
-    listing: Listing,
+    listing: FieldListing,
 }
 
-impl Walk<'_> {
+impl FieldLister<'_> {
     fn go(
         &mut self,
         kind: &Type,
@@ -258,7 +261,7 @@ impl Walk<'_> {
             }
             Type::Scalar(_) | Type::Text | Type::WideText => {
                 let steps = self.steps.clone();
-                self.listing.leaves.push(Leaf { path, steps, unit: unit.flatten() });
+                self.listing.leaves.push(LeafField { path, steps, unit: unit.flatten() });
             }
             Type::Struct(index) => {
                 let definition = self.definition;

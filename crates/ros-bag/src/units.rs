@@ -1,4 +1,4 @@
-//! Knows the units of the usual messages.
+//! Lists the units of fields of standard messages.
 //!
 //! REP 103 says SI units, degrees for latitude and longitude alone; the comments of each definition say the same, and the exceptions
 //! (VectorNav: degrees, kPa). What holds for a field holds for all that lies in it; of quaternions, and of covariances that mix units, nothing is said.
@@ -128,7 +128,7 @@ mod tests {
             if name.starts_with("ros1/") {
                 continue;
             }
-            let definition = Definition::known(name).expect(name);
+            let definition = Definition::standard(name).expect(name);
             let fields = &definition.structs[definition.root()].fields;
             assert!(fields.iter().any(|it| it.name == field), "{name} has no {field}");
         }

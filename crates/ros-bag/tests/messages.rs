@@ -4,7 +4,7 @@
 mod made;
 
 use made::Cdr;
-use ros_bag::{Database, Definition, Encoding, Error, Language, NoWay, Value};
+use ros_bag::{Database, Definition, Encoding, Error, Language, PathError, Value};
 
 fn definition(text: &str) -> Definition {
     Definition::new("demo/msg/Wheels", Language::Msg, text).expect(text)
@@ -35,11 +35,11 @@ fn fields_of_messages_in_messages_and_lists_are_found_by_their_paths() {
     assert_eq!(definition.stamp(&rows[0]), Some(7_500_000_000));
     let leaves = definition.list(Some(&rows[0])).leaves;
     assert_eq!(leaves.len(), 10, "{leaves:?}");
-    let other = |text: &str| Err(NoWay::Other(text.to_owned()));
+    let other = |text: &str| Err(PathError::Other(text.to_owned()));
     assert_eq!(definition.find("wheels"), other("a list: add an index, as in `.0`"));
     assert_eq!(definition.find("header"), other("a message"));
     for path in ["speed.2", "speed.x", "wheel.0", "name.x", ""] {
-        assert_eq!(definition.find(path), Err(NoWay::Missing), "{path}");
+        assert_eq!(definition.find(path), Err(PathError::Missing), "{path}");
     }
     let cut = definition.read(Encoding::Cdr, &made::wheels(7)[..60]).expect_err("it is cut");
     assert!(cut.starts_with("it ends too early"), "{cut}");
@@ -144,7 +144,7 @@ fn a_message_without_fields_has_a_byte() {
     let empty = Definition::new("demo/msg/Empty", Language::Msg, "").expect("it is one");
     let message = empty.read(Encoding::Cdr, &[0, 1, 0, 0, 0]).expect("it fits");
     assert!(empty.list(Some(&empty.rows(&message)[0])).leaves.is_empty());
-    assert!(Definition::known("demo/msg/Empty").is_err());
+    assert!(Definition::standard("demo/msg/Empty").is_err());
 }
 
 #[test]
@@ -196,7 +196,7 @@ fn bags_without_definitions_have_the_usual_messages() {
         let bag = Database::open(&path).expect("it is read");
         let steer = bag.topics.iter().find(|it| it.name == "/steer").expect("a topic");
         assert_eq!((steer.language.as_str(), steer.kind.as_str()), ("", "std_msgs/msg/Float64"));
-        let definition = Definition::known(&steer.kind).expect("it is known");
+        let definition = Definition::standard(&steer.kind).expect("it is known");
         let mut found = Vec::new();
         let wanted = |topic| topic == steer.id;
         bag.messages::<Error>(&wanted, &mut |_, time, data| {
@@ -211,7 +211,7 @@ fn bags_without_definitions_have_the_usual_messages() {
         let beside = std::fs::read_dir(folder.path()).expect("a folder").count();
         assert_eq!(beside, if defined { 1 } else { 2 }, "nothing is written beside a bag");
     }
-    let imu = Definition::known("sensor_msgs/msg/Imu").expect("it is known");
+    let imu = Definition::standard("sensor_msgs/msg/Imu").expect("it is known");
     let other = [[0u8, 1, 0, 0].to_vec(), vec![0; 400]].concat();
     let error = imu.read(Encoding::Cdr, &other).expect_err("it is another one");
     assert!(error.contains("bytes are left over"), "{error}");

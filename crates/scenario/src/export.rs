@@ -13,7 +13,7 @@ use cosim::system::{Body, NodePlan, System};
 use diagnostics::Error;
 use ssp::Experiment;
 use ssp::write::{
-    Content, Draft, DraftAnnotation, DraftComponent, Version, pack, parameter_set, rehearse,
+    Content, Draft, DraftAnnotation, DraftComponent, Version, pack, parameter_set, read_back,
     structure,
 };
 
@@ -60,7 +60,7 @@ pub fn export(
     let mut draft = draft(scenario, system, &fmus, &mut entries, &mut notes);
     notes.extend(annotation_note(scenario));
     entries.insert(STRUCTURE.to_owned(), Content::Text(structure(&draft)));
-    let read = rehearse(&entries)
+    let read = read_back(&entries)
         .map_err(|error| Error::output(path, format!("the system cannot be read back: {error}")))?;
     let attributes = [("version", "1".to_owned()), ("system", read.fingerprint())];
     draft.annotation = Some(DraftAnnotation {

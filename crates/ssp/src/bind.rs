@@ -1,4 +1,4 @@
-//! Gives the values of parameter bindings to connectors of systems and variables of components.
+//! Applies parameter bindings to connectors of systems and variables of components.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use crate::error::mistake;
 use crate::limits::LOOKUPS;
 use crate::package::Location;
 use crate::parameters::{Assignment, ParameterMapping, ParameterSet};
-use crate::place::Text;
-use crate::tree::{Tree, What};
-use crate::words::{Binding, Description, Source};
-use crate::{Error, Place, xml};
+use crate::source_position::SourceText;
+use crate::ssd::{Binding, Description, Source};
+use crate::tree::{InstanceKind, Tree};
+use crate::{Error, SourcePosition, xml};
 
 /// So many parameters without a target are named.
 const NAMED: usize = 8;
@@ -40,7 +40,7 @@ impl Tree<'_> {
                 }
             }
             if !unused.is_empty() {
-                self.notes.add(|| ignored(&binding.place, &unused));
+                self.notes.add(|| ignored(&binding.position, &unused));
             }
         }
         Ok(())
@@ -56,13 +56,13 @@ impl Tree<'_> {
     ) -> Result<bool, Error> {
         self.count(assignment)?;
         match self.instances[instance].what {
-            What::Reference => return Ok(false),
+            InstanceKind::Reference => return Ok(false),
             // Variables of an FMU need no connector, so any name may be one.
-            What::Component(fmu) => {
+            InstanceKind::Component(fmu) => {
                 self.fmus[fmu].values.insert(name.to_owned(), Arc::clone(assignment));
                 return Ok(true);
             }
-            What::System => {}
+            InstanceKind::System => {}
         }
         let mut used = false;
         if let Some(ports) = self.instances[instance].ports.get(name) {
@@ -86,7 +86,7 @@ impl Tree<'_> {
         }
         let expected = format!("at most {LOOKUPS} values for parameters in all");
         let cure = "leave out what the system does not need";
-        Err(mistake(&assignment.place, expected, "one more", cure))
+        Err(mistake(&assignment.position, expected, "one more", cure))
     }
 
     fn set(
@@ -95,13 +95,13 @@ impl Tree<'_> {
         description: &Description,
         component: Option<&Location>,
     ) -> Result<Arc<ParameterSet>, Error> {
-        let (address, in_component, place) = match source {
+        let (address, in_component, position) = match source {
             Source::Inline(set) => return Ok(Arc::clone(set)),
-            Source::File { address, in_component, place } => (address, *in_component, place),
+            Source::File { address, in_component, position } => (address, *in_component, position),
         };
         let base = if in_component { component } else { None };
-        let text = match self.text(address, in_component, base, description, place)? {
-            Found::File(file) => {
+        let text = match self.text(address, in_component, base, description, position)? {
+            BindingFile::File(file) => {
                 if let Some(known) = self.sets.get(&file.path()) {
                     return Ok(Arc::clone(known));
                 }
@@ -109,7 +109,7 @@ impl Tree<'_> {
                 let set = xml::read(&text, "ParameterSet", self.notes, ParameterSet::read)?;
                 return Ok(Arc::clone(self.sets.entry(file.path()).or_insert(Arc::new(set))));
             }
-            Found::Text(text) => text,
+            BindingFile::Text(text) => text,
         };
         xml::read(&text, "ParameterSet", self.notes, ParameterSet::read).map(Arc::new)
     }
@@ -120,14 +120,14 @@ impl Tree<'_> {
         description: &Description,
         component: Option<&Location>,
     ) -> Result<Arc<ParameterMapping>, Error> {
-        let (address, in_component, place) = match source {
+        let (address, in_component, position) = match source {
             Source::Inline(mapping) => return Ok(Arc::clone(mapping)),
-            Source::File { address, in_component, place } => (address, *in_component, place),
+            Source::File { address, in_component, position } => (address, *in_component, position),
         };
         let base = if in_component { component } else { None };
         let root = "ParameterMapping";
-        let text = match self.text(address, in_component, base, description, place)? {
-            Found::File(file) => {
+        let text = match self.text(address, in_component, base, description, position)? {
+            BindingFile::File(file) => {
                 if let Some(known) = self.mappings.get(&file.path()) {
                     return Ok(Arc::clone(known));
                 }
@@ -136,7 +136,7 @@ impl Tree<'_> {
                 let kept = self.mappings.entry(file.path()).or_insert(Arc::new(mapping));
                 return Ok(Arc::clone(kept));
             }
-            Found::Text(text) => text,
+            BindingFile::Text(text) => text,
         };
         xml::read(&text, root, self.notes, ParameterMapping::read).map(Arc::new)
     }
@@ -148,36 +148,36 @@ impl Tree<'_> {
         in_component: bool,
         component: Option<&Location>,
         description: &Description,
-        place: &Place,
-    ) -> Result<Found, Error> {
+        position: &SourcePosition,
+    ) -> Result<BindingFile, Error> {
         let Some(component) = component else {
             if in_component {
                 let cure = "remove sourceBase=\"component\": a system has no source";
                 let found = "an address in the source of a system";
-                return Err(mistake(place, "an address relative to the file", found, cure));
+                return Err(mistake(position, "an address relative to the file", found, cure));
             }
-            return description.location.follow(address, place).map(Found::File);
+            return description.location.follow(address, position).map(BindingFile::File);
         };
-        let failed = |source| Error::Read { path: component.shown(), source };
+        let failed = |source| Error::Read { path: component.display_path(), source };
         if archive::is_archive(&component.path()).map_err(failed)? {
-            let text = self.store.text_within(component, address, place)?;
-            return Ok(Found::Text(text));
+            let text = self.store.text_within(component, address, position)?;
+            return Ok(BindingFile::Text(text));
         }
-        component.follow(address, place).map(Found::File)
+        component.follow(address, position).map(BindingFile::File)
     }
 }
 
 /// Names some of the parameters that nothing is called like.
-fn ignored(place: &Place, unused: &[Arc<Assignment>]) -> String {
+fn ignored(position: &SourcePosition, unused: &[Arc<Assignment>]) -> String {
     let names: Vec<_> = unused.iter().take(NAMED).map(|x| x.name.as_str()).collect();
     let more = if unused.len() > NAMED { " and others" } else { "" };
     let names = names.join(", ");
-    format!("{place}: nothing is called {names}{more}, so these values are ignored")
+    format!("{position}: nothing is called {names}{more}, so these values are ignored")
 }
 
 /// Where the contents of a binding are.
-enum Found {
+enum BindingFile {
     File(Location),
     /// In an FMU: they are no file of their own.
-    Text(Arc<Text>),
+    Text(Arc<SourceText>),
 }

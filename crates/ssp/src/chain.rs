@@ -1,27 +1,27 @@
-//! Makes one transformation of all those on a way through several connectors.
+//! Composes the transformations and unit conversions along a chain of connections into one.
 //!
 //! Section 4.5.2.1: a connection converts the unit first, to that of its target, and transforms after that. So a chain is
 //! `T2(c12(T1(c01(x))))`. Conversions are linear: `c12(T1(x)) = T1'(c12(x))` with the factor of `T1` and another offset. This
 //! moves all conversions to the front, where they are one from the first unit to the last one, which the caller does.
 
 use crate::error::mistake;
-use crate::{Error, Place, Transformation, Unit};
+use crate::{Error, SourcePosition, Transformation, Unit};
 
 /// One connection of a chain.
 #[derive(Debug)]
-pub(crate) struct Step<'a> {
+pub(crate) struct ChainStep<'a> {
     pub(crate) transformation: &'a Transformation,
     pub(crate) suppress: bool,
     /// The unit of the connector that the step leads to.
     pub(crate) to: Option<&'a Unit>,
     /// Whether that connector, when it has no unit, has that of the connector before; else that of the one behind.
     pub(crate) inherits_before: bool,
-    pub(crate) place: &'a Place,
+    pub(crate) position: &'a SourcePosition,
 }
 
 /// What a chain does.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Link {
+pub(crate) struct ChainConversion {
     pub(crate) transformation: Transformation,
     pub(crate) suppress: bool,
     /// Whether this holds only when the units that only the FMUs at both ends know are equal.
@@ -30,7 +30,7 @@ pub(crate) struct Link {
 
 /// What a chain begins with.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Origin<'a> {
+pub(crate) enum ChainOrigin<'a> {
     /// A connector.
     Connector(Option<&'a Unit>),
     /// A value; without a unit it is in that of the first connector.
@@ -39,55 +39,57 @@ pub(crate) enum Origin<'a> {
 
 /// The unit of a connector, or of the variable behind the first or the last connector, which only the FMU knows.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Scale<'a> {
+enum ConnectorUnit<'a> {
     Unit(&'a Unit),
     First,
     Last,
 }
 
 /// One step that does what all of them do.
-pub(crate) fn link(origin: Origin, steps: &[Step]) -> Result<Link, Error> {
-    let linear = |step: &Step| matches!(step.transformation, Transformation::Linear { .. });
+pub(crate) fn link(origin: ChainOrigin, steps: &[ChainStep]) -> Result<ChainConversion, Error> {
+    let linear = |step: &ChainStep| matches!(step.transformation, Transformation::Linear { .. });
     if !steps.iter().all(linear) {
         let mut all = Transformation::IDENTITY;
         for step in steps {
-            all = after(&all, step.transformation, step.place)?;
+            all = after(&all, step.transformation, step.position)?;
         }
         let suppress = steps.iter().any(|step| step.suppress);
-        return Ok(Link { transformation: all, suppress, assumes: false });
+        return Ok(ChainConversion { transformation: all, suppress, assumes: false });
     }
     let scales = scales(origin, steps);
-    let last = scales.last().copied().unwrap_or(Scale::Last);
+    let last = scales.last().copied().unwrap_or(ConnectorUnit::Last);
     let suppressed = steps.iter().filter(|step| step.suppress).count();
     let (mut all, mut assumes) = (Transformation::IDENTITY, false);
     for (step, pair) in steps.iter().zip(scales.windows(2)) {
         let (before, behind) = (pair[0], pair[1]);
         if suppressed == 0 {
             assumes |= !step.transformation.is_identity() && unknown(behind, last);
-            all = after(&all, &moved(step, behind, last)?, step.place)?;
+            all = after(&all, &moved(step, behind, last)?, step.position)?;
             continue;
         }
         if !step.suppress {
             assumes |= unknown(before, behind);
-            let (factor, offset) = between(before, behind, step.place)?;
-            all = after(&all, &Transformation::Linear { factor, offset }, step.place)?;
+            let (factor, offset) = between(before, behind, step.position)?;
+            all = after(&all, &Transformation::Linear { factor, offset }, step.position)?;
         }
-        all = after(&all, step.transformation, step.place)?;
+        all = after(&all, step.transformation, step.position)?;
     }
-    Ok(Link { transformation: all, suppress: suppressed > 0, assumes })
+    Ok(ChainConversion { transformation: all, suppress: suppressed > 0, assumes })
 }
 
 /// The units of all connectors from the first to the last one. Section 4.5.1.1: a connector of a system that has none gets that
 /// of the connector that it stands for.
-fn scales<'a>(origin: Origin<'a>, steps: &[Step<'a>]) -> Vec<Scale<'a>> {
+fn scales<'a>(origin: ChainOrigin<'a>, steps: &[ChainStep<'a>]) -> Vec<ConnectorUnit<'a>> {
     let first = match origin {
-        Origin::Connector(unit) => Some(unit.map_or(Scale::First, Scale::Unit)),
-        Origin::Value(unit) => unit.map(Scale::Unit),
+        ChainOrigin::Connector(unit) => {
+            Some(unit.map_or(ConnectorUnit::First, ConnectorUnit::Unit))
+        }
+        ChainOrigin::Value(unit) => unit.map(ConnectorUnit::Unit),
     };
     let mut scales = vec![first];
-    scales.extend(steps.iter().map(|step| step.to.map(Scale::Unit)));
+    scales.extend(steps.iter().map(|step| step.to.map(ConnectorUnit::Unit)));
     if let Some(last) = scales.last_mut() {
-        *last = last.or(Some(Scale::Last));
+        *last = last.or(Some(ConnectorUnit::Last));
     }
     // First only from the side that a connector stands for, then from any.
     for any in [false, true] {
@@ -106,7 +108,11 @@ fn scales<'a>(origin: Origin<'a>, steps: &[Step<'a>]) -> Vec<Scale<'a>> {
 }
 
 /// The transformation of a step for values in the last unit, instead of its own.
-fn moved(step: &Step, own: Scale, last: Scale) -> Result<Transformation, Error> {
+fn moved(
+    step: &ChainStep,
+    own: ConnectorUnit,
+    last: ConnectorUnit,
+) -> Result<Transformation, Error> {
     let Transformation::Linear { factor, offset } = step.transformation else {
         return Ok(step.transformation.clone());
     };
@@ -114,31 +120,38 @@ fn moved(step: &Step, own: Scale, last: Scale) -> Result<Transformation, Error> 
         return Ok(Transformation::IDENTITY);
     }
     // With the conversion a x + b: a (f x + o) + b = f (a x + b) + (a o + b - f b).
-    let (a, b) = between(own, last, step.place)?;
+    let (a, b) = between(own, last, step.position)?;
     Ok(Transformation::Linear { factor: *factor, offset: a * offset + b - factor * b })
 }
 
 /// Whether only the FMUs at both ends know these units. Most systems have no units at all: they count as equal.
-fn unknown(from: Scale, to: Scale) -> bool {
-    matches!((from, to), (Scale::First, Scale::Last) | (Scale::Last, Scale::First))
+fn unknown(from: ConnectorUnit, to: ConnectorUnit) -> bool {
+    matches!(
+        (from, to),
+        (ConnectorUnit::First, ConnectorUnit::Last) | (ConnectorUnit::Last, ConnectorUnit::First)
+    )
 }
 
 /// How the values of one unit become those of the other one.
-fn between(from: Scale, to: Scale, place: &Place) -> Result<(f64, f64), Error> {
+fn between(
+    from: ConnectorUnit,
+    to: ConnectorUnit,
+    position: &SourcePosition,
+) -> Result<(f64, f64), Error> {
     if from == to || unknown(from, to) {
         return Ok((1.0, 0.0));
     }
-    if let (Scale::Unit(from), Scale::Unit(to)) = (from, to)
+    if let (ConnectorUnit::Unit(from), ConnectorUnit::Unit(to)) = (from, to)
         && let Some(conversion) = from.to(to)
     {
         return Ok(conversion);
     }
     let name = |scale| match scale {
-        Scale::Unit(unit) => format!("`{}`", unit.name),
-        Scale::First | Scale::Last => "a unit that only the FMU knows".to_owned(),
+        ConnectorUnit::Unit(unit) => format!("`{}`", unit.name),
+        ConnectorUnit::First | ConnectorUnit::Last => "a unit that only the FMU knows".to_owned(),
     };
     Err(mistake(
-        place,
+        position,
         "connectors whose units convert to each other, all the way from FMU to FMU",
         format!("{} and {}", name(from), name(to)),
         "write and define the units of all connectors on this way, with equal dimensions",
@@ -148,19 +161,19 @@ fn between(from: Scale, to: Scale, place: &Place) -> Result<(f64, f64), Error> {
 fn after(
     first: &Transformation,
     second: &Transformation,
-    place: &Place,
+    position: &SourcePosition,
 ) -> Result<Transformation, Error> {
     let Some(both) = first.then(second) else {
         let found = format!("one for {} behind one for {}", second.purpose(), first.purpose());
         let cure = "transform in one connection only";
-        return Err(mistake(place, "transformations of one kind", found, cure));
+        return Err(mistake(position, "transformations of one kind", found, cure));
     };
     match both {
         Transformation::Linear { factor, offset }
             if !(factor.is_finite() && offset.is_finite()) =>
         {
             let found = format!("the factor {factor} and the offset {offset} all the way");
-            Err(mistake(place, "finite numbers", found, "correct the transformation"))
+            Err(mistake(position, "finite numbers", found, "correct the transformation"))
         }
         both => Ok(both),
     }

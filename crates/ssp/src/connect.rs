@@ -1,21 +1,21 @@
-//! Makes edges of connections: finds both connectors, and which of them gives its values to the other.
+//! Resolves connections to edges: finds both connectors, and which of them is the source.
 
 use std::sync::Arc;
 
 use crate::error::mistake;
 use crate::limits::CONNECTORS;
+use crate::ssd::{Connection, ConnectionEnd};
 use crate::tree::{Edge, Ports, Role, Tree};
-use crate::words::{Connection, End};
-use crate::{Error, Kind, Transformation};
+use crate::{ConnectorKind, Error, Transformation};
 
 /// A connector as the connections of a system see it.
-struct Side {
+struct ConnectorEnd {
     ports: Ports,
-    kind: Kind,
+    kind: ConnectorKind,
     /// Whether it is one of the system itself.
     own: bool,
-    gives: bool,
-    takes: bool,
+    is_source: bool,
+    is_sink: bool,
 }
 
 impl Tree<'_> {
@@ -25,38 +25,45 @@ impl Tree<'_> {
         if self.edges > CONNECTORS {
             let expected = format!("at most {CONNECTORS} connections in all");
             let cure = "make the system smaller";
-            return Err(mistake(&connection.place, expected, "one more", cure));
+            return Err(mistake(&connection.position, expected, "one more", cure));
         }
         let start = self.side(system, &connection.start)?;
         let end = self.side(system, &connection.end)?;
         // Section 5.3.2: start and end are no direction, the kinds of the connectors decide.
-        let (from, to, target) = if start.gives && end.takes {
+        let (from, to, target) = if start.is_source && end.is_sink {
             (start, end, &connection.end)
-        } else if end.gives && start.takes {
+        } else if end.is_source && start.is_sink {
             (end, start, &connection.start)
         } else {
             return Err(mistake(
-                &connection.place,
+                &connection.position,
                 "a connector that gives values and one that takes them",
                 format!("{} and {}", described(&start), described(&end)),
                 "correct the connection, or the kinds of the connectors",
             ));
         };
-        let varies = matches!(from.kind, Kind::Input | Kind::Output | Kind::InOut | Kind::Local);
-        let fixed = matches!(to.kind, Kind::Parameter | Kind::StructuralParameter);
+        let varies = matches!(
+            from.kind,
+            ConnectorKind::Input
+                | ConnectorKind::Output
+                | ConnectorKind::InOut
+                | ConnectorKind::Local
+        );
+        let fixed =
+            matches!(to.kind, ConnectorKind::Parameter | ConnectorKind::StructuralParameter);
         if varies && fixed && !to.own {
             return Err(mistake(
-                &target.place,
+                &target.position,
                 "a connector that may change its value",
                 format!("{} that takes the value of {}", described(&to), described(&from)),
                 "connect a parameter with parameters only, section 5.3.2.1",
             ));
         }
         for node in [from.ports.out, to.ports.into] {
-            let carries = self.nodes[node].connector.carries.as_ref();
-            if !connection.transformation.fits(carries) {
+            let data_type = self.nodes[node].connector.data_type.as_ref();
+            if !connection.transformation.fits(data_type) {
                 return Err(mistake(
-                    &connection.place,
+                    &connection.position,
                     "a transformation for the type of the connectors",
                     format!(
                         "one for {} at `{}`",
@@ -72,29 +79,29 @@ impl Tree<'_> {
             transformation: Arc::clone(&connection.transformation),
             suppress: connection.suppress,
             inherits_before: to.own,
-            place: connection.place.clone(),
+            position: connection.position.clone(),
         };
-        self.lead(to.ports.into, edge)
+        self.add_edge(to.ports.into, edge)
     }
 
     /// Adds an edge, and at a reference to a dictionary another one to the entry behind it.
-    fn lead(&mut self, to: usize, edge: Edge) -> Result<(), Error> {
+    fn add_edge(&mut self, to: usize, edge: Edge) -> Result<(), Error> {
         if let Some(first) = &self.nodes[to].incoming {
-            let found = format!("`{}`, which {} leads to already", self.label(to), first.place);
+            let found = format!("`{}`, which {} leads to already", self.label(to), first.position);
             let expected = "a connector that no other connection leads to";
-            return Err(mistake(&edge.place, expected, found, "remove one of the connections"));
+            return Err(mistake(&edge.position, expected, found, "remove one of the connections"));
         }
-        let place = edge.place.clone();
+        let position = edge.position.clone();
         self.nodes[to].incoming = Some(edge);
         let Role::Into(entry) = self.nodes[to].role else { return Ok(()) };
         let transformation = Arc::new(Transformation::IDENTITY);
-        self.lead(
+        self.add_edge(
             entry,
-            Edge { from: to, transformation, suppress: false, inherits_before: true, place },
+            Edge { from: to, transformation, suppress: false, inherits_before: true, position },
         )
     }
 
-    fn side(&self, system: usize, end: &End) -> Result<Side, Error> {
+    fn side(&self, system: usize, end: &ConnectionEnd) -> Result<ConnectorEnd, Error> {
         let own = end.element.is_none();
         let system = &self.instances[system];
         let owner = match &end.element {
@@ -103,7 +110,7 @@ impl Tree<'_> {
                 let child = system.children.get(name.as_str()).ok_or_else(|| {
                     let names = listed(system.children.keys());
                     let found = format!("`{name}`, the system has {names}");
-                    mistake(&end.place, "an element of the system", found, "correct the name")
+                    mistake(&end.position, "an element of the system", found, "correct the name")
                 })?;
                 &self.instances[*child]
             }
@@ -112,24 +119,32 @@ impl Tree<'_> {
             let name = if own { "the system" } else { owner.name.as_str() };
             let names = listed(owner.ports.keys());
             return Err(mistake(
-                &end.place,
+                &end.position,
                 format!("a connector of {name}"),
                 format!("`{}`, it has {names}", end.connector),
                 "correct the name, or add the connector",
             ));
         };
         let kind = self.nodes[ports.into].connector.kind;
-        let (takes, gives) = match kind {
-            Kind::Input | Kind::Parameter | Kind::StructuralParameter => (!own, own),
-            Kind::Output | Kind::CalculatedParameter | Kind::Constant | Kind::Local => (own, !own),
-            Kind::InOut | Kind::Unspecified => (true, true),
+        let (is_sink, is_source) = match kind {
+            ConnectorKind::Input
+            | ConnectorKind::Parameter
+            | ConnectorKind::StructuralParameter => (!own, own),
+            ConnectorKind::Output
+            | ConnectorKind::CalculatedParameter
+            | ConnectorKind::Constant
+            | ConnectorKind::Local => (own, !own),
+            ConnectorKind::InOut | ConnectorKind::Unspecified => (true, true),
         };
-        Ok(Side { ports, kind, own, gives, takes })
+        Ok(ConnectorEnd { ports, kind, own, is_source, is_sink })
     }
 }
 
-fn described(side: &Side) -> String {
-    let word = Kind::ALL.iter().find(|(_, kind)| *kind == side.kind).map_or("?", |(word, _)| word);
+fn described(side: &ConnectorEnd) -> String {
+    let word = ConnectorKind::ALL
+        .iter()
+        .find(|(_, kind)| *kind == side.kind)
+        .map_or("?", |(word, _)| word);
     let owner = if side.own { "the system itself" } else { "an element" };
     format!("the {word} of {owner}")
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::Place;
+use crate::SourcePosition;
 use crate::limits::LONGEST;
 use crate::variant::Variant;
 
@@ -53,10 +53,10 @@ fn listed(variants: &[Variant]) -> String {
 
 /// Something in a file that cannot stay as it is.
 #[derive(Debug, thiserror::Error)]
-#[error("{place}: expected {expected}, found {found}: {cure}")]
+#[error("{position}: expected {expected}, found {found}: {cure}")]
 pub struct Mistake {
     /// Where it is written.
-    pub place: Place,
+    pub position: SourcePosition,
     /// What could have been there.
     pub expected: String,
     /// What is there.
@@ -67,12 +67,12 @@ pub struct Mistake {
 
 /// A mistake as an error.
 pub(crate) fn mistake(
-    place: &Place,
+    position: &SourcePosition,
     expected: impl Into<String>,
     found: impl Into<String>,
     cure: impl Into<String>,
 ) -> Error {
-    let place = place.clone();
+    let position = position.clone();
     let (expected, found, cure) = (expected.into(), found.into(), cure.into());
-    Error::Mistake(Box::new(Mistake { place, expected, found, cure }))
+    Error::Mistake(Box::new(Mistake { position, expected, found, cure }))
 }

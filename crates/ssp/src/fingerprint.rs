@@ -1,4 +1,4 @@
-//! Tells whether two systems mean the same, however they are written.
+//! Computes a fingerprint of a system that does not depend on how it is written.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -7,7 +7,8 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 use crate::{
-    Component, Connector, Dimension, Port, System, Transformation, Type, Unit, Value, Way,
+    Component, Connector, Dimension, Port, SignalConversion, System, Transformation, Type, Unit,
+    Value,
 };
 
 impl System {
@@ -23,19 +24,21 @@ impl System {
             let component = self.components.get(port.component);
             format!("{:?}.{:?}", component.map(|it| it.name.as_str()), port.variable)
         };
-        lines.extend(
-            self.connections.iter().map(|it| {
-                format!("connection {} {} {}", port(&it.from), port(&it.to), way(&it.way))
-            }),
-        );
+        lines.extend(self.connections.iter().map(|it| {
+            format!("connection {} {} {}", port(&it.from), port(&it.to), conversion(&it.conversion))
+        }));
         for input in &self.inputs {
-            let mut to: Vec<_> =
-                input.to.iter().map(|(to, it)| format!("{} {}", port(to), way(it))).collect();
+            let mut to: Vec<_> = input
+                .to
+                .iter()
+                .map(|(to, it)| format!("{} {}", port(to), conversion(it)))
+                .collect();
             to.sort();
             lines.push(format!("input {} {to:?}", connector(&input.connector)));
         }
         for output in &self.outputs {
-            let from = output.from.as_ref().map(|(from, it)| format!("{} {}", port(from), way(it)));
+            let from =
+                output.from.as_ref().map(|(from, it)| format!("{} {}", port(from), conversion(it)));
             lines.push(format!("output {} {from:?}", connector(&output.connector)));
         }
         // Tools may write lists in another order.
@@ -51,16 +54,16 @@ impl System {
 }
 
 fn component(component: &Component, folders: &[&Path]) -> String {
-    let inside = |(place, folder): (usize, &&Path)| {
+    let inside = |(position, folder): (usize, &&Path)| {
         let source = component.source.strip_prefix(folder).ok()?;
         // Most often it lies in the folder of the description.
-        let folder = (place > 0).then(|| format!("{place}:").into());
+        let folder = (position > 0).then(|| format!("{position}:").into());
         Some(folder.into_iter().chain(source.iter().map(|part| part.to_string_lossy())).collect())
     };
     let source: Option<Vec<Cow<str>>> = folders.iter().enumerate().find_map(inside);
     let source = source.unwrap_or_else(|| vec![component.source.to_string_lossy()]);
-    let mut starts: Vec<_> = component
-        .starts
+    let mut start_values: Vec<_> = component
+        .start_values
         .iter()
         .map(|start| {
             let units = (unit(start.unit.as_deref()), unit(start.connector_unit.as_deref()));
@@ -68,11 +71,11 @@ fn component(component: &Component, folders: &[&Path]) -> String {
             format!("{:?} {value} {units:?} {change}", start.variable)
         })
         .collect();
-    starts.sort();
+    start_values.sort();
     let mut connectors: Vec<_> = component.connectors.iter().map(connector).collect();
     connectors.sort();
     let (name, implementation) = (&component.name, &component.implementation);
-    format!("component {name:?} {source:?} {implementation} {starts:?} {connectors:?}")
+    format!("component {name:?} {source:?} {implementation} {start_values:?} {connectors:?}")
 }
 
 fn connector(connector: &Connector) -> String {
@@ -82,7 +85,7 @@ fn connector(connector: &Connector) -> String {
         Dimension::Open => "open".to_owned(),
     });
     let sizes: Vec<_> = sizes.collect();
-    let carries = connector.carries.as_ref().map(|carries| match carries {
+    let data_type = connector.data_type.as_ref().map(|data_type| match data_type {
         Type::Float64 => "Float64".to_owned(),
         Type::Float32 => "Float32".to_owned(),
         Type::Integer(width) => format!("integer {} {}", width.bits, width.signed),
@@ -92,10 +95,12 @@ fn connector(connector: &Connector) -> String {
         Type::Binary { mime } => format!("Binary {mime:?}"),
         Type::Clock => "Clock".to_owned(),
     });
-    let kind =
-        crate::Kind::ALL.iter().find(|(_, kind)| *kind == connector.kind).map(|(word, _)| word);
+    let kind = crate::ConnectorKind::ALL
+        .iter()
+        .find(|(_, kind)| *kind == connector.kind)
+        .map(|(word, _)| word);
     let unit = unit(connector.unit.as_deref());
-    format!("{:?} {kind:?} {carries:?} {unit} {sizes:?}", connector.name)
+    format!("{:?} {kind:?} {data_type:?} {unit} {sizes:?}", connector.name)
 }
 
 fn unit(unit: Option<&Unit>) -> String {
@@ -127,8 +132,11 @@ fn transformation(of: &Transformation) -> String {
     }
 }
 
-fn way(way: &Way) -> String {
-    let units = (unit(way.units.0.as_deref()), unit(way.units.1.as_deref()));
-    let change = transformation(&way.transformation);
-    format!("{change} {} {} {units:?}", way.suppress_unit_conversion, way.assumes_equal_units)
+fn conversion(conversion: &SignalConversion) -> String {
+    let units = (unit(conversion.units.0.as_deref()), unit(conversion.units.1.as_deref()));
+    let change = transformation(&conversion.transformation);
+    format!(
+        "{change} {} {} {units:?}",
+        conversion.suppress_unit_conversion, conversion.assumes_equal_units
+    )
 }

@@ -1,21 +1,21 @@
-//! Makes a flat system of all instances: follows each connection back to where its values come from.
+//! Flattens a hierarchy of systems: follows each connection back to its source.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::chain::{self, Link, Origin, Step};
+use crate::chain::{self, ChainConversion, ChainOrigin, ChainStep};
 use crate::error::mistake;
 use crate::limits::{CELLS, STATIONS};
 use crate::parameters::Assignment;
 use crate::tree::{Edge, Fmu, Role, Tree};
 use crate::{
-    Component, Connection, Connector, Error, Input, Kind, Output, Port, Start, Unit, Value, Way,
-    words,
+    Component, Connection, Connector, ConnectorKind, Error, Input, Output, Port, SignalConversion,
+    StartValue, Unit, Value, ssd,
 };
 
 /// The parts of a system that follow from its instances.
 #[derive(Debug, Default)]
-pub(crate) struct Flat {
+pub(crate) struct FlatSystem {
     pub(crate) components: Vec<Component>,
     pub(crate) connections: Vec<Connection>,
     pub(crate) inputs: Vec<Input>,
@@ -24,9 +24,9 @@ pub(crate) struct Flat {
 
 impl Tree<'_> {
     /// Makes the flat system whose outermost instance is `outer`.
-    pub(crate) fn flatten(&self, outer: usize) -> Result<Flat, Error> {
+    pub(crate) fn flatten(&self, outer: usize) -> Result<FlatSystem, Error> {
         self.distinct()?;
-        let mut flat = Flat::default();
+        let mut flat = FlatSystem::default();
         // Connectors of the system in the order of the file, each with its place among the inputs or outputs.
         let mut own: Vec<usize> = self.instances[outer].ports.values().map(|x| x.into).collect();
         own.sort_unstable();
@@ -43,7 +43,7 @@ impl Tree<'_> {
         }
         let mut cells = 0;
         for (component, fmu) in self.fmus.iter().enumerate() {
-            let mut starts = self.own_starts(fmu)?;
+            let mut start_values = self.own_start_values(fmu)?;
             let mut ports: Vec<usize> =
                 self.instances[fmu.instance].ports.values().map(|x| x.into).collect();
             ports.sort_unstable();
@@ -51,26 +51,30 @@ impl Tree<'_> {
                 let variable = self.nodes[node].connector.name.to_string();
                 let to = Port { component, variable };
                 let path = self.path(node)?;
-                if let Some(start) = self.connected_start(&path, &to)? {
-                    self.replaced(starts.insert(to.variable.clone(), start), &to, &starts);
+                if let Some(start) = self.connected_start_value(&path, &to)? {
+                    self.replaced(
+                        start_values.insert(to.variable.clone(), start),
+                        &to,
+                        &start_values,
+                    );
                 }
-                self.lead_on(&path, to, &inputs, &mut flat)?;
+                self.add_connection(&path, to, &inputs, &mut flat)?;
             }
-            cells += starts.values().map(size).sum::<usize>();
+            cells += start_values.values().map(size).sum::<usize>();
             if cells > CELLS {
                 let expected = format!("at most {CELLS} elements in all start values");
-                return Err(mistake(&fmu.place, expected, "more", "make arrays smaller"));
+                return Err(mistake(&fmu.position, expected, "more", "make arrays smaller"));
             }
             let connectors =
                 ports.iter().map(|node| public(&self.nodes[*node].connector)).collect();
             flat.components.push(Component {
                 name: fmu.name.clone(),
                 source: fmu.source.path(),
-                shown: fmu.source.shown(),
+                display_path: fmu.source.display_path(),
                 implementation: fmu.implementation.clone(),
-                starts: starts.into_values().collect(),
+                start_values: start_values.into_values().collect(),
                 connectors,
-                place: fmu.place.clone(),
+                position: fmu.position.clone(),
             });
         }
         Ok(flat)
@@ -81,9 +85,9 @@ impl Tree<'_> {
         let mut seen: BTreeMap<&str, &Fmu> = BTreeMap::new();
         for fmu in &self.fmus {
             if let Some(first) = seen.insert(&fmu.name, fmu) {
-                let found = format!("`{}`, which {} is called as well", fmu.name, first.place);
+                let found = format!("`{}`, which {} is called as well", fmu.name, first.position);
                 let expected = "a name that no other component has, with the systems around it";
-                return Err(mistake(&fmu.place, expected, found, "rename one of them"));
+                return Err(mistake(&fmu.position, expected, found, "rename one of them"));
             }
         }
         Ok(())
@@ -92,44 +96,54 @@ impl Tree<'_> {
     fn is_input(&self, node: usize) -> bool {
         let node = &self.nodes[node];
         match node.connector.kind {
-            Kind::Input | Kind::Parameter | Kind::StructuralParameter => true,
-            Kind::InOut | Kind::Unspecified => node.incoming.is_none(),
-            Kind::Output | Kind::CalculatedParameter | Kind::Constant | Kind::Local => false,
+            ConnectorKind::Input
+            | ConnectorKind::Parameter
+            | ConnectorKind::StructuralParameter => true,
+            ConnectorKind::InOut | ConnectorKind::Unspecified => node.incoming.is_none(),
+            ConnectorKind::Output
+            | ConnectorKind::CalculatedParameter
+            | ConnectorKind::Constant
+            | ConnectorKind::Local => false,
         }
     }
 
     /// What leads to a connector of the outermost system.
-    fn output(&self, node: usize) -> Result<Option<(Port, Way)>, Error> {
+    fn output(&self, node: usize) -> Result<Option<(Port, SignalConversion)>, Error> {
         let path = self.path(node)?;
         if let Some(value) = &self.nodes[node].value {
-            let (place, label) = (&value.place, self.label(node));
+            let (position, label) = (&value.position, self.label(node));
             self.notes.add(|| {
-                format!("{place}: the value of `{label}` is ignored, since it is an output")
+                format!("{position}: the value of `{label}` is ignored, since it is an output")
             });
         }
         let Role::Component(component) = self.nodes[path[0]].role else { return Ok(None) };
         let variable = self.nodes[path[0]].connector.name.to_string();
-        Ok(Some((Port { component, variable }, self.way(&path)?)))
+        Ok(Some((Port { component, variable }, self.conversion(&path)?)))
     }
 
     /// Adds the connection of a path, unless its beginning is connected to nothing.
-    fn lead_on(
+    fn add_connection(
         &self,
         path: &[usize],
         to: Port,
         inputs: &BTreeMap<usize, usize>,
-        flat: &mut Flat,
+        flat: &mut FlatSystem,
     ) -> Result<(), Error> {
         let origin = path[0];
-        let way = self.way(path)?;
+        let conversion = self.conversion(path)?;
         if let Role::Component(component) = self.nodes[origin].role {
             let variable = self.nodes[origin].connector.name.to_string();
-            flat.connections.push(Connection { from: Port { component, variable }, to, way });
+            flat.connections.push(Connection {
+                from: Port { component, variable },
+                to,
+                conversion,
+            });
         } else if let Some(input) = inputs.get(&origin) {
-            flat.inputs[*input].to.push((to, way));
+            flat.inputs[*input].to.push((to, conversion));
         } else {
-            let (place, label) = (&way.place, self.label(origin));
-            self.notes.add(|| format!("{place}: nothing is connected to `{label}` from outside"));
+            let (position, label) = (&conversion.position, self.label(origin));
+            self.notes
+                .add(|| format!("{position}: nothing is connected to `{label}` from outside"));
         }
         Ok(())
     }
@@ -158,75 +172,80 @@ impl Tree<'_> {
         if let Some(node) = path.iter().find(|node| !seen.insert(**node)) {
             let found = format!("a circle through `{}`", self.label(*node));
             let expected = "connections that begin at a component";
-            return mistake(&edge.place, expected, found, "remove one of them");
+            return mistake(&edge.position, expected, found, "remove one of them");
         }
         let expected = format!("at most {STATIONS} connectors on the way of a connection");
-        mistake(&edge.place, expected, "one more", "connect more directly")
+        mistake(&edge.position, expected, "one more", "connect more directly")
     }
 
     /// The edges between the nodes of a path.
-    fn edges<'a>(&'a self, path: &'a [usize]) -> impl Iterator<Item = (&'a Edge, Step<'a>)> {
+    fn edges<'a>(&'a self, path: &'a [usize]) -> impl Iterator<Item = (&'a Edge, ChainStep<'a>)> {
         path[1..].iter().filter_map(|node| {
             let node = &self.nodes[*node];
             let edge = node.incoming.as_ref()?;
             let to = node.connector.unit.as_deref();
-            let Edge { transformation, suppress, inherits_before, place, .. } = edge;
+            let Edge { transformation, suppress, inherits_before, position, .. } = edge;
             let (suppress, inherits_before) = (*suppress, *inherits_before);
-            Some((edge, Step { transformation, suppress, to, inherits_before, place }))
+            Some((edge, ChainStep { transformation, suppress, to, inherits_before, position }))
         })
     }
 
-    fn way(&self, path: &[usize]) -> Result<Way, Error> {
+    fn conversion(&self, path: &[usize]) -> Result<SignalConversion, Error> {
         let (edges, steps): (Vec<_>, Vec<_>) = self.edges(path).unzip();
         let unit = |node: Option<&usize>| self.nodes[*node?].connector.unit.clone();
         let units = (unit(path.first()), unit(path.last()));
-        let Link { transformation, suppress, assumes } =
-            chain::link(Origin::Connector(units.0.as_deref()), &steps)?;
-        let place = edges.last().map_or(&self.nodes[path[0]].connector.place, |edge| &edge.place);
-        let place = place.clone();
-        Ok(Way {
+        let ChainConversion { transformation, suppress, assumes } =
+            chain::link(ChainOrigin::Connector(units.0.as_deref()), &steps)?;
+        let position =
+            edges.last().map_or(&self.nodes[path[0]].connector.position, |edge| &edge.position);
+        let position = position.clone();
+        Ok(SignalConversion {
             transformation,
             suppress_unit_conversion: suppress,
             assumes_equal_units: assumes,
             units,
-            place,
+            position,
         })
     }
 
     /// What the bindings give the variables of an FMU directly.
-    fn own_starts(&self, fmu: &Fmu) -> Result<BTreeMap<String, Start>, Error> {
+    fn own_start_values(&self, fmu: &Fmu) -> Result<BTreeMap<String, StartValue>, Error> {
         let ports = &self.instances[fmu.instance].ports;
-        let starts = fmu.values.iter().map(|(variable, value)| {
+        let start_values = fmu.values.iter().map(|(variable, value)| {
             let node = ports.get(variable.as_str()).map(|ports| ports.into);
             let unit = node.and_then(|node| self.nodes[node].connector.unit.clone());
             let units = (value.unit.clone(), unit);
             Ok((variable.clone(), start(value, variable, units, &[])?))
         });
-        starts.collect()
+        start_values.collect()
     }
 
     /// The value that comes through a connection from a connector of a system. The connection gives the variable its value,
     /// so the first connector with a value counts.
-    fn connected_start(&self, path: &[usize], to: &Port) -> Result<Option<Start>, Error> {
+    fn connected_start_value(
+        &self,
+        path: &[usize],
+        to: &Port,
+    ) -> Result<Option<StartValue>, Error> {
         let stations = &path[..path.len() - 1];
         let Some(at) = stations.iter().position(|node| self.nodes[*node].value.is_some()) else {
             return Ok(None);
         };
         let Some(value) = &self.nodes[path[at]].value else { return Ok(None) };
         if matches!(self.nodes[path[0]].role, Role::Component(_)) {
-            let (place, label) = (&value.place, self.label(path[at]));
+            let (position, label) = (&value.position, self.label(path[at]));
             self.notes.add(|| {
-                format!("{place}: the value of `{label}` is ignored, since a component gives it")
+                format!("{position}: the value of `{label}` is ignored, since a component gives it")
             });
             return Ok(None);
         }
         let steps: Vec<_> = self.edges(&path[at..]).map(|(_, step)| step).collect();
-        let first = Step {
+        let first = ChainStep {
             transformation: &value.transformation,
             suppress: value.suppress,
             to: self.nodes[path[at]].connector.unit.as_deref(),
             inherits_before: false,
-            place: &value.place,
+            position: &value.position,
         };
         let steps: Vec<_> = std::iter::once(first).chain(steps).collect();
         let unit = path.last().and_then(|node| self.nodes[*node].connector.unit.clone());
@@ -236,14 +255,19 @@ impl Tree<'_> {
     }
 
     /// Notes a value that lost against that of a connection.
-    fn replaced(&self, before: Option<Start>, to: &Port, starts: &BTreeMap<String, Start>) {
-        let (Some(before), Some(now)) = (before, starts.get(&to.variable)) else { return };
+    fn replaced(
+        &self,
+        before: Option<StartValue>,
+        to: &Port,
+        start_values: &BTreeMap<String, StartValue>,
+    ) {
+        let (Some(before), Some(now)) = (before, start_values.get(&to.variable)) else { return };
         if before.value != now.value {
             let (fmu, variable) = (&self.fmus[to.component].name, &to.variable);
             self.notes.add(|| {
                 format!(
                     "{}: the value of `{fmu}.{variable}` is replaced by that of its connection, {}",
-                    before.place, now.place,
+                    before.position, now.position,
                 )
             });
         }
@@ -256,31 +280,31 @@ fn start(
     value: &Arc<Assignment>,
     variable: &str,
     (written, unit): (Option<Arc<Unit>>, Option<Arc<Unit>>),
-    steps: &[Step],
-) -> Result<Start, Error> {
-    let own = [Step {
+    steps: &[ChainStep],
+) -> Result<StartValue, Error> {
+    let own = [ChainStep {
         transformation: &value.transformation,
         suppress: value.suppress,
         to: unit.as_deref(),
         inherits_before: false,
-        place: &value.place,
+        position: &value.position,
     }];
     let steps = if steps.is_empty() { &own } else { steps };
-    let Link { transformation, suppress, .. } =
-        chain::link(Origin::Value(written.as_deref()), steps)?;
-    let mut start = Start {
+    let ChainConversion { transformation, suppress, .. } =
+        chain::link(ChainOrigin::Value(written.as_deref()), steps)?;
+    let mut start = StartValue {
         variable: variable.to_owned(),
         value: Value::clone(&value.value),
         unit: written.clone().filter(|_| !suppress),
         connector_unit: unit.clone(),
         transformation,
-        place: value.place.clone(),
+        position: value.position.clone(),
     };
     let Some(after) = start.transformation.apply(&start.value) else {
         let found = format!("a transformation for {} on the way", start.transformation.purpose());
         let expected = "transformations for the type of the value";
         let cure = "use the transformation for the type of the value";
-        return Err(mistake(&value.place, expected, found, cure));
+        return Err(mistake(&value.position, expected, found, cure));
     };
     // Nothing is left to convert: the transformation can be done here.
     if start.unit.is_none() || start.unit == unit {
@@ -290,20 +314,20 @@ fn start(
     Ok(start)
 }
 
-fn size(start: &Start) -> usize {
+fn size(start: &StartValue) -> usize {
     match &start.value {
         Value::Array { elements, .. } => elements.len(),
         _ => 1,
     }
 }
 
-fn public(connector: &words::Connector) -> Connector {
+fn public(connector: &ssd::Connector) -> Connector {
     Connector {
         name: connector.name.to_string(),
         kind: connector.kind,
-        carries: connector.carries.clone(),
+        data_type: connector.data_type.clone(),
         unit: connector.unit.clone(),
         dimensions: connector.dimensions.clone(),
-        place: connector.place.clone(),
+        position: connector.position.clone(),
     }
 }

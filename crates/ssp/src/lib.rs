@@ -42,15 +42,15 @@ mod notes;
 mod open;
 mod package;
 mod parameters;
-mod place;
 mod read;
 mod read_archive;
+mod source_position;
+mod ssd;
 mod transformation;
 mod tree;
 mod unit;
 mod value;
 mod variant;
-mod words;
 pub mod write;
 mod xml;
 
@@ -64,7 +64,7 @@ use archive::Folder;
 
 pub use error::{Error, Mistake};
 pub use open::{open, variants};
-pub use place::Place;
+pub use source_position::SourcePosition;
 pub use transformation::Transformation;
 pub use unit::{BASES, BaseUnit, Enumeration, Unit};
 pub use value::{Type, Value, Width};
@@ -88,7 +88,7 @@ pub struct System {
     /// The time that its description proposes.
     pub experiment: Experiment,
     /// The step that a tool noted in its description.
-    pub stepping: Option<Stepping>,
+    pub stepping: Option<StepSettings>,
     /// Annotations of its description as a whole.
     pub annotations: Vec<Annotation>,
     /// Files of other descriptions beside it.
@@ -136,13 +136,13 @@ pub struct Experiment {
 
 /// The communication step that a tool noted in an annotation: the standard has none.
 #[derive(Debug, Clone)]
-pub struct Stepping {
+pub struct StepSettings {
     /// The tool whose algorithm steps the FMUs.
     pub master: Master,
     /// [s], above 0.
     pub step: f64,
     /// Where it is written.
-    pub place: Place,
+    pub position: SourcePosition,
 }
 
 /// A tool whose annotations say how a system is stepped.
@@ -156,7 +156,7 @@ pub enum Master {
 
 impl Master {
     /// The element of its annotation and the attribute with the step.
-    pub(crate) fn words(self) -> (&'static str, &'static str) {
+    pub(crate) fn step_parameter(self) -> (&'static str, &'static str) {
         match self {
             Master::Osp => ("FixedStepAlgorithm", "baseStepSize"),
             Master::OmSimulator => ("FixedStepMaster", "stepSize"),
@@ -172,15 +172,15 @@ pub struct Component {
     /// The FMU.
     pub source: PathBuf,
     /// What users know that file by: of an archive, its path and the path inside of it.
-    pub shown: PathBuf,
+    pub display_path: PathBuf,
     /// Which interface to use: `any`, `CoSimulation`, `ModelExchange` or `ScheduledExecution`.
     pub implementation: String,
     /// Start values by name of the variable. Section 5.2.3: one that the FMU has no variable for is to be ignored.
-    pub starts: Vec<Start>,
+    pub start_values: Vec<StartValue>,
     /// Its connectors; the FMU may have more variables.
     pub connectors: Vec<Connector>,
     /// Where it is written.
-    pub place: Place,
+    pub position: SourcePosition,
 }
 
 /// A connector of a component or of the system.
@@ -189,15 +189,15 @@ pub struct Connector {
     /// The name, at a component that of a variable of the FMU.
     pub name: String,
     /// Who determines its value.
-    pub kind: Kind,
+    pub kind: ConnectorKind,
     /// What it carries; `None` when that is not written: it is what the variable of the FMU is.
-    pub carries: Option<Type>,
+    pub data_type: Option<Type>,
     /// Its unit; `None` when that is not written: it is that of the variable of the FMU.
     pub unit: Option<Arc<Unit>>,
     /// Sizes of an array, empty for a single value.
     pub dimensions: Vec<Dimension>,
     /// Where it is written.
-    pub place: Place,
+    pub position: SourcePosition,
 }
 
 /// One direction of an array.
@@ -213,7 +213,7 @@ pub enum Dimension {
 
 /// Who determines the value of a connector, section 5.2.1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Kind {
+pub enum ConnectorKind {
     /// Another element.
     Input,
     /// The element.
@@ -234,27 +234,27 @@ pub enum Kind {
     Unspecified,
 }
 
-impl Kind {
+impl ConnectorKind {
     /// The words of the standard.
-    pub const ALL: [(&str, Kind); 9] = [
-        ("input", Kind::Input),
-        ("output", Kind::Output),
-        ("parameter", Kind::Parameter),
-        ("calculatedParameter", Kind::CalculatedParameter),
-        ("structuralParameter", Kind::StructuralParameter),
-        ("constant", Kind::Constant),
-        ("local", Kind::Local),
-        ("inout", Kind::InOut),
-        ("unspecified", Kind::Unspecified),
+    pub const ALL: [(&str, ConnectorKind); 9] = [
+        ("input", ConnectorKind::Input),
+        ("output", ConnectorKind::Output),
+        ("parameter", ConnectorKind::Parameter),
+        ("calculatedParameter", ConnectorKind::CalculatedParameter),
+        ("structuralParameter", ConnectorKind::StructuralParameter),
+        ("constant", ConnectorKind::Constant),
+        ("local", ConnectorKind::Local),
+        ("inout", ConnectorKind::InOut),
+        ("unspecified", ConnectorKind::Unspecified),
     ];
 }
 
 /// The value that a variable has at the beginning.
 #[derive(Debug, Clone)]
-pub struct Start {
+pub struct StartValue {
     /// The variable of the FMU.
     pub variable: String,
-    /// The value, in [`Start::unit`].
+    /// The value, in [`StartValue::unit`].
     pub value: Value,
     /// The unit of the value. `None`: it is in the unit of the connector and must not be converted.
     pub unit: Option<Arc<Unit>>,
@@ -263,10 +263,10 @@ pub struct Start {
     /// What is left to do after the value was converted to the unit of the connector.
     pub transformation: Transformation,
     /// Where the value is written.
-    pub place: Place,
+    pub position: SourcePosition,
 }
 
-impl Start {
+impl StartValue {
     /// The value for the FMU, when `factor * value + offset` converts it to the unit of the connector. `None` when only
     /// numbers can be converted so, and it is none.
     #[must_use]
@@ -288,7 +288,7 @@ pub struct Port {
 /// What happens to values between two connectors, through all connectors of nested systems between them. A value is converted
 /// from the first unit to the second one, unless that is suppressed, and transformed after that.
 #[derive(Debug, Clone)]
-pub struct Way {
+pub struct SignalConversion {
     /// The transformation. Its offset is in the second unit.
     pub transformation: Transformation,
     /// Whether units must not be converted.
@@ -299,7 +299,7 @@ pub struct Way {
     /// The units of the connectors at both ends. `None`: that of the variable of the FMU.
     pub units: (Option<Arc<Unit>>, Option<Arc<Unit>>),
     /// Where the last of the connections is written.
-    pub place: Place,
+    pub position: SourcePosition,
 }
 
 /// A connection between two FMUs, or between parameters of two FMUs.
@@ -310,7 +310,7 @@ pub struct Connection {
     /// Where they go.
     pub to: Port,
     /// What happens between.
-    pub way: Way,
+    pub conversion: SignalConversion,
 }
 
 /// A connector of the system that values come in through.
@@ -319,7 +319,7 @@ pub struct Input {
     /// The connector.
     pub connector: Connector,
     /// Where values go, and what happens on the way.
-    pub to: Vec<(Port, Way)>,
+    pub to: Vec<(Port, SignalConversion)>,
 }
 
 /// A connector of the system that values go out through.
@@ -328,5 +328,5 @@ pub struct Output {
     /// The connector.
     pub connector: Connector,
     /// Where values come from, and what happens on the way; `None` when nothing leads to it.
-    pub from: Option<(Port, Way)>,
+    pub from: Option<(Port, SignalConversion)>,
 }

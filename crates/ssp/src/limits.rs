@@ -1,4 +1,4 @@
-//! Bounds what a hostile system can cost.
+//! Defines limits on what a hostile system can cost.
 
 /// All descriptions, parameters, mappings and dictionaries of a system may have this many bytes together.
 pub(crate) const LONGEST: u64 = 128 << 20;

@@ -1,8 +1,8 @@
-//! Opens an archive, a folder or a description, and chooses among its variants.
+//! Opens an `.ssp` archive, a folder or an `.ssd` file, and chooses among its variants.
 
 use std::path::{Path, PathBuf};
 
-use crate::flat::Flat;
+use crate::flat::FlatSystem;
 use crate::notes::Notes;
 use crate::package::{DEFAULT, Location, Store};
 use crate::tree::Tree;
@@ -37,16 +37,16 @@ pub fn open(path: &Path, variant: Option<&str>) -> Result<System, Error> {
     let mut tree = Tree::new(store, &notes);
     let description = tree.description(&file)?;
     let outer = tree.element(&description, &description.system, String::new())?;
-    let Flat { components, connections, inputs, outputs } = tree.flatten(outer)?;
+    let FlatSystem { components, connections, inputs, outputs } = tree.flatten(outer)?;
     let experiment = Experiment { start: description.start, stop: description.stop };
-    let shown = description.location.shown();
+    let display_path = description.location.display_path();
     let folders = tree.store.folders();
     let stepping = description.stepping.clone();
     let (name, annotations) = (description.name.clone(), description.annotations.clone());
     let notes = notes.take();
     Ok(System {
         name,
-        description: shown,
+        description: display_path,
         components,
         connections,
         inputs,

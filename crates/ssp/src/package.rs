@@ -1,4 +1,4 @@
-//! Finds the files that a system refers to, inside of the folder or archive that the system came in.
+//! Resolves references to files inside the folder or archive of a system.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -10,8 +10,8 @@ use archive::{Folder, LARGEST};
 
 use crate::error::mistake;
 use crate::limits::LONGEST;
-use crate::place::Text;
-use crate::{Error, Place, read_archive};
+use crate::source_position::SourceText;
+use crate::{Error, SourcePosition, read_archive};
 
 /// The description that is meant when none is named.
 pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
@@ -21,7 +21,7 @@ pub(crate) const DEFAULT: &str = "SystemStructure.ssd";
 struct Package {
     folder: PathBuf,
     /// What users know it by: the folder or the archive.
-    shown: PathBuf,
+    display_path: PathBuf,
 }
 
 /// A file inside of a package.
@@ -34,9 +34,12 @@ pub(crate) struct Location {
 
 impl Location {
     /// A file directly in a folder.
-    pub(crate) fn new(folder: &Path, shown: &Path, name: &str) -> Self {
-        let (folder, shown) = (folder.to_owned(), shown.to_owned());
-        Location { package: Arc::new(Package { folder, shown }), inside: vec![name.to_owned()] }
+    pub(crate) fn new(folder: &Path, display_path: &Path, name: &str) -> Self {
+        let (folder, display_path) = (folder.to_owned(), display_path.to_owned());
+        Location {
+            package: Arc::new(Package { folder, display_path }),
+            inside: vec![name.to_owned()],
+        }
     }
 
     pub(crate) fn path(&self) -> PathBuf {
@@ -44,17 +47,21 @@ impl Location {
     }
 
     /// What users know the file by.
-    pub(crate) fn shown(&self) -> PathBuf {
-        self.package.shown.join(self.inside.iter().collect::<PathBuf>())
+    pub(crate) fn display_path(&self) -> PathBuf {
+        self.package.display_path.join(self.inside.iter().collect::<PathBuf>())
     }
 
-    /// The file at a relative address that this file contains. `place` is where it is written.
-    pub(crate) fn follow(&self, address: &str, place: &Place) -> Result<Location, Error> {
+    /// The file at a relative address that this file contains. `position` is where it is written.
+    pub(crate) fn follow(
+        &self,
+        address: &str,
+        position: &SourcePosition,
+    ) -> Result<Location, Error> {
         let refused = |found: String| {
             let expected = "the path of a file in the folder of the system";
             let cure =
                 "copy the file to the folder of the system, and write its relative path with `/`";
-            mistake(place, expected, found, cure)
+            mistake(position, expected, found, cure)
         };
         let path = decoded(address).ok_or_else(|| refused(format!("the address `{address}`")))?;
         let scheme = path.split('/').next().is_some_and(|first| first.contains(':'));
@@ -73,12 +80,12 @@ impl Location {
         }
         let found = Location { package: Arc::clone(&self.package), inside };
         if !found.path().is_file() {
-            let expected = format!("the file {}", found.shown().display());
+            let expected = format!("the file {}", found.display_path().display());
             let (found, cure) = match found.path().is_dir() {
                 true => ("a folder", "pack the folder into an archive: an FMU is a ZIP file"),
                 false => ("no such file", "add the file, or correct its path"),
             };
-            return Err(mistake(place, expected, found, cure));
+            return Err(mistake(position, expected, found, cure));
         }
         Ok(found)
     }
@@ -127,8 +134,8 @@ impl Store {
     }
 
     /// The text of a file.
-    pub(crate) fn text(&mut self, file: &Location) -> Result<Arc<Text>, Error> {
-        let path = file.shown();
+    pub(crate) fn text(&mut self, file: &Location) -> Result<Arc<SourceText>, Error> {
+        let path = file.display_path();
         let failed = |source| Error::Read { path: path.clone(), source };
         let opened = File::open(file.path()).map_err(failed)?;
         let mut bytes = Vec::new();
@@ -141,37 +148,37 @@ impl Store {
         &mut self,
         fmu: &Location,
         address: &str,
-        place: &Place,
-    ) -> Result<Arc<Text>, Error> {
+        position: &SourcePosition,
+    ) -> Result<Arc<SourceText>, Error> {
         let bytes = read_archive::entry(&fmu.path(), address, self.readable).map_err(|error| {
-            let expected = format!("the file {address} in {}", fmu.shown().display());
-            mistake(place, expected, error.to_string(), "correct the path inside of the FMU")
+            let expected = format!("the file {address} in {}", fmu.display_path().display());
+            mistake(position, expected, error.to_string(), "correct the path inside of the FMU")
         })?;
-        self.checked(fmu.shown().join(address), bytes)
+        self.checked(fmu.display_path().join(address), bytes)
     }
 
-    fn checked(&mut self, path: PathBuf, bytes: Vec<u8>) -> Result<Arc<Text>, Error> {
+    fn checked(&mut self, path: PathBuf, bytes: Vec<u8>) -> Result<Arc<SourceText>, Error> {
         let left = self.readable.checked_sub(bytes.len() as u64);
         self.readable = left.ok_or_else(|| Error::TooLong { path: path.clone() })?;
         match String::from_utf8(bytes) {
-            Ok(text) => Ok(Arc::new(Text { path, text })),
+            Ok(text) => Ok(Arc::new(SourceText { path, text })),
             Err(error) => {
                 let valid = error.utf8_error().valid_up_to();
                 let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-                let place = Place::new(&Arc::new(Text { path, text }), valid);
-                Err(mistake(&place, "UTF-8", "other bytes", "write the file in UTF-8"))
+                let position = SourcePosition::new(&Arc::new(SourceText { path, text }), valid);
+                Err(mistake(&position, "UTF-8", "other bytes", "write the file in UTF-8"))
             }
         }
     }
 
     /// The folder that the archive is unpacked to; each archive is unpacked once.
-    pub(crate) fn unpacked(&mut self, path: &Path, shown: &Path) -> Result<PathBuf, Error> {
+    pub(crate) fn unpacked(&mut self, path: &Path, display_path: &Path) -> Result<PathBuf, Error> {
         if let Some(folder) = self.archives.get(path) {
             return Ok(folder.clone());
         }
         let failed = |source| Error::Read { path: std::env::temp_dir(), source };
         let folder = Folder::new().map_err(failed)?;
-        read_archive::unpack(path, shown, folder.path(), &mut self.unpackable)?;
+        read_archive::unpack(path, display_path, folder.path(), &mut self.unpackable)?;
         let unpacked = folder.path().to_owned();
         self.folders.push(folder);
         self.archives.insert(path.to_owned(), unpacked.clone());

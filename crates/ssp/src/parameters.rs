@@ -1,4 +1,4 @@
-//! Reads sets of parameters and their mappings, sections 6 and 7 of the standard.
+//! Parses parameter sets and parameter mappings (sections 6 and 7 of the standard).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::transformation::{self, TRANSFORMATIONS};
 use crate::unit::Definitions;
 use crate::value::{TYPES, read_value};
 use crate::xml::Element;
-use crate::{Error, Place, Transformation, Unit, Value};
+use crate::{Error, SourcePosition, Transformation, Unit, Value};
 
 /// What the outermost elements of files may have beside their contents.
 pub(crate) const ABOUT: [&str; 8] = [
@@ -34,7 +34,7 @@ struct Parameter {
     name: String,
     value: Arc<Value>,
     unit: Option<Arc<Unit>>,
-    place: Place,
+    position: SourcePosition,
 }
 
 /// The contents of an .ssm file.
@@ -49,7 +49,7 @@ struct Entry {
     target: String,
     transformation: Arc<Transformation>,
     suppress: bool,
-    place: Place,
+    position: SourcePosition,
 }
 
 /// A value for the parameter that has this name in the system or component of its binding.
@@ -62,7 +62,7 @@ pub(crate) struct Assignment {
     pub(crate) transformation: Arc<Transformation>,
     pub(crate) suppress: bool,
     /// Where the value is written.
-    pub(crate) place: Place,
+    pub(crate) position: SourcePosition,
 }
 
 impl ParameterSet {
@@ -82,7 +82,7 @@ impl ParameterSet {
             let (typed, value) = read_value(element)?;
             let unit = definitions.unit(typed);
             let (name, value) = (name.to_owned(), Arc::new(value));
-            parameters.push(Parameter { name, value, unit, place: typed.place() });
+            parameters.push(Parameter { name, value, unit, position: typed.position() });
         }
         Ok(ParameterSet { parameters })
     }
@@ -103,7 +103,7 @@ impl ParameterSet {
                 unit: parameter.unit.clone(),
                 transformation: Arc::clone(&identity),
                 suppress: false,
-                place: parameter.place.clone(),
+                position: parameter.position.clone(),
             });
             return Ok(all.collect());
         };
@@ -112,16 +112,18 @@ impl ParameterSet {
         let mut assignments = Vec::new();
         for entry in &mapping.entries {
             let Some(parameter) = named.get(&entry.source) else {
-                let Entry { place, source, .. } = entry;
+                let Entry { position, source, .. } = entry;
                 notes.add(|| {
-                    format!("{place}: the parameter `{source}` has no value, so nothing is mapped")
+                    format!(
+                        "{position}: the parameter `{source}` has no value, so nothing is mapped"
+                    )
                 });
                 continue;
             };
             if entry.transformation.apply(&parameter.value).is_none() {
                 return Err(mistake(
-                    &entry.place,
-                    format!("a transformation for the value at {}", parameter.place),
+                    &entry.position,
+                    format!("a transformation for the value at {}", parameter.position),
                     format!("one for {}", entry.transformation.purpose()),
                     "use the transformation for the type of the value",
                 ));
@@ -132,7 +134,7 @@ impl ParameterSet {
                 unit: parameter.unit.clone(),
                 transformation: Arc::clone(&entry.transformation),
                 suppress: entry.suppress,
-                place: parameter.place.clone(),
+                position: parameter.position.clone(),
             });
         }
         Ok(assignments)
@@ -154,9 +156,9 @@ impl ParameterMapping {
             }
             // OMSimulator writes an empty source for what nothing is mapped to.
             if element.attribute("source") == Some("") {
-                let place = element.place();
+                let position = element.position();
                 element.notes().add(|| {
-                    format!("{place}: `{target}` has no source, so nothing is mapped to it")
+                    format!("{position}: `{target}` has no source, so nothing is mapped to it")
                 });
                 continue;
             }
@@ -165,7 +167,7 @@ impl ParameterMapping {
                 target: target.to_owned(),
                 transformation: Arc::new(transformation::read(element)?),
                 suppress: element.truth("suppressUnitConversion")?,
-                place: element.place(),
+                position: element.position(),
             });
         }
         Ok(ParameterMapping { entries })

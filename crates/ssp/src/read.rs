@@ -1,4 +1,4 @@
-//! Reads the words of a description.
+//! Parses the elements of a system structure description.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,15 +7,15 @@ use crate::error::mistake;
 use crate::limits::DEEPEST;
 use crate::package::Location;
 use crate::parameters::{ABOUT, ParameterMapping, ParameterSet, version};
+use crate::ssd::{
+    Binding, Component, Connection, ConnectionEnd, Connector, Content, Description, Dictionary,
+    Element, Source, System,
+};
 use crate::transformation::{self, TRANSFORMATIONS};
 use crate::unit::Definitions;
 use crate::value::{TYPES, read_type};
-use crate::words::{
-    Binding, Component, Connection, Connector, Content, Description, Dictionary, Element, End,
-    Source, System,
-};
 use crate::xml::Element as Xml;
-use crate::{Dimension, Error, Kind};
+use crate::{ConnectorKind, Dimension, Error};
 
 /// Elements that every element of a model may have; the first of them is not looked at.
 const COMMON: [&str; 3] = ["ElementGeometry", "Connectors", "ParameterBindings"];
@@ -29,7 +29,7 @@ impl Description {
         let definitions = Definitions::read(root)?;
         let Some(system) = root.child("System")? else {
             let cure = "write the system";
-            return Err(mistake(&root.place(), "the element <System>", "none", cure));
+            return Err(mistake(&root.position(), "the element <System>", "none", cure));
         };
         let (mut start, mut stop, mut stepping) = (None, None, None);
         if let Some(experiment) = root.child("DefaultExperiment")? {
@@ -52,7 +52,7 @@ impl Description {
 fn element(xml: Xml, definitions: &Definitions, depth: usize) -> Result<Element, Error> {
     if depth > DEEPEST {
         let expected = format!("at most {DEEPEST} systems in each other");
-        return Err(mistake(&xml.place(), expected, "one more", "nest them less"));
+        return Err(mistake(&xml.position(), expected, "one more", "nest them less"));
     }
     let name = xml.short("name")?;
     let content = match xml.name() {
@@ -64,12 +64,12 @@ fn element(xml: Xml, definitions: &Definitions, depth: usize) -> Result<Element,
         _ => {
             xml.known(&COMMON, &["name", "dictionary"]);
             let dictionary = xml.required("dictionary")?.to_owned();
-            Content::Reference(dictionary, xml.place_of("dictionary"))
+            Content::Reference(dictionary, xml.position_of("dictionary"))
         }
     };
     Ok(Element {
         name: name.into(),
-        place: xml.place(),
+        position: xml.position(),
         connectors: connectors(xml, definitions)?,
         bindings: bindings(xml)?,
         content,
@@ -106,8 +106,8 @@ fn component(xml: Xml) -> Result<Component, Error> {
     }
     Ok(Component {
         mime: xml.attribute("type").unwrap_or("application/x-fmu-sharedlibrary").to_owned(),
-        mime_place: xml.place_of("type"),
-        source: xml.attribute("source").map(|x| (x.to_owned(), xml.place_of("source"))),
+        mime_position: xml.position_of("type"),
+        source: xml.attribute("source").map(|x| (x.to_owned(), xml.position_of("source"))),
         implementation: implementation.to_owned(),
     })
 }
@@ -118,8 +118,8 @@ fn connectors(xml: Xml, definitions: &Definitions) -> Result<Vec<Arc<Connector>>
         let parts = [&TYPES[..], &["Clock", "Dimension", "ConnectorGeometry"]].concat();
         xml.known(&parts, &["name", "kind"]);
         let word = xml.required("kind")?.trim();
-        let kind = Kind::ALL.iter().find(|(name, _)| *name == word).ok_or_else(|| {
-            let names: Vec<_> = Kind::ALL.iter().map(|(name, _)| *name).collect();
+        let kind = ConnectorKind::ALL.iter().find(|(name, _)| *name == word).ok_or_else(|| {
+            let names: Vec<_> = ConnectorKind::ALL.iter().map(|(name, _)| *name).collect();
             xml.wrong("kind", &format!("one of {}", names.join(", ")))
         })?;
         signal(xml, kind.1, definitions)
@@ -128,7 +128,7 @@ fn connectors(xml: Xml, definitions: &Definitions) -> Result<Vec<Arc<Connector>>
 }
 
 /// A connector, or an entry of a dictionary: both have a name, a type and a size.
-fn signal(xml: Xml, kind: Kind, definitions: &Definitions) -> Result<Connector, Error> {
+fn signal(xml: Xml, kind: ConnectorKind, definitions: &Definitions) -> Result<Connector, Error> {
     // Elements <Clock> with a name say which clock a connector belongs to.
     let is_type = |child: &Xml| {
         TYPES.contains(&child.name())
@@ -147,20 +147,25 @@ fn signal(xml: Xml, kind: Kind, definitions: &Definitions) -> Result<Connector, 
     Ok(Connector {
         name: xml.short("name")?.into(),
         kind,
-        carries: typed.map(|typed| read_type(typed, definitions)),
+        data_type: typed.map(|typed| read_type(typed, definitions)),
         unit: typed.and_then(|typed| definitions.unit(typed)),
         dimensions: dimensions.collect::<Result<_, _>>()?,
-        place: xml.place(),
+        position: xml.position(),
     })
 }
 
 fn unique(connectors: Vec<Connector>, what: &str) -> Result<Vec<Arc<Connector>>, Error> {
     let mut seen = BTreeMap::new();
     for connector in &connectors {
-        if let Some(first) = seen.insert(&connector.name, &connector.place) {
+        if let Some(first) = seen.insert(&connector.name, &connector.position) {
             let found = format!("`{}`, which {first} has already", connector.name);
             let expected = format!("a {what} with a name of its own");
-            return Err(mistake(&connector.place, expected, found, "rename or remove one of them"));
+            return Err(mistake(
+                &connector.position,
+                expected,
+                found,
+                "rename or remove one of them",
+            ));
         }
     }
     Ok(connectors.into_iter().map(Arc::new).collect())
@@ -181,16 +186,16 @@ fn connection(xml: Xml) -> Result<Connection, Error> {
         if xml.attribute(indices).is_some() {
             let found = format!("the attribute {indices}");
             let cure = "connect whole arrays, or make the elements connectors of their own";
-            return Err(mistake(&xml.place_of(indices), "whole connectors", found, cure));
+            return Err(mistake(&xml.position_of(indices), "whole connectors", found, cure));
         }
     }
-    let end = |element: &str, connector: &str| -> Result<End, Error> {
+    let end = |element: &str, connector: &str| -> Result<ConnectionEnd, Error> {
         // Some tools write an empty name for the system itself.
         let name = xml.attribute(element).filter(|name| !name.is_empty());
-        Ok(End {
+        Ok(ConnectionEnd {
             element: name.map(str::to_owned),
             connector: xml.required(connector)?.to_owned(),
-            place: xml.place_of(connector),
+            position: xml.position_of(connector),
         })
     };
     Ok(Connection {
@@ -198,7 +203,7 @@ fn connection(xml: Xml) -> Result<Connection, Error> {
         end: end("endElement", "endConnector")?,
         transformation: Arc::new(transformation::read(xml)?),
         suppress: xml.truth("suppressUnitConversion")?,
-        place: xml.place(),
+        position: xml.position(),
     })
 }
 
@@ -225,7 +230,7 @@ fn binding(xml: Xml) -> Result<Binding, Error> {
         None | Some("") => String::new(),
         Some(_) => xml.short("prefix")?.to_owned(),
     };
-    Ok(Binding { values, mapping: mapping.transpose()?, prefix, place: xml.place() })
+    Ok(Binding { values, mapping: mapping.transpose()?, prefix, position: xml.position() })
 }
 
 /// What the attribute `source` refers to, or what stands in `inline`.
@@ -243,7 +248,7 @@ fn source<T>(
     match (xml.attribute("source"), content) {
         (Some(_), Some(content)) => {
             let expected = "the attribute source or contents in the file";
-            Err(mistake(&content.place(), expected, "both", "remove one of them"))
+            Err(mistake(&content.position(), expected, "both", "remove one of them"))
         }
         (Some(address), None) => {
             let in_component = match xml.attribute("sourceBase").unwrap_or("SSD") {
@@ -251,13 +256,13 @@ fn source<T>(
                 "component" => true,
                 _ => return Err(xml.wrong("sourceBase", "SSD or component")),
             };
-            let place = xml.place_of("source");
-            Ok(Source::File { address: address.to_owned(), in_component, place })
+            let position = xml.position_of("source");
+            Ok(Source::File { address: address.to_owned(), in_component, position })
         }
         (None, Some(content)) => read(content).map(Source::Inline),
         (None, None) => {
             let expected = format!("the attribute source or an element <{root}>");
-            Err(mistake(&xml.place(), expected, "neither", "write one of them"))
+            Err(mistake(&xml.position(), expected, "neither", "write one of them"))
         }
     }
 }
@@ -267,7 +272,7 @@ fn dictionary(xml: Xml) -> Result<Dictionary, Error> {
     let mime = "application/x-ssp-signal-dictionary";
     let entries =
         source(xml, Some(xml), mime, "SignalDictionary", |xml| entries(xml).map(Arc::new))?;
-    Ok(Dictionary { name: xml.required("name")?.to_owned(), place: xml.place(), entries })
+    Ok(Dictionary { name: xml.required("name")?.to_owned(), position: xml.position(), entries })
 }
 
 /// Reads a <SignalDictionary>, section 8: its entries are connectors that lead anywhere.
@@ -277,7 +282,7 @@ pub(crate) fn entries(root: Xml) -> Result<Vec<Arc<Connector>>, Error> {
     let definitions = Definitions::read(root)?;
     let entries = root.all("DictionaryEntry").map(|xml| {
         xml.known(&[&TYPES[..], &["Clock", "Dimension"]].concat(), &["name"]);
-        signal(xml, Kind::InOut, &definitions)
+        signal(xml, ConnectorKind::InOut, &definitions)
     });
     unique(entries.collect::<Result<_, _>>()?, "entry")
 }

@@ -9,17 +9,17 @@ use archive::Error;
 /// Unpacks the archive `path` into a folder; `left` is how many bytes all archives together may still unpack to.
 pub(crate) fn unpack(
     path: &Path,
-    shown: &Path,
+    display_path: &Path,
     into: &Path,
     left: &mut u64,
 ) -> Result<(), crate::Error> {
-    let failed = |source| crate::Error::Read { path: shown.to_owned(), source };
+    let failed = |source| crate::Error::Read { path: display_path.to_owned(), source };
     let bytes = archive::read(path).map_err(failed)?;
     // No archive of use is longer than what it may unpack to.
     if bytes.len() as u64 > *left {
-        return Err(Error::TooLarge { path: shown.to_owned() }.into());
+        return Err(Error::TooLarge { path: display_path.to_owned() }.into());
     }
-    archive::unpack(shown, ".ssp", &bytes, into, left)?;
+    archive::unpack(display_path, ".ssp", &bytes, into, left)?;
     Ok(())
 }
 

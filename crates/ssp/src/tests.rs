@@ -15,7 +15,7 @@ use std::path::Path;
 use tempfile::TempDir;
 use zip::write::SimpleFileOptions;
 
-use crate::{Error, Master, Start, System, Transformation, Value, open};
+use crate::{Error, Master, StartValue, System, Transformation, Value, open};
 
 /// Namespaces of the standard.
 const SPACES: &str = r#"xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -139,9 +139,9 @@ fn wrong(contents: &str) -> String {
 }
 
 /// The start value of a variable, by the name of its component.
-fn start<'a>(system: &'a System, component: &str, variable: &str) -> &'a Start {
+fn start<'a>(system: &'a System, component: &str, variable: &str) -> &'a StartValue {
     let component = system.components.iter().find(|x| x.name == component).expect("a component");
-    component.starts.iter().find(|x| x.variable == variable).expect("a start value")
+    component.start_values.iter().find(|x| x.variable == variable).expect("a start value")
 }
 
 /// A start value that is a number without anything left to do.

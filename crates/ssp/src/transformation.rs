@@ -128,7 +128,7 @@ pub(crate) fn read(element: Element) -> Result<Transformation, Error> {
     if let Some(second) = all.next() {
         let found = format!("a second one, <{}>", second.name());
         let cure = "make one of both";
-        return Err(mistake(&second.place(), "one transformation", found, cure));
+        return Err(mistake(&second.position(), "one transformation", found, cure));
     }
     match found.name() {
         "LinearTransformation" => {
@@ -148,7 +148,7 @@ pub(crate) fn read(element: Element) -> Result<Transformation, Error> {
             table(found, "an item", |text| Some(text.to_owned())).map(Transformation::Enumeration)
         }
         name => Err(mistake(
-            &found.place(),
+            &found.position(),
             format!("one of {}", TRANSFORMATIONS.join(", ")),
             format!("<{name}>"),
             "use a transformation of the standard",

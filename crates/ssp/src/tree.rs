@@ -1,4 +1,4 @@
-//! Makes instances of all elements of a system, through all files that it refers to.
+//! Instantiates the tree of systems and components, through all files that it refers to.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -9,15 +9,15 @@ use crate::limits::{CONNECTORS, DEEPEST, ELEMENTS, NAME};
 use crate::notes::Notes;
 use crate::package::{Location, Store};
 use crate::parameters::{Assignment, ParameterMapping, ParameterSet};
-use crate::words::{Content, Description, Element};
-use crate::{Error, Place, Transformation, package, words, xml};
+use crate::ssd::{Content, Description, Element};
+use crate::{Error, SourcePosition, Transformation, package, ssd, xml};
 
 /// A connector of an instance, or an entry of a dictionary.
 #[derive(Debug)]
 pub(crate) struct Node {
     /// The instance that it belongs to.
     pub(crate) owner: usize,
-    pub(crate) connector: Arc<words::Connector>,
+    pub(crate) connector: Arc<ssd::Connector>,
     pub(crate) role: Role,
     pub(crate) incoming: Option<Edge>,
     /// What the bindings give a connector of a system.
@@ -40,7 +40,7 @@ pub(crate) struct Edge {
     pub(crate) transformation: Arc<Transformation>,
     pub(crate) suppress: bool,
     pub(crate) inherits_before: bool,
-    pub(crate) place: Place,
+    pub(crate) position: SourcePosition,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -56,13 +56,13 @@ pub(crate) struct Ports {
 pub(crate) struct Instance {
     pub(crate) name: String,
     /// What kind of element it is.
-    pub(crate) what: What,
+    pub(crate) what: InstanceKind,
     pub(crate) ports: BTreeMap<Arc<str>, Ports>,
     pub(crate) children: BTreeMap<Arc<str>, usize>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum What {
+pub(crate) enum InstanceKind {
     System,
     Component(usize),
     Reference,
@@ -74,7 +74,7 @@ pub(crate) struct Fmu {
     pub(crate) name: String,
     pub(crate) source: Location,
     pub(crate) implementation: String,
-    pub(crate) place: Place,
+    pub(crate) position: SourcePosition,
     pub(crate) instance: usize,
     /// What the bindings give its variables.
     pub(crate) values: BTreeMap<String, Arc<Assignment>>,
@@ -96,10 +96,10 @@ pub(crate) struct Tree<'n> {
     pub(crate) lookups: usize,
     pub(crate) sets: BTreeMap<PathBuf, Arc<ParameterSet>>,
     pub(crate) mappings: BTreeMap<PathBuf, Arc<ParameterMapping>>,
-    pub(crate) dictionaries: BTreeMap<PathBuf, Arc<Vec<Arc<words::Connector>>>>,
+    pub(crate) dictionaries: BTreeMap<PathBuf, Arc<Vec<Arc<ssd::Connector>>>>,
     descriptions: BTreeMap<PathBuf, Arc<Description>>,
     /// Systems that are being read, from outside to inside.
-    open: Vec<Place>,
+    open: Vec<SourcePosition>,
     /// Dictionaries of these systems: nodes of their entries.
     pub(crate) scopes: Vec<Scope>,
 }
@@ -145,13 +145,18 @@ impl<'n> Tree<'n> {
     ) -> Result<usize, Error> {
         if self.instances.len() >= ELEMENTS {
             let expected = format!("at most {ELEMENTS} elements in all");
-            return Err(mistake(&element.place, expected, "one more", "make the system smaller"));
+            return Err(mistake(
+                &element.position,
+                expected,
+                "one more",
+                "make the system smaller",
+            ));
         }
         if name.len() > NAME {
             let expected =
                 format!("at most {NAME} bytes in the names of all systems around an element");
             let found = format!("{} bytes", name.len());
-            return Err(mistake(&element.place, expected, found, "shorten the names"));
+            return Err(mistake(&element.position, expected, found, "shorten the names"));
         }
         match &element.content {
             Content::System(system) => {
@@ -160,8 +165,8 @@ impl<'n> Tree<'n> {
                 Ok(instance)
             }
             Content::Component(component) => self.component(description, element, component, name),
-            Content::Reference(dictionary, place) => {
-                self.reference(element, dictionary, place, name)
+            Content::Reference(dictionary, position) => {
+                self.reference(element, dictionary, position, name)
             }
         }
     }
@@ -170,25 +175,25 @@ impl<'n> Tree<'n> {
         &mut self,
         description: &Description,
         element: &Element,
-        system: &words::System,
+        system: &ssd::System,
         name: String,
     ) -> Result<usize, Error> {
         if self.open.len() >= DEEPEST {
             let expected = format!("at most {DEEPEST} systems in each other");
-            return Err(mistake(&element.place, expected, "one more", "nest them less"));
+            return Err(mistake(&element.position, expected, "one more", "nest them less"));
         }
-        let instance = self.instance(name.clone(), What::System);
+        let instance = self.instance(name.clone(), InstanceKind::System);
         self.ports(instance, element, Role::Station)?;
-        self.open.push(element.place.clone());
+        self.open.push(element.position.clone());
         let scope = self.scope(description, system, instance)?;
         self.scopes.push(scope);
         for child in &system.elements {
             if self.instances[instance].children.contains_key(&*child.name) {
                 let found = format!("a second `{}`", child.name);
                 let expected = "a name that no other element of the system has";
-                return Err(mistake(&child.place, expected, found, "rename one of them"));
+                return Err(mistake(&child.position, expected, found, "rename one of them"));
             }
-            let made = self.element(description, child, joined(&name, &child.name))?;
+            let made = self.element(description, child, qualified_name(&name, &child.name))?;
             self.instances[instance].children.insert(Arc::clone(&child.name), made);
         }
         for connection in &system.connections {
@@ -203,47 +208,47 @@ impl<'n> Tree<'n> {
         &mut self,
         description: &Description,
         element: &Element,
-        component: &words::Component,
+        component: &ssd::Component,
         name: String,
     ) -> Result<usize, Error> {
-        let Some((address, place)) = &component.source else {
+        let Some((address, position)) = &component.source else {
             let found = format!("the component `{name}` without it");
             let cure = "add the FMU that it stands for: a component without one cannot run";
-            return Err(mistake(&element.place, "the attribute source", found, cure));
+            return Err(mistake(&element.position, "the attribute source", found, cure));
         };
         match component.mime.as_str() {
             "application/x-fmu-sharedlibrary" => {
-                let source = description.location.follow(address, place)?;
+                let source = description.location.follow(address, position)?;
                 let fmu = self.fmu(element, component, source.clone(), name)?;
                 self.bind(fmu, &element.bindings, description, Some(&source))?;
                 Ok(fmu)
             }
             "application/x-ssp-definition" | "application/x-ssp-package" => {
-                let (inner, id) = self.referenced(description, address, place)?;
+                let (inner, id) = self.referenced(description, address, position)?;
                 let inner = inner.as_deref().unwrap_or(description);
                 let system = id.map_or(Some(&inner.system), |id| inner.find(id));
                 let Some(system) = system else {
                     let found = format!("`{address}`");
                     let cure = "write the id of a <System> of this file behind the #";
-                    return Err(mistake(place, "the id of a system", found, cure));
+                    return Err(mistake(position, "the id of a system", found, cure));
                 };
-                if self.open.iter().any(|open| open.same(&system.place)) {
+                if self.open.iter().any(|open| open.same(&system.position)) {
                     let found = format!("the system `{}` in itself", system.name);
                     let cure = "remove this component, or refer to another system";
-                    return Err(mistake(place, "a system that this one is not in", found, cure));
+                    return Err(mistake(position, "a system that this one is not in", found, cure));
                 }
                 // Dictionaries are looked up within the file that refers to them.
                 let scopes = std::mem::take(&mut self.scopes);
                 let made = self.element(inner, system, name);
                 self.scopes = scopes;
                 let made = made?;
-                self.agree(element, made)?;
+                self.check_connectors(element, made)?;
                 // Section 5.2.3: as if they stood behind the bindings of the system in the other file.
                 self.bind(made, &element.bindings, description, Some(&inner.location))?;
                 Ok(made)
             }
             other => Err(mistake(
-                &component.mime_place,
+                &component.mime_position,
                 "application/x-fmu-sharedlibrary or application/x-ssp-definition",
                 format!("`{other}`"),
                 "export the component as an FMU for co-simulation",
@@ -254,23 +259,23 @@ impl<'n> Tree<'n> {
     fn fmu(
         &mut self,
         element: &Element,
-        component: &words::Component,
+        component: &ssd::Component,
         source: Location,
         name: String,
     ) -> Result<usize, Error> {
         let fmu = self.fmus.len();
-        let instance = self.instance(name.clone(), What::Component(fmu));
+        let instance = self.instance(name.clone(), InstanceKind::Component(fmu));
         self.ports(instance, element, Role::Component(fmu))?;
-        let untyped = element.connectors.iter().filter(|x| x.carries.is_none()).count();
+        let untyped = element.connectors.iter().filter(|x| x.data_type.is_none()).count();
         if untyped > 0 {
-            let place = &element.place;
+            let position = &element.position;
             self.notes.add(|| format!(
-                "{place}: {untyped} connectors of `{name}` have no type, so that of the FMU counts"
+                "{position}: {untyped} connectors of `{name}` have no type, so that of the FMU counts"
             ));
         }
         let implementation = component.implementation.clone();
-        let (place, values) = (element.place.clone(), BTreeMap::new());
-        self.fmus.push(Fmu { name, source, implementation, place, instance, values });
+        let (position, values) = (element.position.clone(), BTreeMap::new());
+        self.fmus.push(Fmu { name, source, implementation, position, instance, values });
         Ok(instance)
     }
 
@@ -279,7 +284,7 @@ impl<'n> Tree<'n> {
         &mut self,
         description: &Description,
         address: &'a str,
-        place: &Place,
+        position: &SourcePosition,
     ) -> Result<(Option<Arc<Description>>, Option<&'a str>), Error> {
         let (file, fragment) = match address.split_once('#') {
             Some((file, fragment)) => (file, Some(fragment)),
@@ -288,34 +293,34 @@ impl<'n> Tree<'n> {
         if file.is_empty() && fragment.is_some() {
             return Ok((None, fragment));
         }
-        let location = description.location.follow(file, place)?;
+        let location = description.location.follow(file, position)?;
         let path = location.path();
-        let failed = |source| Error::Read { path: location.shown(), source };
+        let failed = |source| Error::Read { path: location.display_path(), source };
         if !archive::is_archive(&path).map_err(failed)? {
             return Ok((Some(self.description(&location)?), fragment));
         }
-        let folder = self.store.unpacked(&path, &location.shown())?;
-        let inner = Location::new(&folder, &location.shown(), package::DEFAULT)
-            .follow(fragment.unwrap_or(package::DEFAULT), place)?;
+        let folder = self.store.unpacked(&path, &location.display_path())?;
+        let inner = Location::new(&folder, &location.display_path(), package::DEFAULT)
+            .follow(fragment.unwrap_or(package::DEFAULT), position)?;
         Ok((Some(self.description(&inner)?), None))
     }
 
     /// Checks that the connectors of a component are those of the system that it refers to.
-    fn agree(&self, element: &Element, made: usize) -> Result<(), Error> {
+    fn check_connectors(&self, element: &Element, made: usize) -> Result<(), Error> {
         for connector in &element.connectors {
             let Some(ports) = self.instances[made].ports.get(&*connector.name) else {
                 let cure = "remove the connector, or add it to the system in the other file";
                 let found = format!("`{}`, which it does not have", connector.name);
                 let expected = "a connector of the system in the other file";
-                return Err(mistake(&connector.place, expected, found, cure));
+                return Err(mistake(&connector.position, expected, found, cure));
             };
             let inner = &self.nodes[ports.into].connector;
             if connector.unit.is_some() && inner.unit != connector.unit {
-                let place = &connector.place;
+                let position = &connector.position;
                 self.notes.add(|| {
                     format!(
-                        "{place}: the unit of `{}` is taken from {}",
-                        connector.name, inner.place
+                        "{position}: the unit of `{}` is taken from {}",
+                        connector.name, inner.position
                     )
                 });
             }
@@ -333,7 +338,7 @@ impl<'n> Tree<'n> {
         Ok(())
     }
 
-    pub(crate) fn instance(&mut self, name: String, what: What) -> usize {
+    pub(crate) fn instance(&mut self, name: String, what: InstanceKind) -> usize {
         let (ports, children) = (BTreeMap::new(), BTreeMap::new());
         self.instances.push(Instance { name, what, ports, children });
         self.instances.len() - 1
@@ -342,12 +347,17 @@ impl<'n> Tree<'n> {
     pub(crate) fn node(
         &mut self,
         owner: usize,
-        connector: &Arc<words::Connector>,
+        connector: &Arc<ssd::Connector>,
         role: Role,
     ) -> Result<usize, Error> {
         if self.nodes.len() >= CONNECTORS {
             let expected = format!("at most {CONNECTORS} connectors in all");
-            return Err(mistake(&connector.place, expected, "one more", "make the system smaller"));
+            return Err(mistake(
+                &connector.position,
+                expected,
+                "one more",
+                "make the system smaller",
+            ));
         }
         let connector = Arc::clone(connector);
         self.nodes.push(Node { owner, connector, role, incoming: None, value: None });
@@ -357,11 +367,11 @@ impl<'n> Tree<'n> {
     /// The name of a connector with those of all elements around it.
     pub(crate) fn label(&self, node: usize) -> String {
         let node = &self.nodes[node];
-        joined(&self.instances[node.owner].name, &node.connector.name)
+        qualified_name(&self.instances[node.owner].name, &node.connector.name)
     }
 }
 
 /// The name of an element in a system; the outermost system has none.
-pub(crate) fn joined(system: &str, element: &str) -> String {
+pub(crate) fn qualified_name(system: &str, element: &str) -> String {
     if system.is_empty() { element.to_owned() } else { format!("{system}.{element}") }
 }

@@ -1,4 +1,4 @@
-//! Reads units and enumerations, which a file defines for itself.
+//! Parses units and enumerations that a file defines.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -89,10 +89,10 @@ impl Definitions {
         let name = element.attribute("unit").filter(|name| !name.is_empty())?;
         Some(self.units.get(name).map_or_else(
             || {
-                let place = element.place_of("unit");
+                let position = element.position_of("unit");
                 element
                     .notes()
-                    .add(|| format!("{place}: the file does not define the unit `{name}`"));
+                    .add(|| format!("{position}: the file does not define the unit `{name}`"));
                 Arc::new(Unit { name: name.to_owned(), base: None })
             },
             Arc::clone,
@@ -104,10 +104,10 @@ impl Definitions {
         let name = element.attribute("name").filter(|name| !name.is_empty())?;
         Some(self.enumerations.get(name).map_or_else(
             || {
-                let place = element.place_of("name");
-                element
-                    .notes()
-                    .add(|| format!("{place}: the file does not define the enumeration `{name}`"));
+                let position = element.position_of("name");
+                element.notes().add(|| {
+                    format!("{position}: the file does not define the enumeration `{name}`")
+                });
                 Arc::new(Enumeration { name: name.to_owned(), items: Vec::new() })
             },
             Arc::clone,
@@ -118,7 +118,7 @@ impl Definitions {
 fn twice(element: Element) -> Error {
     let name = element.attribute("name").unwrap_or_default();
     let found = format!("a second <{}> called `{name}`", element.name());
-    mistake(&element.place_of("name"), "a name of its own", found, "remove one of them")
+    mistake(&element.position_of("name"), "a name of its own", found, "remove one of them")
 }
 
 fn unit(element: Element) -> Result<Unit, Error> {

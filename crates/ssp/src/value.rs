@@ -1,4 +1,4 @@
-//! Reads types of connectors and values of parameters.
+//! Parses types of connectors and values of parameters.
 
 use std::sync::Arc;
 
@@ -144,7 +144,7 @@ pub(crate) fn read_value<'a>(parameter: Element<'a>) -> Result<(Element<'a>, Val
         let name = parameter.attribute("name").unwrap_or_default();
         let expected = "one element such as <ssv:Real value=\"1.5\"/>";
         let found = format!("none or several in the parameter `{name}`");
-        return Err(mistake(&parameter.place(), expected, found, "write one value"));
+        return Err(mistake(&parameter.position(), expected, found, "write one value"));
     };
     element.known(&["Value"], &["value", "unit", "name", "mime-type"]);
     let cells = cells(element)?;
@@ -154,7 +154,7 @@ pub(crate) fn read_value<'a>(parameter: Element<'a>) -> Result<(Element<'a>, Val
     if count != Some(cells.len()) {
         let expected = count.map_or_else(|| format!("at most {CELLS} values"), values);
         let cure = "write one value, or a <Dimension size=\"...\"/> for each direction of an array";
-        return Err(mistake(&element.place_of("value"), expected, values(cells.len()), cure));
+        return Err(mistake(&element.position_of("value"), expected, values(cells.len()), cure));
     }
     let mut elements = Vec::with_capacity(cells.len());
     for (holder, text) in cells {
@@ -191,7 +191,12 @@ fn cells<'a>(element: Element<'a>) -> Result<Vec<(Element<'a>, &'a str)>, Error>
     if element.attribute("value").is_some() {
         let found = format!("{} of <Value> as well", values(children.len()));
         let cure = "remove the attribute or the elements";
-        return Err(mistake(&element.place_of("value"), "the attribute value alone", found, cure));
+        return Err(mistake(
+            &element.position_of("value"),
+            "the attribute value alone",
+            found,
+            cure,
+        ));
     }
     children.into_iter().map(|child| Ok((child, child.required("value")?))).collect()
 }

@@ -1,4 +1,4 @@
-//! Names a description of an archive.
+//! Defines the name of a variant: one system structure description of an archive.
 
 /// A description of an archive or a folder.
 #[derive(Debug, Clone, PartialEq, Eq)]

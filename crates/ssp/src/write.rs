@@ -8,9 +8,9 @@ mod xml;
 
 use std::sync::Arc;
 
-use crate::{Enumeration, Experiment, Kind, Transformation, Type, Unit, Value};
+use crate::{ConnectorKind, Enumeration, Experiment, Transformation, Type, Unit, Value};
 
-pub use self::archive::{Content, pack, rehearse};
+pub use self::archive::{Content, pack, read_back};
 pub use structure::structure;
 pub use values::parameter_set;
 
@@ -72,9 +72,9 @@ pub struct DraftConnector {
     /// Its name.
     pub name: String,
     /// Who determines its value.
-    pub kind: Kind,
+    pub kind: ConnectorKind,
     /// What it carries.
-    pub carries: Type,
+    pub data_type: Type,
     /// Name of its unit.
     pub unit: Option<String>,
     /// Sizes of an array.
@@ -116,7 +116,7 @@ pub struct DraftValue {
     /// The variable.
     pub name: String,
     /// Its type.
-    pub carries: Type,
+    pub data_type: Type,
     /// The value.
     pub value: Value,
 }
@@ -127,7 +127,7 @@ impl Draft {
     pub fn version(&self) -> Version {
         let inner = self.components.iter().flat_map(|component| &component.connectors);
         let old = |connector: &DraftConnector| {
-            connector.dimensions.is_empty() && types::is_old(&connector.carries)
+            connector.dimensions.is_empty() && types::is_old(&connector.data_type)
         };
         match inner.chain(&self.connectors).all(old) {
             true => Version::One,
@@ -140,7 +140,7 @@ impl Draft {
         let inner = self.components.iter().flat_map(|component| &component.connectors);
         let mut found: Vec<&Enumeration> = Vec::new();
         for connector in self.connectors.iter().chain(inner) {
-            if let Type::Enumeration(Some(enumeration)) = &connector.carries
+            if let Type::Enumeration(Some(enumeration)) = &connector.data_type
                 && !found.iter().any(|known| known.name == enumeration.name)
             {
                 found.push(enumeration);

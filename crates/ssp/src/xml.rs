@@ -1,15 +1,15 @@
-//! Reads elements and attributes of a file, each with its place, and notes what the standard does not know.
+//! Wraps XML elements with typed attributes and positions, and notes what the standard does not know.
 
 use std::sync::Arc;
 
-use archive::{ATTRIBUTES, crowded};
+use archive::{ATTRIBUTES, find_excess_attributes};
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::error::mistake;
 use crate::limits::NAME;
 use crate::notes::Notes;
-use crate::place::Text;
-use crate::{Annotation, Error, Master, Place, Stepping};
+use crate::source_position::SourceText;
+use crate::{Annotation, Error, Master, SourcePosition, StepSettings};
 
 /// The last parts of the namespaces of the standard. What stands before them may change with its versions.
 const SPACES: [&str; 5] = [
@@ -33,21 +33,26 @@ const STEPPING: [&str; 5] = ["step", "master", "algorithm", "solver", "tolerance
 #[derive(Clone, Copy)]
 pub(crate) struct Element<'a> {
     node: Node<'a, 'a>,
-    text: &'a Arc<Text>,
+    text: &'a Arc<SourceText>,
     notes: &'a Notes,
 }
 
 /// Reads a file whose outermost element is called `root`.
 pub(crate) fn read<T>(
-    text: &Arc<Text>,
+    text: &Arc<SourceText>,
     root: &str,
     notes: &Notes,
     reader: impl FnOnce(Element) -> Result<T, Error>,
 ) -> Result<T, Error> {
-    if let Some(offset) = crowded(&text.text) {
-        let place = Place::new(text, offset);
+    if let Some(offset) = find_excess_attributes(&text.text) {
+        let position = SourcePosition::new(text, offset);
         let expected = format!("at most {ATTRIBUTES} attributes and namespaces");
-        return Err(mistake(&place, expected, "more", "leave out what the system does not need"));
+        return Err(mistake(
+            &position,
+            expected,
+            "more",
+            "leave out what the system does not need",
+        ));
     }
     let options = ParsingOptions { nodes_limit: MOST_NODES, ..ParsingOptions::default() };
     let document =
@@ -57,7 +62,7 @@ pub(crate) fn read<T>(
     if !element.is(root) {
         let namespace = node.tag_name().namespace().unwrap_or("none");
         return Err(mistake(
-            &element.place(),
+            &element.position(),
             format!("the element <{root}> of the standard"),
             format!("<{}> of the namespace {namespace}", element.name()),
             format!(
@@ -69,15 +74,15 @@ pub(crate) fn read<T>(
     reader(element)
 }
 
-fn not_xml(text: &Arc<Text>, error: &roxmltree::Error) -> Error {
+fn not_xml(text: &Arc<SourceText>, error: &roxmltree::Error) -> Error {
     if matches!(error, roxmltree::Error::DtdDetected) {
-        let place = Place::new(text, text.text.find("<!DOCTYPE").unwrap_or_default());
+        let position = SourcePosition::new(text, text.text.find("<!DOCTYPE").unwrap_or_default());
         let cure = "remove it, and write what its entities stand for";
-        return mistake(&place, "no document type", "<!DOCTYPE", cure);
+        return mistake(&position, "no document type", "<!DOCTYPE", cure);
     }
     let position = error.pos();
-    let place = Place::of_line(text, position.row as usize, position.col as usize);
-    mistake(&place, "a well-formed document", error.to_string(), "write the file again")
+    let position = SourcePosition::of_line(text, position.row as usize, position.col as usize);
+    mistake(&position, "a well-formed document", error.to_string(), "write the file again")
 }
 
 impl<'a> Element<'a> {
@@ -96,19 +101,19 @@ impl<'a> Element<'a> {
         namespace.and_then(|space| space.rsplit('/').next()).is_some_and(|x| SPACES.contains(&x))
     }
 
-    fn contains(self, place: &Place) -> bool {
-        self.node.range().contains(&place.offset())
+    fn contains(self, position: &SourcePosition) -> bool {
+        self.node.range().contains(&position.offset())
     }
 
-    pub(crate) fn place(self) -> Place {
-        Place::new(self.text, self.node.range().start)
+    pub(crate) fn position(self) -> SourcePosition {
+        SourcePosition::new(self.text, self.node.range().start)
     }
 
     /// The place of the value of an attribute, or of the element without it.
-    pub(crate) fn place_of(self, attribute: &str) -> Place {
+    pub(crate) fn position_of(self, attribute: &str) -> SourcePosition {
         let node = self.node.attribute_node(attribute);
         let offset = node.map_or(self.node.range().start, |node| node.range_value().start);
-        Place::new(self.text, offset)
+        SourcePosition::new(self.text, offset)
     }
 
     pub(crate) fn attribute(self, name: &str) -> Option<&'a str> {
@@ -119,7 +124,7 @@ impl<'a> Element<'a> {
         self.attribute(name).ok_or_else(|| {
             let expected = format!("the attribute {name}=\"...\"");
             let found = format!("<{}> without it", self.name());
-            mistake(&self.place(), expected, found, "write it")
+            mistake(&self.position(), expected, found, "write it")
         })
     }
 
@@ -149,7 +154,7 @@ impl<'a> Element<'a> {
         let first = all.next();
         match all.next() {
             Some(second) => Err(mistake(
-                &second.place(),
+                &second.position(),
                 format!("one <{name}>"),
                 "a second one",
                 "put the contents of both into one",
@@ -182,7 +187,7 @@ impl<'a> Element<'a> {
     pub(crate) fn wrong(self, name: &str, expected: &str) -> Error {
         let found = self.attribute(name).unwrap_or_default();
         let cure = format!("correct {name} of <{}>", self.name());
-        mistake(&self.place_of(name), expected, format!("`{found}`"), cure)
+        mistake(&self.position_of(name), expected, format!("`{found}`"), cure)
     }
 
     /// Notes annotations, and everything but these elements and attributes.
@@ -192,7 +197,7 @@ impl<'a> Element<'a> {
             match child.name() {
                 "Annotations" if child.standard() => child.note_annotations(),
                 name if child.standard() && elements.contains(&name) => {}
-                name => self.note(child.place(), &format!("the element <{name}>")),
+                name => self.note(child.position(), &format!("the element <{name}>")),
             }
         }
         for attribute in self.node.attributes() {
@@ -200,32 +205,32 @@ impl<'a> Element<'a> {
             let known = attributes.contains(&name) || COMMON.contains(&name);
             // Attributes of other namespaces, such as the place of the schema, are no business of the standard.
             if attribute.namespace().is_none() && !known {
-                let place = Place::new(self.text, attribute.range().start);
-                self.note(place, &format!("the attribute {name} of <{}>", self.name()));
+                let position = SourcePosition::new(self.text, attribute.range().start);
+                self.note(position, &format!("the attribute {name} of <{}>", self.name()));
             }
         }
     }
 
-    fn note(self, place: Place, what: &str) {
-        self.notes.add(|| format!("{place}: {what} is not used here, it is ignored"));
+    fn note(self, position: SourcePosition, what: &str) {
+        self.notes.add(|| format!("{position}: {what} is not used here, it is ignored"));
     }
 
     /// The step that an annotation of an experiment or of the outermost system has.
-    pub(crate) fn stepping(self) -> Option<Stepping> {
+    pub(crate) fn stepping(self) -> Option<StepSettings> {
         let outermost = |node: Node| node.parent_element() == Some(node.document().root_element());
         let master = match self.name() {
             "DefaultExperiment" => Master::Osp,
             "System" if outermost(self.node) => Master::OmSimulator,
             _ => return None,
         };
-        let (element, attribute) = master.words();
+        let (element, attribute) = master.step_parameter();
         let all = self.all("Annotations").flat_map(|list| list.all("Annotation"));
         let inner = all.flat_map(|it| it.node.descendants());
         let mut named = inner.filter(|node| node.tag_name().name() == element);
         named.find_map(|node| {
             let found = Element { node, ..self };
             let step = number(found.attribute(attribute)?).filter(|it| *it > 0.0 && it.is_finite());
-            Some(Stepping { master, step: step?, place: found.place_of(attribute) })
+            Some(StepSettings { master, step: step?, position: found.position_of(attribute) })
         })
     }
 
@@ -233,9 +238,9 @@ impl<'a> Element<'a> {
     /// ignored.
     fn note_annotations(self) {
         let owner = self.node.parent_element().map(|node| Element { node, ..self });
-        let used = owner.and_then(Element::stepping).map(|it| it.place);
+        let used = owner.and_then(Element::stepping).map(|it| it.position);
         for annotation in self.all("Annotation") {
-            if used.as_ref().is_some_and(|place| annotation.contains(place)) {
+            if used.as_ref().is_some_and(|position| annotation.contains(position)) {
                 continue;
             }
             let kind = annotation.attribute("type").unwrap_or("without a type");
@@ -255,8 +260,8 @@ impl<'a> Element<'a> {
             } else {
                 format!("; it says {}, which the standard does not define", said.join(", "))
             };
-            let place = annotation.place();
-            self.notes.add(|| format!("{place}: the annotation {kind} is ignored{said}"));
+            let position = annotation.position();
+            self.notes.add(|| format!("{position}: the annotation {kind} is ignored{said}"));
         }
     }
 

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use cosim::system::{Body, NodePlan, System};
 use diagnostics::{Error, Mistakes, suggest};
-use fmu_export::description::{Capabilities, Described, Table};
-use fmu_export::{Causality, Cell, Depends, Info, Initial, Row, Variability};
+use fmu_export::description::{Capabilities, DescribedVariable, Table};
+use fmu_export::{Causality, Dependencies, Info, Initial, Row, Variability, VariableValue};
 use fmu_import::Value;
 use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
@@ -223,7 +223,7 @@ pub fn interface(
 #[derive(Default)]
 struct List {
     variables: Vec<Exposed>,
-    described: Vec<Described>,
+    described: Vec<DescribedVariable>,
     left_out: Vec<String>,
 }
 
@@ -231,7 +231,7 @@ impl List {
     fn push(&mut self, exposed: Exposed, row: Row) {
         let kind = exposed.start.kind();
         let start = (!matches!(exposed.role, Role::Output)).then(|| exposed.start.start());
-        self.described.push(Described { row, kind, start });
+        self.described.push(DescribedVariable { row, kind, start });
         self.variables.push(exposed);
     }
 
@@ -241,9 +241,9 @@ impl List {
         let inner = find(system, name);
         let column = system.columns.iter().find(|column| column.name() == *signal);
         let cell = match inner.map(|variable| variable.storage) {
-            Some(Storage::Boolean) => Cell::Boolean(start != 0.0),
-            Some(storage) if is_integer(storage) => Cell::Integer(start as i32),
-            _ => Cell::Real(start),
+            Some(Storage::Boolean) => VariableValue::Boolean(start != 0.0),
+            Some(storage) if is_integer(storage) => VariableValue::Integer(start as i32),
+            _ => VariableValue::Real(start),
         };
         let unit = inner.and_then(|it| it.unit.clone()).or(column.and_then(|it| it.unit.clone()));
         let about = inner.and_then(|it| it.description.clone());
@@ -263,18 +263,18 @@ impl List {
         let difference = inner.filter(|it| it.relative.is_some());
         let unit = difference.map_or_else(|| column.unit.clone(), |it| it.unit.clone());
         let cell = match (column.kind, storage) {
-            (ValueKind::String, _) => Cell::String(String::new()),
-            (ValueKind::Boolean, _) => Cell::Boolean(false),
-            (ValueKind::Integer, Some(storage)) if is_integer(storage) => Cell::Integer(0),
+            (ValueKind::String, _) => VariableValue::String(String::new()),
+            (ValueKind::Boolean, _) => VariableValue::Boolean(false),
+            (ValueKind::Integer, Some(storage)) if is_integer(storage) => VariableValue::Integer(0),
             // Integers of 64 bits are numbers outside.
-            _ => Cell::Real(0.0),
+            _ => VariableValue::Real(0.0),
         };
         // A signal that is an input now is none of the outputs.
         if self.variables.iter().any(|it| it.name == name) {
             return;
         }
         let row = row(&name, unit, column.description.clone(), &cell);
-        let row = Row { depends: Depends::On(&[]), relative: difference.is_some(), ..row };
+        let row = Row { depends: Dependencies::On(&[]), relative: difference.is_some(), ..row };
         self.push(Exposed { name, role: Role::Output, start: cell }, row);
     }
 
@@ -292,12 +292,12 @@ impl List {
             let given = starts.iter().find(|start| start.name == variable.name);
             let value = given.map(|start| start.value.clone()).or_else(|| variable.start_value());
             let cell = match value {
-                Some(Value::Real(value)) if value.is_finite() => Cell::Real(value),
+                Some(Value::Real(value)) if value.is_finite() => VariableValue::Real(value),
                 Some(Value::Integer(value)) if is_integer(variable.storage) => {
-                    Cell::Integer(i32::try_from(value).unwrap_or_default())
+                    VariableValue::Integer(i32::try_from(value).unwrap_or_default())
                 }
-                Some(Value::Boolean(value)) => Cell::Boolean(value),
-                Some(Value::String(value)) => Cell::String(value),
+                Some(Value::Boolean(value)) => VariableValue::Boolean(value),
+                Some(Value::String(value)) => VariableValue::String(value),
                 _ => {
                     self.left_out.push(name);
                     continue;
@@ -319,16 +319,16 @@ impl List {
 }
 
 /// A row of an output. Its texts live as long as the program, which packs one FMU.
-fn row(name: &str, unit: Option<String>, about: Option<String>, cell: &Cell) -> Row {
+fn row(name: &str, unit: Option<String>, about: Option<String>, cell: &VariableValue) -> Row {
     let text = |text: String| -> &'static str { text.leak() };
-    let unit = unit.filter(|_| matches!(cell, Cell::Real(_)));
+    let unit = unit.filter(|_| matches!(cell, VariableValue::Real(_)));
     let row = fmu_export::output(
         text(name.to_owned()),
         text(unit.unwrap_or_default()),
         text(about.unwrap_or_default()),
     );
     match cell {
-        Cell::Real(_) => row,
+        VariableValue::Real(_) => row,
         _ => row.discrete(),
     }
 }

@@ -1,6 +1,6 @@
 //! Lists the variables that the FMU of a scenario has, with the signals and parameters behind them.
 
-use fmu_export::Cell;
+use fmu_export::VariableValue;
 use serde::{Deserialize, Serialize};
 
 /// What the library of the FMU has to know besides the scenario. A variable's place in the list is its value reference.
@@ -24,7 +24,7 @@ pub struct Exposed {
     /// Who determines it.
     pub role: Role,
     /// Its value at the beginning.
-    pub start: Cell,
+    pub start: VariableValue,
 }
 
 /// Who determines a variable of the FMU.

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use fmu_export::abi::Status;
 use fmu_export::resources::folder;
 use fmu_export::{
-    Categories, Cell, CoSimulation, Course, FmiError, FmiResult, SUMMARY, State, Value, reject,
+    Categories, CoSimulation, FmiError, FmiResult, Lifecycle, SUMMARY, State, Value, VariableValue,
+    reject,
 };
 
 use crate::INTERFACE;
@@ -22,9 +23,9 @@ const SAME: f64 = 1e-6;
 pub struct Nested {
     resources: PathBuf,
     pub(crate) interface: Interface,
-    pub(crate) course: Course,
+    pub(crate) course: Lifecycle,
     /// The value of each variable, by reference.
-    pub(crate) values: Vec<Cell>,
+    pub(crate) values: Vec<VariableValue>,
     /// Whether an input or parameter was set since the nodes were initialised.
     pub(crate) stale: bool,
     /// Nodes that the importer may have states of, of before the last reset.
@@ -46,7 +47,7 @@ impl Nested {
     /// When the resources are not those of the FMU with this identity.
     pub fn open(identifier: &str, resources: &Path) -> FmiResult<Self> {
         // The process belongs to the importer.
-        fmu_import::leave_signals_alone();
+        fmu_import::skip_crash_handlers();
         let path = resources.join(INTERFACE);
         let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(&path).or_else(|error| reject(wrong(&error)))?;
@@ -57,7 +58,7 @@ impl Nested {
         }
         Ok(Nested {
             resources: resources.to_owned(),
-            course: Course::default(),
+            course: Lifecycle::default(),
             values: interface.variables.iter().map(|exposed| exposed.start.clone()).collect(),
             interface,
             stale: true,
@@ -122,11 +123,11 @@ impl CoSimulation for Nested {
         }
     }
 
-    fn course(&mut self) -> &mut Course {
+    fn lifecycle(&mut self) -> &mut Lifecycle {
         &mut self.course
     }
 
-    fn added_time(&self) -> Option<u32> {
+    fn time_reference(&self) -> Option<u32> {
         u32::try_from(self.values.len()).ok()
     }
 
@@ -195,7 +196,7 @@ impl CoSimulation for Nested {
     }
 
     fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
-        let value = self.values.get_mut(reference as usize).and_then(Cell::read);
+        let value = self.values.get_mut(reference as usize).and_then(VariableValue::read);
         match value {
             Some(value) => Ok(value),
             None => other_type(self.exposed(reference)?, T::KIND),

@@ -7,7 +7,7 @@ use cosim::exchange::{Exchange, Interruption, Memory, NodeStop, failure};
 use cosim::node::{self, Node};
 use cosim::system::{Body, System};
 use diagnostics::Error;
-use fmu_export::{Cell, Course, FmiResult, log, reject, warn};
+use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
 use scenario::{BuildArtifacts, Scenario};
@@ -60,8 +60,8 @@ impl Running {
     pub fn assemble(
         resources: &Path,
         interface: &Interface,
-        values: &[Cell],
-        course: &Course,
+        values: &[VariableValue],
+        course: &Lifecycle,
     ) -> Result<Self, Error> {
         let scenario = Scenario::read(&resources.join(SCENARIO))?;
         let parameters = interface.variables.iter().zip(values);
@@ -98,7 +98,7 @@ impl Running {
     ///
     /// # Errors
     /// When a node fails.
-    pub fn initialise(&mut self, values: &[Cell]) -> Result<(), Error> {
+    pub fn initialise(&mut self, values: &[VariableValue]) -> Result<(), Error> {
         self.hold(values);
         self.exchange(|exchange, coupling| {
             coupling.initialise(exchange)?;
@@ -111,7 +111,7 @@ impl Running {
     ///
     /// # Errors
     /// When a step does not come to its end.
-    pub fn step(&mut self, values: &[Cell], steps: u64) -> Result<(), Ended> {
+    pub fn step(&mut self, values: &[VariableValue], steps: u64) -> Result<(), Ended> {
         for _ in 0..steps {
             self.hold(values);
             let tick = self.tick;
@@ -153,11 +153,11 @@ impl Running {
     }
 
     /// Reads the outputs.
-    pub fn show(&self, values: &mut [Cell]) {
+    pub fn show(&self, values: &mut [VariableValue]) {
         let Some(memory) = &self.memory else { return };
         for (reference, index) in &self.outputs {
             match (&mut values[*reference], index) {
-                (Cell::String(text), ColumnIndex::Text(index)) => {
+                (VariableValue::String(text), ColumnIndex::Text(index)) => {
                     text.clone_from(&memory.row[*index]);
                 }
                 (cell, ColumnIndex::Number(index)) => cell.set_number(memory.row[*index]),
@@ -181,7 +181,7 @@ impl Running {
     }
 
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
-    fn hold(&mut self, values: &[Cell]) {
+    fn hold(&mut self, values: &[VariableValue]) {
         let Some(memory) = &mut self.memory else { return };
         for Inputs { external, places } in &self.inputs {
             let number = |reference: usize| values[reference].number().unwrap_or_default();

@@ -5,7 +5,7 @@ use drive_doctor::{
     steering_map,
 };
 use numerics::text::significant;
-use plugin::{Host, Request, Table, Words};
+use plugin::{Host, Request, ResultSummary, Table};
 use preparation::{Drive, DriveLog, Interpolation, Span};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -44,7 +44,7 @@ pub(super) fn task(config: &Doctor, request: &Request, host: &mut dyn Host) -> V
         Some(Err(refused)) => summary.push(format!("{refused}.")),
         None => {}
     }
-    let words = Words { summary, sound: verdict == "nothing", tables };
+    let words = ResultSummary { summary, sound: verdict == "nothing", tables };
     let steering_map = staircase.and_then(Result::ok);
     json!(Outcome { words, verdict, steering_map, doctor: &found })
 }
@@ -181,7 +181,7 @@ fn points(map: &SteeringMap) -> Table {
 #[derive(Serialize)]
 struct Outcome<'a> {
     #[serde(flatten)]
-    words: Words,
+    words: ResultSummary,
     /// For checks of a scenario.
     verdict: &'static str,
     /// Where a staircase tells it.

@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use plugin::{Analysis as _, Request, Signal, Silent};
+use plugin::{Analysis as _, NullHost, Request, Signal};
 
 use super::Identify;
 
@@ -71,7 +71,7 @@ fn survives(config: &str, signals: &[(&'static str, Vec<f64>)], groups: &[Group]
             let lent =
                 columns.iter().map(|(name, values)| Signal { name, unit: "", time: &time, values });
             let request = Request { config, signals: lent.collect() };
-            let ran = catch_unwind(AssertUnwindSafe(|| Identify::run(&request, &mut Silent)));
+            let ran = catch_unwind(AssertUnwindSafe(|| Identify::run(&request, &mut NullHost)));
             let is_sound = what == "nothing";
             assert!(!is_sound || matches!(ran, Ok(Ok(_))), "a sound drive is refused: {ran:?}");
             if ran.is_err() {

@@ -12,7 +12,7 @@ use drive_prediction::score::{BAND, RolloutScore, lateral, open_loop};
 use drive_prediction::steering_map;
 use drive_prediction::{EvenDrive, Predictor};
 use numerics::text::with_std;
-use plugin::{Host, Request, Row, Table, Words};
+use plugin::{Host, Request, ResultSummary, Row, Table};
 use preparation::{DriveLog, Signal};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -88,7 +88,7 @@ pub(super) fn prediction(
     host.file("prediction.html", &html);
     let scores: Map<String, Value> =
         judged.iter().map(|it| (it.name.replace(' ', "_"), json!(it))).collect();
-    let words = Words {
+    let words = ResultSummary {
         sound: !held.is_empty() && refused.is_none(),
         tables: vec![table(&judged), told(&found)],
         summary,
@@ -102,7 +102,7 @@ pub(super) fn prediction(
 #[derive(Serialize)]
 struct Outcome {
     #[serde(flatten)]
-    words: Words,
+    words: ResultSummary,
     /// Whether the scores are of parts that were not fitted.
     held_out: bool,
     /// By the name of the model.

@@ -8,7 +8,7 @@ use drive_prediction::hidden::{
 };
 use drive_prediction::score::BAND;
 use numerics::text::significant;
-use plugin::{Host, Table, Words};
+use plugin::{Host, ResultSummary, Table};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
@@ -82,7 +82,7 @@ pub(super) fn sideslip(
             [it.name.clone(), significant(it.value, 4), interval, words(it.verdict).to_owned()]
         }),
     )];
-    let words = Words { sound: found.converged && !refused, tables, summary };
+    let words = ResultSummary { sound: found.converged && !refused, tables, summary };
     Ok(json!(Outcome {
         words,
         held_out: !held.is_empty(),
@@ -96,7 +96,7 @@ pub(super) fn sideslip(
 #[derive(Serialize)]
 struct Outcome {
     #[serde(flatten)]
-    words: Words,
+    words: ResultSummary,
     held_out: bool,
     converged: bool,
     /// Where v_y was measured.

@@ -4,7 +4,7 @@ use std::sync::{Mutex, PoisonError};
 
 use diagnostics::{Error, shown};
 use plugin::{Host as _, Request, Signal};
-use python::analysis::{Column, Derived, Script, Told};
+use python::analysis::{AnalysisMessage, Column, DerivedSignals, Script};
 use scenario::plan::AnalysisPlan;
 use serde_json::{Number, Value};
 
@@ -40,9 +40,11 @@ pub(super) fn run(
     let mut last = (0.0, String::new());
     let outcome = script.analyse(&columns.collect::<Vec<_>>(), &config, &mut |told| {
         match told {
-            Told::Printed(line) => eprintln!("{}: {}", shown(name), shown(&line)),
-            Told::Derived(derived) => record(host, &derived),
-            Told::Progress(news) => last = news.unwrap_or_else(|| std::mem::take(&mut last)),
+            AnalysisMessage::Printed(line) => eprintln!("{}: {}", shown(name), shown(&line)),
+            AnalysisMessage::Signals(derived) => record(host, &derived),
+            AnalysisMessage::Progress(news) => {
+                last = news.unwrap_or_else(|| std::mem::take(&mut last))
+            }
         }
         host.progress(last.0, &last.1)
     });
@@ -54,7 +56,7 @@ pub(super) fn run(
     Ok(result)
 }
 
-fn record(host: &mut AnalysisHost, Derived { group, time, columns }: &Derived) {
+fn record(host: &mut AnalysisHost, DerivedSignals { group, time, columns }: &DerivedSignals) {
     let signals = columns.iter().map(|(name, unit, values)| Signal { name, unit, time, values });
     host.record(group, &signals.collect::<Vec<_>>());
 }

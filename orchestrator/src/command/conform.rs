@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 use diagnostics::Error;
-use fmu_conformance::{self as conform, JudgeError};
+use fmu_conformance::{self as conform, ConformanceError};
 
 use super::{print, print_json, this_program};
 
@@ -59,9 +59,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     Ok(conform::exit_code(&report.findings))
 }
 
-fn not_judged(error: JudgeError) -> Error {
+fn not_judged(error: ConformanceError) -> Error {
     match error {
-        JudgeError::ProgressLog { path, source } => Error::output(&path, source),
+        ConformanceError::ProgressLog { path, source } => Error::output(&path, source),
         error => Error::input(error.to_string()),
     }
 }

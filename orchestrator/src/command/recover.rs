@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     for line in found.missing() {
         text += &format!("  {line}\n");
     }
-    if found.unproven > 0 {
+    if found.unverified > 0 {
         text += "  `--unchecked` takes what has no checksum, right or wrong\n";
     }
     print(&text);

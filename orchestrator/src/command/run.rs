@@ -178,7 +178,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
     let patience = Duration::try_from_secs_f64(arguments.patience)
         .map_err(|error| Error::input(format!("--patience: {error}")))?;
     // The progress bar holds the line that the cursor is on.
-    fmu_import::watch(patience, |what| tell(&format!("\n{what}")));
+    fmu_import::start_watchdog(patience, |what| tell(&format!("\n{what}")));
     (options.program, options.patience) = (Some(program_of_guests()?), Some(patience));
     if arguments.supervised {
         options.identity = Some(supervised::tie_to_parent()?);
@@ -192,9 +192,9 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         worst = worst.max(run_one(path, &options, &mut context));
         // Without the checkpoint of the warm-up no branch can start.
         let no_warm_start = options.role == BranchRole::WarmUp && !context.has_warm_start();
-        let end = fmu_import::requested_end().is_some() || rest.is_empty() || no_warm_start;
+        let end = fmu_import::termination_signal().is_some() || rest.is_empty() || no_warm_start;
         // All is told: what an FMU does when it is freed cannot change it any more.
-        fmu_import::complete(end.then_some(worst));
+        fmu_import::set_final_exit_code(end.then_some(worst));
         match arguments.branch.is_empty() || end {
             true => free(context),
             false => shared = Some(context),
@@ -210,7 +210,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
 /// Frees the FMUs of a run, and prints their messages of that time.
 pub(super) fn free(context: RunContext) {
     drop(context);
-    fmu_import::late_messages().iter().for_each(|it| tell(&format!("warning: {it}")));
+    fmu_import::messages_while_freed().iter().for_each(|it| tell(&format!("warning: {it}")));
 }
 
 /// This program, for processes of FMUs: the very file that runs, even when a build has put another one in its place.
@@ -344,7 +344,7 @@ fn run_one(path: &Path, options: &RunOptions, context: &mut RunContext) -> u8 {
     print(&run.report.lines());
     if matches!(options.replay, Replay::Serve(_)) {
         eprintln!("still serving; Ctrl-C ends it");
-        while fmu_import::requested_end().is_none() {
+        while fmu_import::termination_signal().is_none() {
             std::thread::sleep(NAP);
         }
     }

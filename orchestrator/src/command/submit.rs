@@ -71,7 +71,7 @@ pub fn run(plan: &Plan, how: &SubmitArguments) -> Result<bool, Error> {
             progress_line(&line.last)
         )),
     }
-    Err(Error::Interrupted(fmu_import::requested_end().unwrap_or_default()))
+    Err(Error::Interrupted(fmu_import::termination_signal().unwrap_or_default()))
 }
 
 fn progress_line(progress: &ChunkProgress) -> String {

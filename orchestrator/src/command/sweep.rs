@@ -110,7 +110,7 @@ struct ChunkArguments {
 /// # Errors
 /// When the input is wrong, or a result cannot be written.
 pub fn run(arguments: &Arguments) -> Result<u8, Error> {
-    fmu_import::note_requests_to_end();
+    fmu_import::catch_termination_signals();
     match &arguments.step {
         None => arguments.here.run(),
         Some(SweepCommand::Plan(planned)) => {
@@ -214,7 +214,7 @@ impl LocalArguments {
         let gathered = sweep::gather(&plan, found)?;
         let code = conclude(&gathered)?;
         for variant in &gathered.recorded {
-            if fmu_import::requested_end().is_some() {
+            if fmu_import::termination_signal().is_some() {
                 return interrupted(&plan);
             }
             replay::record(&plan, *variant)?;
@@ -229,7 +229,7 @@ fn interrupted(plan: &Plan) -> Result<u8, Error> {
         "the sweep ended before its end; what is done is in {}, and the same command goes on",
         plan.folder.display()
     ));
-    Err(Error::Interrupted(fmu_import::requested_end().unwrap_or_default()))
+    Err(Error::Interrupted(fmu_import::termination_signal().unwrap_or_default()))
 }
 
 impl ChunkArguments {

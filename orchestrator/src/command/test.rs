@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<u8, Error> {
         failed + broken,
         count(|outcome| matches!(outcome, ScenarioOutcome::Skipped(_))),
     ));
-    Ok(match fmu_import::requested_end() {
+    Ok(match fmu_import::termination_signal() {
         Some(signal) => Error::Interrupted(signal).exit_code(),
         None => u8::from(failed + broken > 0),
     })

@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 
-use plugin::{Table, Words};
+use plugin::{ResultSummary, Table};
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -13,12 +13,12 @@ pub(super) const WIDEST: usize = 1000;
 
 /// What a result says to people.
 #[derive(Debug, Default)]
-pub(super) struct AnalysisSummary(pub Words);
+pub(super) struct AnalysisSummary(pub ResultSummary);
 
 impl AnalysisSummary {
     /// What is there; a result that says nothing has nothing.
     pub(super) fn new(result: &Value) -> Self {
-        Self(Words::deserialize(result).unwrap_or_default())
+        Self(ResultSummary::deserialize(result).unwrap_or_default())
     }
 
     pub(super) fn is_empty(&self) -> bool {

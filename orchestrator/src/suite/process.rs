@@ -91,7 +91,7 @@ fn wait(child: &Child, output: &File, limit: Duration) -> std::io::Result<Option
         if output.metadata()?.len() > STDERR_LIMIT {
             return Ok(Some(KillReason::StderrLimit));
         }
-        match (asked, fmu_import::requested_end()) {
+        match (asked, fmu_import::termination_signal()) {
             (Some((_, since)), _) if since.elapsed() > GRACE => return Ok(interrupted),
             (None, Some(signal)) => {
                 asked = Some((signal, Instant::now()));

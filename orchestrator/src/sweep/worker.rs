@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use diagnostics::Error;
-use isolation::{Line, Talk};
+use isolation::{Channel, Packet};
 use scenario::BuildArtifacts;
 use scenario::resolve::{FmuCache, Override, Overrides, self};
 use serde::{Deserialize, Serialize};
@@ -42,19 +42,19 @@ const LIMIT: Duration = Duration::from_secs(3600);
 /// When this process has no such host, or that has ended.
 pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
     let wrong = |what: String| Error::input(format!("this is for workers of a sweep: {what}"));
-    let (line, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
-    fmu_import::ignore_requests_to_end();
+    let (channel, _) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+    fmu_import::ignore_termination_signals();
     let check_host = || match isolation::has_host(host) {
         true => Ok(()),
         false => Err(wrong("the host has ended".to_owned())),
     };
-    let (mut talk, mut worker) = (Talk::default(), None);
+    let (mut talk, mut worker) = (Packet::default(), None);
     loop {
-        line.receive(&mut talk, check_host)?;
+        channel.receive(&mut talk, check_host)?;
         let request = postcard::from_bytes::<WorkerRequest>(&talk.bytes);
         match request.map_err(|error| wrong(error.to_string()))? {
             WorkerRequest::Leave => {
-                fmu_import::complete(Some(0));
+                fmu_import::set_final_exit_code(Some(0));
                 drop(worker);
                 return Ok(());
             }
@@ -63,25 +63,25 @@ pub fn serve(host: u32, program: &Path) -> Result<(), Error> {
                 let limit = opened.as_ref().map(|it| it.runner.limit.as_secs_f64());
                 let limit = limit.map_err(ToString::to_string);
                 worker = opened.ok();
-                respond(&line, &WorkerResponse::Opened(limit), check_host)?;
+                respond(&channel, &WorkerResponse::Opened(limit), check_host)?;
             }
             WorkerRequest::Run(overrides) => {
                 let Some(worker) = &mut worker else { return Err(wrong("no plan".to_owned())) };
                 let outcome = Box::new(worker.run(&overrides));
                 let reused = matches!(worker.reuse, InstanceReuse::Verified(_));
-                respond(&line, &WorkerResponse::Ran(outcome, reused), check_host)?;
+                respond(&channel, &WorkerResponse::Ran(outcome, reused), check_host)?;
             }
         }
     }
 }
 
 fn respond(
-    line: &Line,
+    channel: &Channel,
     response: &WorkerResponse,
     check_host: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
     let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
-    line.send((&[], &bytes), check_host)
+    channel.send(&[], &bytes, check_host)
 }
 
 /// A worker with its plan, and what it keeps from one variant to the next.

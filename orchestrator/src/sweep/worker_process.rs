@@ -9,7 +9,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant};
 
 use diagnostics::Error;
-use isolation::{End, Guest, Talk};
+use isolation::{Guest, GuestEnd, Packet};
 use scenario::resolve::Override;
 
 use super::variant::{Failure, Outcome};
@@ -67,7 +67,7 @@ pub(super) struct WorkerProcess<'a> {
     plan: &'a Path,
     program: &'a Path,
     process: Option<GuestProcess>,
-    talk: Talk,
+    talk: Packet,
     /// Whether instances of FMUs are used again, for whoever asks afterwards.
     pub reused: &'a AtomicBool,
 }
@@ -82,7 +82,7 @@ struct GuestProcess {
 
 impl<'a> WorkerProcess<'a> {
     pub fn new(plan: &'a Path, program: &'a Path, reused: &'a AtomicBool) -> Self {
-        WorkerProcess { plan, program, process: None, talk: Talk::default(), reused }
+        WorkerProcess { plan, program, process: None, talk: Packet::default(), reused }
     }
 
     /// Runs a variant. When its process is lost, it runs once more in another one.
@@ -172,14 +172,14 @@ impl Drop for WorkerProcess<'_> {
         if let (Some(process), Ok(leave)) =
             (&mut self.process, postcard::to_stdvec(&WorkerRequest::Leave))
         {
-            process.guest.dismiss(&leave);
+            process.guest.shut_down(&leave);
         }
     }
 }
 
 /// Whether somebody asked this program to end.
 pub(super) fn end_requested() -> bool {
-    fmu_import::requested_end().is_some()
+    fmu_import::termination_signal().is_some()
 }
 
 fn malformed_response() -> Failure {
@@ -188,12 +188,12 @@ fn malformed_response() -> Failure {
 }
 
 impl GuestProcess {
-    fn ask(&mut self, request: &WorkerRequest, talk: &mut Talk) -> Result<WorkerResponse, Failure> {
+    fn ask(&mut self, request: &WorkerRequest, talk: &mut Packet) -> Result<WorkerResponse, Failure> {
         let Ok(bytes) = postcard::to_stdvec(request) else { return Err(malformed_response()) };
         // It ends itself at its limit, and says which call does not return.
         let (begin, limit) = (Instant::now(), self.limit.saturating_add(4 * GRACE));
         let asked =
-            self.guest.ask((&[], &bytes), talk, |_| end_requested() || begin.elapsed() > limit);
+            self.guest.ask(&[], &bytes, talk, |_| end_requested() || begin.elapsed() > limit);
         match asked {
             Ok(()) => postcard::from_bytes(&talk.bytes).map_err(|_| malformed_response()),
             Err(end) => Err(self.failure(end)),
@@ -201,7 +201,7 @@ impl GuestProcess {
     }
 
     /// Why it does not answer, by the last line of its standard error.
-    fn failure(&mut self, end: End) -> Failure {
+    fn failure(&mut self, end: GuestEnd) -> Failure {
         let stderr = self.stderr_tail().unwrap_or_default();
         let line = stderr
             .lines()

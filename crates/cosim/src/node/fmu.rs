@@ -70,7 +70,7 @@ impl FmuNode {
         inputs: VariableGroups,
         outputs: VariableGroups,
     ) -> Self {
-        let early = instance.returns_early();
+        let early = instance.may_return_early();
         FmuNode {
             name: name.to_owned(),
             step_calls: if early { None } else { StepCalls::of(&inputs, &outputs) },
@@ -240,7 +240,7 @@ impl Node for FmuNode {
     }
 
     fn do_step(&mut self, clock: &Clock, tick: u64) -> Result<(), CallError> {
-        let stepped = match self.instance.returns_early() {
+        let stepped = match self.instance.may_return_early() {
             true => self.step_with_events(clock, tick),
             false => self.instance.step(clock.at(tick), clock.step),
         };

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 use archive::Folder;
 use diagnostics::{Error, rounded, shown};
-use fmu_import::{CallError, Fmu, LastNote, Message, MessageLevel};
-use isolation::{End, Guest, NOTE, Talk};
+use fmu_import::{CallError, CrashNote, Fmu, Message, MessageLevel};
+use isolation::{Guest, GuestEnd, NOTE, Packet};
 
 pub use self::guest::serve;
 use self::protocol::{Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup};
@@ -61,7 +61,7 @@ pub(super) struct IsolatedNode {
     dropped: Arc<Mutex<Vec<u64>>>,
     can_save: bool,
     takes_input_derivatives: bool,
-    talk: Talk,
+    talk: Packet,
     messages: Vec<Message>,
     lacks: Vec<String>,
 }
@@ -101,7 +101,7 @@ impl IsolatedNode {
             Error::component(name, "its process", None, format!("does not start: {error}"))
         };
         let scratch = Folder::new().map_err(failed)?;
-        let place = fmu.place();
+        let place = fmu.location();
         let sandbox = isolation.sandbox.then(|| {
             let read = isolation.may_read.iter().cloned().chain([place.folder.clone()]);
             SandboxPaths { read: read.collect(), write: vec![scratch.path().to_owned()] }
@@ -124,7 +124,7 @@ impl IsolatedNode {
             dropped: Arc::default(),
             can_save: false,
             takes_input_derivatives: false,
-            talk: Talk::default(),
+            talk: Packet::default(),
             messages: Vec::new(),
             lacks: Vec::new(),
             setup,
@@ -186,12 +186,12 @@ impl IsolatedNode {
         let (name, mut next) = (&self.setup.name, host.patience);
         let give_up = |note: &dyn Fn() -> [u8; NOTE]| {
             if begin.elapsed() > next {
-                report(name, &LastNote::read(&note()), begin.elapsed());
+                report(name, &CrashNote::read(&note()), begin.elapsed());
                 next *= 2;
             }
             late() || (host.give_up)()
         };
-        guest.ask((numbers, &bytes), talk, give_up).map_err(|end| lost(guest, end, late()))?;
+        guest.ask(numbers, &bytes, talk, give_up).map_err(|end| lost(guest, end, late()))?;
         let response = postcard::from_bytes::<Response>(&talk.bytes);
         let Response { outcome, messages } = response.map_err(unfit)?;
         self.messages.extend(messages);
@@ -300,7 +300,7 @@ impl Drop for IsolatedNode {
     fn drop(&mut self) {
         let request = Request { dropped: Vec::new(), inputs: None, command: Command::Exit };
         // The folder goes after the process.
-        let left = postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.dismiss(&bytes));
+        let left = postcard::to_stdvec(&request).is_ok_and(|bytes| self.guest.shut_down(&bytes));
         if !left {
             let name = &self.setup.name;
             let what = "did not end well after the run, whose results are complete";
@@ -322,7 +322,7 @@ fn start(setup: &Setup, scratch: &Folder, host: &Host) -> std::io::Result<Guest>
 }
 
 /// Reports a call that goes on for long.
-fn report(name: &str, LastNote { call, time, .. }: &LastNote, since: Duration) {
+fn report(name: &str, CrashNote { call, time, .. }: &CrashNote, since: Duration) {
     let call = if call.is_empty() { "its process" } else { call };
     let at = time.map(|time| format!(" at t = {} s", rounded(time))).unwrap_or_default();
     let since = since.as_secs_f64();
@@ -335,14 +335,16 @@ fn unexpected() -> CallError {
 }
 
 /// The error of a process that did not answer, with the call that it was in.
-fn lost(guest: &Guest, end: End, late: bool) -> CallError {
-    let LastNote { call, words, .. } = LastNote::read(&guest.note());
+fn lost(guest: &Guest, end: GuestEnd, late: bool) -> CallError {
+    let CrashNote { call, words, .. } = CrashNote::read(&guest.note());
     let what = match end {
         _ if !words.is_empty() => words,
-        End::GivenUp if late => {
+        GuestEnd::Cancelled if late => {
             "did not return within `call_limit`; its process was ended".to_owned()
         }
-        End::GivenUp => "did not return when the run had to end; its process was ended".to_owned(),
+        GuestEnd::Cancelled => {
+            "did not return when the run had to end; its process was ended".to_owned()
+        }
         end => format!("did not return: {end}"),
     };
     let call = if call.is_empty() { "its process".to_owned() } else { call };

@@ -1,7 +1,7 @@
 //! Shows a source of values over time as a node. Its state is its time.
 
 use fmu_import::CallError;
-use recording::table::{Reading, Table};
+use recording::table::{ColumnType, Table};
 
 use super::{Node, NodeState, Stateful, TypedValues, state_error};
 use crate::clock::Clock;
@@ -33,7 +33,7 @@ impl Source for Table {
     fn values(&mut self, time: f64, outputs: &mut [f64]) {
         let (columns, mut outputs) = (self.names().len(), outputs.iter_mut());
         for column in 0..columns {
-            if self.reading(column) == Reading::Text {
+            if self.column_type(column) == ColumnType::Text {
                 continue;
             }
             if let Some(output) = outputs.next() {
@@ -43,13 +43,13 @@ impl Source for Table {
     }
 
     fn texts(&mut self, time: f64, outputs: &mut [String]) {
-        for (column, output) in self.read_as(Reading::Text).into_iter().zip(outputs) {
+        for (column, output) in self.columns_of_type(ColumnType::Text).into_iter().zip(outputs) {
             self.text(column, time).unwrap_or_default().clone_into(output);
         }
     }
 
     fn integers(&mut self, time: f64, outputs: &mut [i128]) {
-        for (column, output) in self.read_as(Reading::Integer).into_iter().zip(outputs) {
+        for (column, output) in self.columns_of_type(ColumnType::Integer).into_iter().zip(outputs) {
             *output = self.integer(column, time).unwrap_or_default();
         }
     }

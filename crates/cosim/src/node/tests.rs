@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 
-use recording::table::{Table, Wanted};
+use recording::table::{ReadRequest, Table};
 
 use super::{Node, NodeState, SourceNode, state_of};
 use crate::clock::Clock;
@@ -58,6 +58,6 @@ fn signals_repeat_their_steps_from_a_saved_state() {
 fn a_table_repeats_its_steps_from_a_saved_state() {
     let mut file = tempfile::Builder::new().suffix(".csv").tempfile().expect("a file");
     file.write_all(b"t,v\n0,1\n0.045,3\n0.06,-7\n0.1,2.5\n").expect("a file");
-    let table = Table::read(file.path(), &Wanted::plain("t", &["v"])).expect("a table");
+    let table = Table::read(file.path(), &ReadRequest::plain("t", &["v"])).expect("a table");
     restores(SourceNode::new(table), 1);
 }

@@ -1,6 +1,6 @@
 //! The numbers that an input accepts.
 
-use fmu_import::description::{Item, Storage, list};
+use fmu_import::description::{EnumerationItem, Storage, describe_items};
 
 /// Which numbers an input can take.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum AcceptedValues {
     /// A `Boolean` takes 0 and 1.
     Boolean,
     /// An `Enumeration` takes the values of its items.
-    Enumeration(Vec<Item>),
+    Enumeration(Vec<EnumerationItem>),
 }
 
 impl AcceptedValues {
@@ -78,7 +78,7 @@ impl AcceptedValues {
             }
             AcceptedValues::Boolean => "a Boolean, which takes 0 and 1".to_owned(),
             AcceptedValues::Enumeration(items) => {
-                format!("an Enumeration, which takes {}", list(items))
+                format!("an Enumeration, which takes {}", describe_items(items))
             }
         }
     }
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn an_input_takes_the_values_of_its_type_exactly() {
         let items = [("off", 0), ("armed", 3)];
-        let items = items.map(|(name, value)| Item { name: name.to_owned(), value });
+        let items = items.map(|(name, value)| EnumerationItem { name: name.to_owned(), value });
         let mode = AcceptedValues::Enumeration(items.to_vec());
         let unknown = AcceptedValues::Enumeration(Vec::new());
         for (value, integer, boolean, one_of) in [

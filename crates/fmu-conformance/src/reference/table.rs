@@ -1,6 +1,6 @@
 //! Reads tables of results and stimuli: titles, a first column with the time, a cell of an array as values with blanks between.
 
-use fmu_import::{Type, Value, bytes};
+use fmu_import::{Type, Value, from_hex};
 
 /// A table.
 #[derive(Debug)]
@@ -77,7 +77,7 @@ pub(super) fn value(word: &str, kind: Type) -> Option<Value> {
             _ => return None,
         },
         Type::String => Value::String(word.to_owned()),
-        Type::Binary => Value::Binary(bytes(word)?),
+        Type::Binary => Value::Binary(from_hex(word)?),
     })
 }
 

@@ -15,7 +15,7 @@ pub(super) struct Attribute {
 
 /// What may come at one place among the children of an element.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct ChildRule {
     /// The names of the elements, each with the name of its row.
     pub(super) choices: Vec<(&'static str, &'static str)>,
     pub(super) required: bool,
@@ -26,7 +26,7 @@ pub(super) struct Place {
 #[derive(Debug)]
 pub(super) struct Element {
     pub(super) attributes: Vec<Attribute>,
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<ChildRule>,
     /// Whether other attributes may be there as well.
     pub(super) other_attributes: bool,
     /// Whether anything may be inside.
@@ -67,11 +67,11 @@ pub(super) fn element(rows: &'static [Row], name: &str) -> Option<Element> {
 }
 
 /// `A`, `A?`, `A*`, `A+` or `(A|B)` with such an end; `A=B` is the element `A` by the row `B`.
-fn place(word: &'static str) -> Place {
+fn place(word: &'static str) -> ChildRule {
     let bare = word.trim_end_matches(['?', '*', '+']);
     let names = bare.trim_start_matches('(').trim_end_matches(')');
     let choice = |name: &'static str| name.split_once('=').unwrap_or((name, name));
-    Place {
+    ChildRule {
         choices: names.split('|').map(choice).collect(),
         required: !word.ends_with(['?', '*']),
         repeated: word.ends_with(['*', '+']),

@@ -122,7 +122,7 @@ fn each_damage_is_told_with_its_line() {
 
 #[test]
 fn the_tables_know_the_rows_that_they_name() {
-    for rows in [two::ROWS, three::ROWS] {
+    for rows in [fmi2::ROWS, fmi3::ROWS] {
         for Row(name, ..) in rows {
             let element =
                 element(rows, name).unwrap_or_else(|| panic!("{name} has a word of no meaning"));

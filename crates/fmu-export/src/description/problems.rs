@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Described, Table};
+use super::{DescribedVariable, Table};
 use crate::table::{
     dependency_problems, info_problems, inputs, outside, row_problems, unit_problem,
 };
@@ -19,7 +19,7 @@ impl Table {
         }
         let inputs = inputs(self.variables.iter().map(|it| &it.row));
         let mut names = BTreeSet::new();
-        for (place, Described { row, kind, start }) in self.variables.iter().enumerate() {
+        for (place, DescribedVariable { row, kind, start }) in self.variables.iter().enumerate() {
             let new = names.insert(row.name);
             let twice = (!new).then(|| "another variable has this name".to_owned());
             let start = start.as_ref().filter(|_| matches!(kind, Kind::Real | Kind::Integer));

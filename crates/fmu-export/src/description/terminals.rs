@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::Escaped;
+use super::XmlEscaped;
 use crate::terminal::{MemberKind, Terminal};
 
 pub(super) fn write(out: &mut dyn Write, terminals: &[Terminal]) -> fmt::Result {
@@ -13,9 +13,9 @@ pub(super) fn write(out: &mut dyn Write, terminals: &[Terminal]) -> fmt::Result 
         writeln!(
             out,
             r#"    <Terminal name="{}" matchingRule="{}" description="{}">"#,
-            Escaped(name),
+            XmlEscaped(name),
             if *partly { "bus" } else { "plug" },
-            Escaped(description),
+            XmlEscaped(description),
         )?;
         for member in *members {
             let kind = match member.kind {
@@ -26,8 +26,8 @@ pub(super) fn write(out: &mut dyn Write, terminals: &[Terminal]) -> fmt::Result 
             writeln!(
                 out,
                 r#"      <TerminalMemberVariable variableName="{}" memberName="{}" variableKind="{kind}"/>"#,
-                Escaped(member.variable),
-                Escaped(member.name),
+                XmlEscaped(member.variable),
+                XmlEscaped(member.name),
             )?;
         }
         writeln!(out, "    </Terminal>")?;

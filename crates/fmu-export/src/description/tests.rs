@@ -188,8 +188,10 @@ fn assert_structure(read: &ModelDescription, variables: &[Variable<Zoo>]) {
     for (unknown, row) in read.outputs.iter().zip(outputs) {
         assert_eq!(unknown.index, index(row.name));
         let expected = match row.depends {
-            Depends::All => None,
-            Depends::On(names) => Some(names.iter().map(|name| index(name)).collect::<Vec<_>>()),
+            Dependencies::All => None,
+            Dependencies::On(names) => {
+                Some(names.iter().map(|name| index(name)).collect::<Vec<_>>())
+            }
         };
         assert_eq!(unknown.dependencies, expected);
     }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::{self, Write};
 
-use super::{Described, Escaped};
+use super::{DescribedVariable, XmlEscaped};
 use crate::unit::{self, Unit};
 use crate::variable::{Kind, Row};
 
@@ -18,9 +18,9 @@ const DISPLAY_UNITS: [(&str, &str); 7] = [
     ("J", "kWh"),
 ];
 
-pub(super) fn write_units(out: &mut dyn Write, rows: &[Described]) -> fmt::Result {
+pub(super) fn write_units(out: &mut dyn Write, rows: &[DescribedVariable]) -> fmt::Result {
     let mut units = BTreeMap::<&str, BTreeSet<&str>>::new();
-    for Described { row, .. } in rows.iter().filter(|variable| has_unit(variable)) {
+    for DescribedVariable { row, .. } in rows.iter().filter(|variable| has_unit(variable)) {
         units.entry(row.unit).or_default().extend(display_unit(row));
     }
     if units.is_empty() {
@@ -28,7 +28,7 @@ pub(super) fn write_units(out: &mut dyn Write, rows: &[Described]) -> fmt::Resul
     }
     writeln!(out, "  <UnitDefinitions>")?;
     for (name, displayed) in units {
-        writeln!(out, r#"    <Unit name="{}">"#, Escaped(name))?;
+        writeln!(out, r#"    <Unit name="{}">"#, XmlEscaped(name))?;
         // A name that is not understood is written without base unit; `problems` reports it.
         if let Ok(unit) = Unit::parse(name) {
             write_base_unit(out, &unit)?;
@@ -61,14 +61,14 @@ fn write_base_unit(out: &mut dyn Write, unit: &Unit) -> fmt::Result {
 fn write_display_unit(out: &mut dyn Write, unit: &Unit, display: &str) -> fmt::Result {
     let conversion = Unit::parse(display).ok().and_then(|to| Unit::conversion(unit, &to));
     let Some((factor, offset)) = conversion else { return Ok(()) };
-    write!(out, r#"      <DisplayUnit name="{}" factor="{factor}""#, Escaped(display))?;
+    write!(out, r#"      <DisplayUnit name="{}" factor="{factor}""#, XmlEscaped(display))?;
     if offset != 0.0 {
         write!(out, r#" offset="{offset}""#)?;
     }
     writeln!(out, "/>")
 }
 
-pub(super) fn has_unit(Described { row, kind, .. }: &Described) -> bool {
+pub(super) fn has_unit(DescribedVariable { row, kind, .. }: &DescribedVariable) -> bool {
     *kind == Kind::Real && !row.unit.is_empty()
 }
 

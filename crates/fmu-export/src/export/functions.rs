@@ -1,4 +1,4 @@
-//! Names the C functions of a library and passes their arguments on.
+//! Exports the C functions of FMI 2.0, which pass their arguments on.
 
 /// Exports a model as a co-simulation library of FMI 2.0 and FMI 3.0: the C functions of both, and the one by which a packer
 /// asks the library for its descriptions.
@@ -17,11 +17,11 @@ macro_rules! export {
                 context: *mut c_void,
                 take: unsafe extern "C" fn(*mut c_void, u32, *const u8, usize),
             ) {
-                unsafe { $crate::export::describe::<super::Described>(context, take) }
+                unsafe { $crate::export::describe::<super::ExportedModel>(context, take) }
             }
         }
 
-        type Described = $model;
+        type ExportedModel = $model;
     };
 }
 
@@ -49,12 +49,12 @@ macro_rules! export_instance {
                 fmi2SetupExperiment(c: Component, has_tolerance: Boolean, tolerance: f64, start: f64, has_stop: Boolean, stop: f64)
                     => export::setup_experiment::<Instance>(c, (has_tolerance != 0).then_some(tolerance), start, (has_stop != 0).then_some(stop));
                 fmi2EnterInitializationMode(c: Component)
-                    => export::proceed::<Instance>(c, Call::EnterInitializationMode);
+                    => export::change_state::<Instance>(c, Call::EnterInitializationMode);
                 fmi2ExitInitializationMode(c: Component)
-                    => export::proceed::<Instance>(c, Call::ExitInitializationMode);
-                fmi2Terminate(c: Component) => export::proceed::<Instance>(c, Call::Terminate);
-                fmi2Reset(c: Component) => export::proceed::<Instance>(c, Call::Reset);
-                fmi2CancelStep(c: Component) => export::proceed::<Instance>(c, Call::CancelStep);
+                    => export::change_state::<Instance>(c, Call::ExitInitializationMode);
+                fmi2Terminate(c: Component) => export::change_state::<Instance>(c, Call::Terminate);
+                fmi2Reset(c: Component) => export::change_state::<Instance>(c, Call::Reset);
+                fmi2CancelStep(c: Component) => export::change_state::<Instance>(c, Call::CancelStep);
                 fmi2DoStep(c: Component, time: f64, step: f64, _no_set_state_prior: Boolean)
                     => export::do_step::<Instance>(c, time, step);
                 fmi2GetReal(c: Component, r: *const ValueReference, n: usize, v: *mut f64)
@@ -89,13 +89,13 @@ macro_rules! export_instance {
                 fmi2GetRealOutputDerivatives(c: Component, _r: *const ValueReference, _n: usize, _order: *const c_int, _v: *mut f64)
                     => export::unsupported::<Instance>(c, Call::GetRealOutputDerivatives, "an output derivative");
                 fmi2GetStatus(c: Component, kind: c_int, v: *mut Status)
-                    => export::get_status::<Instance, Status>(c, kind, v, |course, kind| (kind == 0).then(|| course.last_step()));
+                    => export::get_status::<Instance, Status>(c, kind, v, |lifecycle, kind| (kind == 0).then(|| lifecycle.last_step()));
                 fmi2GetRealStatus(c: Component, kind: c_int, v: *mut f64)
-                    => export::get_status::<Instance, f64>(c, kind, v, |course, kind| (kind == 2).then_some(course.now));
+                    => export::get_status::<Instance, f64>(c, kind, v, |lifecycle, kind| (kind == 2).then_some(lifecycle.now));
                 fmi2GetIntegerStatus(c: Component, kind: c_int, v: *mut c_int)
                     => export::get_status::<Instance, c_int>(c, kind, v, |_, _| None);
                 fmi2GetBooleanStatus(c: Component, kind: c_int, v: *mut Boolean)
-                    => export::get_status::<Instance, Boolean>(c, kind, v, |course, kind| (kind == 3).then(|| course.terminated.into()));
+                    => export::get_status::<Instance, Boolean>(c, kind, v, |lifecycle, kind| (kind == 3).then(|| lifecycle.terminated.into()));
                 fmi2GetStringStatus(c: Component, kind: c_int, v: *mut *const c_char)
                     => export::get_status::<Instance, *const c_char>(c, kind, v, |_, _| None);
             }

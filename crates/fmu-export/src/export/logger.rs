@@ -4,7 +4,7 @@ use std::ffi::{CString, c_void};
 use std::sync::Arc;
 
 use crate::abi::{LogMessage, Logger, Status};
-use crate::failure::FmiError;
+use crate::error::FmiError;
 use crate::log::{LOG_CATEGORIES, Message, SUMMARY, take_messages};
 
 /// Categories that are on by default: without them a warning or a failure would be silent.

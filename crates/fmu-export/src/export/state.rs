@@ -2,10 +2,10 @@
 
 use std::ptr;
 
-use super::{Exported, with};
+use super::{ExportedComponent, with};
 use crate::abi::{Component, FmuState, Status};
 use crate::co_simulation::CoSimulation;
-use crate::failure::{FmiResult, reject};
+use crate::error::{FmiResult, reject};
 use crate::lifecycle::Call;
 use crate::memory::{Destination, read, write};
 
@@ -14,7 +14,7 @@ use crate::memory::{Destination, read, write};
 /// # Safety
 /// `state` points to null or to a state of this model.
 pub unsafe fn get_fmu_state<S: CoSimulation>(component: Component, state: *mut FmuState) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let Some(state) = (unsafe { state.as_mut() }) else {
             return reject("an FMU state is null");
@@ -36,11 +36,11 @@ pub unsafe fn get_fmu_state<S: CoSimulation>(component: Component, state: *mut F
 /// # Safety
 /// `state` is null or a state of this model.
 pub unsafe fn set_fmu_state<S: CoSimulation>(component: Component, state: FmuState) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
-        let own = instance.course().clone();
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
+        let own = instance.lifecycle().clone();
         // SAFETY: as the caller promises.
         instance.restore(unsafe { held(state) }?)?;
-        instance.course().stop_as(&own);
+        instance.lifecycle().stop_as(&own);
         Ok(())
     };
     // SAFETY: as the caller promises.
@@ -55,7 +55,7 @@ pub unsafe fn free_fmu_state<S: CoSimulation>(
     component: Component,
     state: *mut FmuState,
 ) -> Status {
-    let body = |_: &mut Exported<S>| {
+    let body = |_: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         if let Some(state) = unsafe { state.as_mut() }
             && !state.is_null()
@@ -88,7 +88,7 @@ pub unsafe fn serialized_size<S: CoSimulation>(
     state: FmuState,
     size: *mut usize,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         unsafe { write(size, instance.serialize(held(state)?)?.len()) }
     };
@@ -106,7 +106,7 @@ pub unsafe fn serialize<S: CoSimulation>(
     into: *mut u8,
     length: usize,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let (state, into) = unsafe { (held(state)?, Destination::new(into, length)?) };
         let bytes = instance.serialize(state)?;
@@ -129,7 +129,7 @@ pub unsafe fn deserialize<S: CoSimulation>(
     length: usize,
     state: *mut FmuState,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let (from, state) = unsafe { (read(from, length)?, Destination::new(state, 1)?) };
         let found = instance.deserialize(from)?;

@@ -2,10 +2,10 @@
 
 use std::ffi::{CString, c_char, c_int};
 
-use super::{Exported, with};
+use super::{ExportedComponent, with};
 use crate::abi::{Component, Status, ValueReference};
 use crate::co_simulation::CoSimulation;
-use crate::failure::{FmiResult, reject};
+use crate::error::{FmiResult, reject};
 use crate::lifecycle::Call;
 use crate::memory::{Destination, read, text};
 use crate::value::Value;
@@ -34,7 +34,7 @@ pub(super) unsafe fn get_by<S: CoSimulation, T: Value>(
     values: *mut T,
     read_one: fn(&mut S, u32) -> FmiResult<T>,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let references = unsafe { read(references, length)? };
         // SAFETY: as the caller promises.
@@ -56,7 +56,7 @@ pub unsafe fn get_string<S: CoSimulation>(
     length: usize,
     values: *mut *const c_char,
 ) -> Status {
-    let body = |Exported { instance, texts, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, texts, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let references = unsafe { read(references, length)? };
         // SAFETY: as the caller promises.
@@ -84,7 +84,7 @@ pub unsafe fn set<S: CoSimulation, T: Value>(
     length: usize,
     values: *const T,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
         instance.set(references, values)
@@ -103,7 +103,7 @@ pub unsafe fn set_string<S: CoSimulation>(
     length: usize,
     values: *const *const c_char,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let (references, values) = unsafe { (read(references, length)?, read(values, length)?) };
         // SAFETY: as the caller promises.
@@ -126,7 +126,7 @@ pub unsafe fn set_input_derivatives<S: CoSimulation>(
     orders: *const c_int,
     values: *const f64,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| {
         // SAFETY: as the caller promises.
         let (references, orders, values) =
             unsafe { (read(references, length)?, read(orders, length)?, read(values, length)?) };
@@ -148,7 +148,7 @@ pub unsafe fn directional_derivative<S: CoSimulation>(
     changes: *const f64,
     responses: *mut f64,
 ) -> Status {
-    let body = |Exported { instance, .. }: &mut Exported<S>| -> FmiResult {
+    let body = |ExportedComponent { instance, .. }: &mut ExportedComponent<S>| -> FmiResult {
         // SAFETY: as the caller promises.
         let (unknowns, responses) =
             unsafe { (read(unknowns, rows)?, Destination::new(responses, rows)?) };

@@ -2,15 +2,15 @@
 
 use super::{Instance, is_tunable, real, variable, writable};
 use crate::co_simulation::CoSimulation as _;
-use crate::derivative::{Derivatives, Partial, partial};
-use crate::failure::{FmiResult, reject};
+use crate::derivative::{Derivatives, PartialDerivative, partial};
+use crate::error::{FmiResult, reject};
 use crate::lifecycle::State;
 use crate::model::Model;
 use crate::variable::{Causality, Kind, Row, Variable};
 
 impl<M: Model> Instance<M> {
     /// How `unknowns` change when `knowns` change by `changes`.
-    pub(super) fn along(
+    pub(super) fn directional(
         &mut self,
         unknowns: &[u32],
         knowns: &[u32],
@@ -30,7 +30,7 @@ impl<M: Model> Instance<M> {
             (value, seeds.map(|(_, change)| change).sum())
         });
         let seeds: Vec<_> = seeds.collect();
-        let found = derivatives.along(&self.current.model, &seeds);
+        let found = derivatives.directional(&self.current.model, &seeds);
         Ok(indices.into_iter().map(|index| index.map_or(0.0, |index| found[index].1)).collect())
     }
 
@@ -41,7 +41,7 @@ impl<M: Model> Instance<M> {
         unknowns: &[u32],
         knowns: &[u32],
     ) -> FmiResult<Vec<Option<usize>>> {
-        let state = self.current.course.state;
+        let state = self.current.lifecycle.state;
         let row = |reference: u32, may: fn(&Row, State) -> bool, part: &str| {
             let Variable { row, access } = variable::<M>(reference)?;
             if access.kind() == Kind::Real && may(row, state) {
@@ -56,9 +56,9 @@ impl<M: Model> Instance<M> {
             let (unknown, mut index) = (row(*unknown, is_unknown, "unknown")?, None);
             for known in &knowns {
                 match partial::<M>(derivatives, unknown, known) {
-                    Partial::Equation(found) => index = Some(found),
-                    Partial::Zero => {}
-                    Partial::Missing => {
+                    PartialDerivative::Equation(found) => index = Some(found),
+                    PartialDerivative::Zero => {}
+                    PartialDerivative::Missing => {
                         return reject(format!(
                             "the derivative of {} with respect to {} is not known",
                             unknown.name, known.name

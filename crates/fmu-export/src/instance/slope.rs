@@ -1,9 +1,9 @@
-//! Moves inputs during a step along their derivatives from the environment.
+//! Interpolates inputs during a step by their derivatives from the importer.
 
 use serde::{Deserialize, Serialize};
 
 use super::{Instance, Snapshot, real, variable};
-use crate::failure::{FmiResult, reject};
+use crate::error::{FmiResult, reject};
 use crate::model::{Model, ModelError};
 use crate::variable::{Causality, Kind, Variability, Variable};
 
@@ -12,16 +12,16 @@ const HIGHEST_ORDER: i32 = 4;
 
 /// A derivative of an input at the beginning of the next step.
 #[derive(Clone, Serialize, Deserialize)]
-pub(super) struct Slope {
+pub(super) struct InputSlope {
     pub reference: u32,
     order: i32,
     value: f64,
 }
 
-impl Slope {
+impl InputSlope {
     /// Rejects a derivative that the model cannot follow.
     pub fn check<M: Model>(&self) -> FmiResult {
-        let Slope { reference, order, value } = *self;
+        let InputSlope { reference, order, value } = *self;
         let Variable { row, access } = variable::<M>(reference)?;
         let name = row.name;
         if row.causality != Causality::Input
@@ -65,7 +65,7 @@ impl<M: Model> Snapshot<M> {
     /// The inputs with derivatives, and their values.
     fn interpolated_inputs(&mut self) -> Vec<(u32, f64)> {
         let mut inputs = Vec::new();
-        for Slope { reference, .. } in &self.slopes {
+        for InputSlope { reference, .. } in &self.slopes {
             if inputs.iter().all(|(other, _)| other != reference)
                 && let Some(at) = real::<M>(*reference)
             {
@@ -102,9 +102,9 @@ impl<M: Model> Instance<M> {
             .iter()
             .zip(orders)
             .zip(values)
-            .map(|((&reference, &order), &value)| Slope { reference, order, value });
+            .map(|((&reference, &order), &value)| InputSlope { reference, order, value });
         let slopes: Vec<_> = slopes.collect();
-        slopes.iter().try_for_each(Slope::check::<M>)?;
+        slopes.iter().try_for_each(InputSlope::check::<M>)?;
         let kept = &mut self.current.slopes;
         for new in slopes {
             kept.retain(|slope| (slope.reference, slope.order) != (new.reference, new.order));

@@ -85,10 +85,10 @@ fn a_run_gives_what_the_model_computes() {
     let instance = TestInstance::new();
     assert_eq!(instance.set(M, 4.0), Status::Ok);
     assert_eq!(instance.setup(0.0, 10.0), Status::Ok);
-    instance.proceed(Call::EnterInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
     assert_eq!(instance.set(F, 8.0), Status::Ok);
     assert_eq!(instance.get(A), Ok(2.0), "outputs follow inputs during initialisation");
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     assert_eq!(instance.step(0.0, 0.5), Status::Ok);
     assert_eq!(instance.get(V), Ok(1.0));
     instance.set(F, 12.0);
@@ -97,11 +97,11 @@ fn a_run_gives_what_the_model_computes() {
         (Ok(3.0), Ok(1.0)),
         "without a step only `a` follows"
     );
-    assert_eq!(instance.proceed(Call::Terminate), Status::Ok);
-    assert_eq!(instance.proceed(Call::Reset), Status::Ok);
+    assert_eq!(instance.change_state(Call::Terminate), Status::Ok);
+    assert_eq!(instance.change_state(Call::Reset), Status::Ok);
     assert_eq!(instance.setup(0.0, 1.0), Status::Ok);
-    instance.proceed(Call::EnterInitializationMode);
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     assert_eq!(
         (instance.get(M), instance.get(V)),
         (Ok(2.0), Ok(0.0)),
@@ -146,7 +146,7 @@ fn a_failure_comes_with_its_message_and_needs_a_reset() {
     assert_eq!(instance.step(0.0, 0.1), Status::Error);
     assert!(last_message().contains("100 % wrong"), "{}", last_message());
     assert_eq!(instance.step(0.0, 0.1), Status::Error);
-    assert_eq!(instance.proceed(Call::Reset), Status::Ok);
+    assert_eq!(instance.change_state(Call::Reset), Status::Ok);
     assert_eq!(instance.setup(0.0, 1.0), Status::Ok);
 }
 
@@ -169,7 +169,7 @@ fn a_panic_is_fatal_and_stays_inside() {
     mishap(&instance, 4);
     assert_eq!(instance.step(0.0, 0.1), Status::Fatal);
     assert!(last_message().contains("mishap 4"), "{}", last_message());
-    assert_eq!(instance.proceed(Call::Reset), Status::Error);
+    assert_eq!(instance.change_state(Call::Reset), Status::Error);
 }
 
 fn a_restored_state_continues_bit_for_bit_also_from_bytes() {
@@ -201,13 +201,13 @@ fn only_enabled_categories_are_logged() {
     let instance = TestInstance::new();
     let before = count();
     instance.setup(0.0, 1.0);
-    instance.proceed(Call::EnterInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
     assert_eq!(count(), before, "events are not logged unless they are asked for");
     let events = [c"logEvents".as_ptr()];
     let status =
         unsafe { export::set_debug_logging::<Instance<Mass>>(instance.0, 1, 1, events.as_ptr()) };
     assert_eq!(status, Status::Ok);
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     assert_eq!(count(), before + 1);
     assert_eq!(instance.step(0.3, 0.1), Status::Error);
     assert_eq!(count(), before + 1, "errors are not among the categories that were asked for");

@@ -121,7 +121,7 @@ fn a_missing_derivative_is_rejected() {
         "{}",
         last_message()
     );
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     for (unknown, known) in [(F, A), (A, M), (A, X), (A, MODE), (MODE, F), (99, F), (A, 99)] {
         assert_eq!(
             instance.derivative(&[unknown], &[known], &[1.0]),

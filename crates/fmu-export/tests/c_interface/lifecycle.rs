@@ -77,7 +77,7 @@ fn instance(state: State) -> TestInstance {
         State::Fatal => stepped(3, Fatal),
         Terminated => {
             let instance = stepped(0, Fine);
-            assert_eq!(instance.proceed(Call::Terminate), Fine);
+            assert_eq!(instance.change_state(Call::Terminate), Fine);
             instance
         }
     }
@@ -98,11 +98,11 @@ const TABLE: &[Row] = &[
     ("SetDebugLogging", ALIVE, |s| unsafe {
         export::set_debug_logging::<Instance<Moody>>(s.0, 0, 0, ptr::null())
     }),
-    ("Reset", ALIVE, |s| s.proceed(Call::Reset)),
+    ("Reset", ALIVE, |s| s.change_state(Call::Reset)),
     ("SetupExperiment", &[Instantiated], |s| s.setup(0.0, 10.0)),
-    ("EnterInitializationMode", &[Instantiated], |s| s.proceed(Call::EnterInitializationMode)),
-    ("ExitInitializationMode", &[Initialization], |s| s.proceed(Call::ExitInitializationMode)),
-    ("Terminate", &[StepComplete, StepFailed], |s| s.proceed(Call::Terminate)),
+    ("EnterInitializationMode", &[Instantiated], |s| s.change_state(Call::EnterInitializationMode)),
+    ("ExitInitializationMode", &[Initialization], |s| s.change_state(Call::ExitInitializationMode)),
+    ("Terminate", &[StepComplete, StepFailed], |s| s.change_state(Call::Terminate)),
     ("GetReal", READABLE, |s| status(s.get(1))),
     ("GetInteger", READABLE, |s| status(s.get_as(2, 0))),
     ("SetReal", &[Instantiated, Initialization, StepComplete], |s| s.set(0, 1.0)),
@@ -115,7 +115,7 @@ const TABLE: &[Row] = &[
         s.slope(0, 1, 1.0)
     }),
     ("DoStep", &[StepComplete], |s| s.step(0.0, 1.0)),
-    ("CancelStep", &[], |s| s.proceed(Call::CancelStep)),
+    ("CancelStep", &[], |s| s.change_state(Call::CancelStep)),
     ("GetRealStatus, GetBooleanStatus", &[StepComplete, StepFailed, Terminated], |s| {
         status(s.last())
     }),
@@ -161,12 +161,12 @@ fn an_illegal_call_changes_nothing() {
 
 fn initialisation_needs_an_experiment() {
     let instance = TestInstance::new();
-    assert_eq!(instance.proceed(Call::EnterInitializationMode), Error);
+    assert_eq!(instance.change_state(Call::EnterInitializationMode), Error);
     assert!(last_message().contains("SetupExperiment"));
     assert_eq!(instance.setup(0.0, 1.0), Fine);
-    assert_eq!(instance.proceed(Call::EnterInitializationMode), Fine);
-    assert_eq!(instance.proceed(Call::Reset), Fine);
-    assert_eq!(instance.proceed(Call::EnterInitializationMode), Error, "a reset forgets it");
+    assert_eq!(instance.change_state(Call::EnterInitializationMode), Fine);
+    assert_eq!(instance.change_state(Call::Reset), Fine);
+    assert_eq!(instance.change_state(Call::EnterInitializationMode), Error, "a reset forgets it");
 }
 
 fn after_an_error_values_can_be_looked_at_and_a_state_brought_back() {
@@ -186,8 +186,8 @@ fn after_an_error_values_can_be_looked_at_and_a_state_brought_back() {
 fn a_state_of_a_shorter_run_goes_on_until_the_stop_time_of_its_instance() {
     let short = TestInstance::new();
     assert_eq!(short.setup(0.0, 1.0), Fine);
-    assert_eq!(short.proceed(Call::EnterInitializationMode), Fine);
-    assert_eq!(short.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!(short.change_state(Call::EnterInitializationMode), Fine);
+    assert_eq!(short.change_state(Call::ExitInitializationMode), Fine);
     assert_eq!((short.set(0, 3.0), short.step(0.0, 1.0)), (Fine, Fine));
     let state = short.state().expect("a state");
     let long = TestInstance::ready();
@@ -217,8 +217,8 @@ fn short_steps_late_in_a_long_run_are_understood() {
     let instance = TestInstance::new();
     let start = 1e9;
     assert_eq!(instance.setup(start, 2e9), Fine);
-    instance.proceed(Call::EnterInitializationMode);
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     for k in 0..1000 {
         assert_eq!(instance.step(start + f64::from(k) * 1e-3, 1e-3), Fine, "{}", last_message());
     }

@@ -4,11 +4,11 @@
 
 mod calls;
 mod derivatives;
+mod fmi3;
 mod lifecycle;
 mod messages;
 mod pointers;
 mod support;
-mod three;
 mod variables;
 
 use std::panic::resume_unwind;
@@ -48,8 +48,8 @@ fn main() -> ExitCode {
         lifecycle::TESTS,
         messages::TESTS,
         pointers::TESTS,
-        three::TESTS,
-        three::TESTS,
+        fmi3::TESTS,
+        fmi3::TESTS,
         variables::TESTS,
     ];
     let mut trials: Vec<_> = tests

@@ -52,9 +52,9 @@ impl Drop for Talker {
 fn messages_come_in_the_order_of_what_happened() {
     let instance = TestInstance::<Talker>::with_guid(&description::guid::<Talker>(), 1);
     assert_eq!(instance.setup(0.0, 10.0), Status::Ok);
-    instance.proceed(Call::EnterInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
     let from = logged(0).len();
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     instance.step(0.0, 0.1);
     assert_eq!(instance.step(0.1, 0.1), Status::Discard);
     let texts = logged(from).into_iter().map(|(_, _, text)| text);
@@ -101,8 +101,8 @@ fn summaries_and_warnings_need_no_debug_logging() {
     let instance = TestInstance::<Calm>::new();
     instance.setup(0.0, 10.0);
     let from = logged(0).len();
-    instance.proceed(Call::EnterInitializationMode);
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     let texts: Vec<_> = logged(from).into_iter().map(|(_, _, text)| text).collect();
     assert_eq!(texts, ["a calm model", "a warning"]);
 }
@@ -170,8 +170,8 @@ fn a_logger_may_call_and_even_free_the_instance() {
         let one = [c"logStatusWarning".as_ptr()];
         export::set_debug_logging::<Instance<Talker>>(c, 1, 1, one.as_ptr());
         export::setup_experiment::<Instance<Talker>>(c, None, 0.0, None);
-        export::proceed::<Instance<Talker>>(c, Call::EnterInitializationMode);
-        export::proceed::<Instance<Talker>>(c, Call::ExitInitializationMode);
+        export::change_state::<Instance<Talker>>(c, Call::EnterInitializationMode);
+        export::change_state::<Instance<Talker>>(c, Call::ExitInitializationMode);
         SEEN.with_borrow_mut(|seen| seen.0 = c);
         assert_eq!(export::do_step::<Instance<Talker>>(c, 0.0, 0.1), Status::Warning);
     }

@@ -6,7 +6,7 @@ use std::mem::MaybeUninit;
 use std::ptr;
 
 use fmu_export::abi::{CallbackFunctions, FmuState, Status};
-use fmu_export::export::{self, Course};
+use fmu_export::export::{self, Lifecycle};
 use fmu_export::{Info, Instance, Model, ModelError, Value, Variable, description, input, output};
 use serde::{Deserialize, Serialize};
 
@@ -115,7 +115,7 @@ fn results_may_go_into_uninitialised_memory() {
     assert_eq!(get(&instance, &0, 1, value.as_mut_ptr()), Status::Ok);
     assert_eq!(unsafe { value.assume_init() }, 2.5);
     let mut status = MaybeUninit::<Status>::uninit();
-    let last: fn(&Course, c_int) -> Option<Status> = |course, _| Some(course.last_step());
+    let last: fn(&Lifecycle, c_int) -> Option<Status> = |lifecycle, _| Some(lifecycle.last_step());
     let called = unsafe {
         export::get_status::<Instance<Echo>, Status>(instance.0, 0, status.as_mut_ptr(), last)
     };

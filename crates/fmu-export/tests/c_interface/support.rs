@@ -87,14 +87,14 @@ impl<M: Model> TestInstance<M> {
     pub fn initialising() -> Self {
         let instance = TestInstance::new();
         assert_eq!(instance.setup(0.0, 10.0), Status::Ok);
-        assert_eq!(instance.proceed(Call::EnterInitializationMode), Status::Ok);
+        assert_eq!(instance.change_state(Call::EnterInitializationMode), Status::Ok);
         instance
     }
 
     /// At the first communication point.
     pub fn ready() -> Self {
         let instance = TestInstance::initialising();
-        assert_eq!(instance.proceed(Call::ExitInitializationMode), Status::Ok);
+        assert_eq!(instance.change_state(Call::ExitInitializationMode), Status::Ok);
         instance
     }
 
@@ -102,8 +102,8 @@ impl<M: Model> TestInstance<M> {
         unsafe { export::setup_experiment::<Instance<M>>(self.0, None, start, Some(stop)) }
     }
 
-    pub fn proceed(&self, call: Call) -> Status {
-        unsafe { export::proceed::<Instance<M>>(self.0, call) }
+    pub fn change_state(&self, call: Call) -> Status {
+        unsafe { export::change_state::<Instance<M>>(self.0, call) }
     }
 
     pub fn step(&self, time: f64, step: f64) -> Status {
@@ -217,15 +217,17 @@ impl<M: Model> TestInstance<M> {
 
     /// `fmi2GetRealStatus` of the last successful time, `fmi2GetBooleanStatus` of the end.
     pub fn last(&self) -> Result<(f64, bool), Status> {
-        let (mut time, mut ended) = (f64::NAN, -1);
+        let (mut time, mut outputs) = (f64::NAN, -1);
         let status = unsafe {
             let time = &raw mut time;
-            let ended = &raw mut ended;
-            let of = |course: &export::Course, _| Some(i32::from(course.terminated));
-            export::get_status::<Instance<M>, f64>(self.0, 2, time, |course, _| Some(course.now))
-                .max(export::get_status::<Instance<M>, i32>(self.0, 3, ended, of))
+            let outputs = &raw mut outputs;
+            let of = |lifecycle: &export::Lifecycle, _| Some(i32::from(lifecycle.terminated));
+            export::get_status::<Instance<M>, f64>(self.0, 2, time, |lifecycle, _| {
+                Some(lifecycle.now)
+            })
+            .max(export::get_status::<Instance<M>, i32>(self.0, 3, outputs, of))
         };
-        if status == Status::Ok { Ok((time, ended == 1)) } else { Err(status) }
+        if status == Status::Ok { Ok((time, outputs == 1)) } else { Err(status) }
     }
 }
 

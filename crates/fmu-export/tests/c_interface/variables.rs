@@ -145,11 +145,11 @@ fn each_kind_can_be_set_when_fmi_says_so() {
     let during =
         [Fine, Error, Fine, Fine, Error, Fine, Fine, Fine, Error, Error, Error, Error, Error];
     assert_eq!(settable(&instance), during, "a guess is taken before initialisation only");
-    assert_eq!(instance.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!(instance.change_state(Call::ExitInitializationMode), Fine);
     let after =
         [Error, Error, Fine, Fine, Error, Error, Fine, Fine, Error, Error, Error, Error, Error];
     assert_eq!(settable(&instance), after);
-    assert_eq!(instance.proceed(Call::Terminate), Fine);
+    assert_eq!(instance.change_state(Call::Terminate), Fine);
     assert_eq!(settable(&instance), [Error; 13]);
 }
 
@@ -157,11 +157,11 @@ fn all_types_go_in_and_come_out() {
     let instance = TestInstance::new();
     assert_eq!(instance.set(STEP, 4.0), Fine);
     assert_eq!(instance.setup(3.0, 10.0), Fine);
-    assert_eq!(instance.proceed(Call::EnterInitializationMode), Fine);
+    assert_eq!(instance.change_state(Call::EnterInitializationMode), Fine);
     assert_eq!((instance.get(STEPS), instance.get(GUESS)), (Ok(8.0), Ok(7.0)));
     assert_eq!((instance.get(TIME), instance.get(START)), (Ok(3.0), Ok(5.0)));
     assert_eq!(instance.get_text(VERSION).as_deref(), Ok("1.0"));
-    assert_eq!(instance.proceed(Call::ExitInitializationMode), Fine);
+    assert_eq!(instance.change_state(Call::ExitInitializationMode), Fine);
     assert_eq!(instance.set_text(WORD, c"a % b %s"), Fine);
     assert_eq!(instance.get_text(ECHO).as_deref(), Ok("a % b %s"));
     assert_eq!(instance.step(3.0, 0.5), Fine);
@@ -227,8 +227,8 @@ fn a_model_logs_in_its_own_category_and_warns() {
     let instance = TestInstance::with_guid(&description::guid::<Counter>(), 1);
     instance.setup(0.0, 10.0);
     instance.set(LIMIT, 1);
-    instance.proceed(Call::EnterInitializationMode);
-    instance.proceed(Call::ExitInitializationMode);
+    instance.change_state(Call::EnterInitializationMode);
+    instance.change_state(Call::ExitInitializationMode);
     let from = logged(0).len();
     assert_eq!((instance.step(0.0, 1.0), instance.step(1.0, 1.0)), (Fine, Status::Warning));
     let expected = [

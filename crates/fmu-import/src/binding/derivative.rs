@@ -1,4 +1,4 @@
-//! Asks an instance for derivatives of outputs, and gives it those of inputs.
+//! Gets directional derivatives and output derivatives, and sets input derivatives.
 
 use super::Instance;
 use crate::{CallError, Version};
@@ -35,7 +35,7 @@ impl Instance {
             return Err(CallError::new(super::instance::name(call), what));
         }
         if self.description().version == Version::Three {
-            return self.directional_of((known, changes), (unknown, found));
+            return self.directional_derivatives_3((known, changes), (unknown, found));
         }
         let function = self.library.two("fmi2GetDirectionalDerivative")?.directional_derivative;
         let (unknowns, knowns) = (unknown.len(), known.len());

@@ -1,13 +1,13 @@
-//! Leads an instance of FMI 3.0 through event mode (FMI 3.0, section 4.2).
+//! Makes the calls of event mode and of clocks (FMI 3.0, section 4.2).
 
 use std::slice;
 use std::sync::Arc;
 
-use super::functions::{Clocks, Events};
-use super::lent::Slot;
+use super::functions::{ClockFunctions, EventFunctions};
+use super::guarded_buffer::GuardedValue;
 use super::phase::Phase;
 use super::{Instance, Library};
-use crate::{CallError, IntervalChange, Updated, Version};
+use crate::{CallError, DiscreteStatesUpdate, IntervalQualifier, Version};
 
 impl Instance {
     /// Makes an instance that uses event mode, whether the FMU has it or not, and ends no step early: for those who look whether
@@ -22,15 +22,15 @@ impl Instance {
 
     /// Whether it was made with event mode. It is in event mode after its initialisation.
     #[must_use]
-    pub fn has_events(&self) -> bool {
+    pub fn uses_event_mode(&self) -> bool {
         self.events
     }
 
-    fn event_functions(&self, call: &'static str) -> Result<Events, CallError> {
+    fn event_functions(&self, call: &'static str) -> Result<EventFunctions, CallError> {
         self.library.events.ok_or_else(|| self.lacks(call, "event mode"))
     }
 
-    fn clock_functions(&self, call: &'static str) -> Result<Clocks, CallError> {
+    fn clock_functions(&self, call: &'static str) -> Result<ClockFunctions, CallError> {
         self.library.clocks.ok_or_else(|| self.lacks(call, "clocks"))
     }
 
@@ -68,12 +68,12 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, when the library lacks functions of event mode, and when the FMU ends the simulation.
-    pub fn update_discrete_states(&mut self, time: f64) -> Result<Updated, CallError> {
+    pub fn update_discrete_states(&mut self, time: f64) -> Result<DiscreteStatesUpdate, CallError> {
         let call = "fmi3UpdateDiscreteStates";
         let function = self.event_functions(call)?.update_discrete_states;
         let [mut again, mut terminate, mut nominals, mut values, mut known] =
-            [0; 5].map(Slot::<u8>::new);
-        let mut next = Slot::new(f64::NAN);
+            [0; 5].map(GuardedValue::<u8>::new);
+        let mut next = GuardedValue::new(f64::NAN);
         // SAFETY: the component is alive, and there is room behind each of the six values.
         self.run(c"fmi3UpdateDiscreteStates", |component| unsafe {
             function(
@@ -97,7 +97,7 @@ impl Instance {
             return Err(CallError { terminated: Some(time), ..CallError::new(call, what) });
         }
         let next = Some(next).filter(|next| known != 0 && next.is_finite());
-        Ok(Updated { again: again != 0, next })
+        Ok(DiscreteStatesUpdate { discrete_states_need_update: again != 0, next_event_time: next })
     }
 
     /// `fmi3SetClock`: these clocks tick now, in event mode.
@@ -138,7 +138,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks functions of clocks.
-    pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalChange), CallError> {
+    pub fn interval(&mut self, reference: u32) -> Result<(f64, IntervalQualifier), CallError> {
         let function = self.clock_functions("fmi3GetIntervalDecimal")?.get_interval;
         let (mut seconds, mut change) = (f64::NAN, 0);
         // SAFETY: the component is alive, and each array has one element.
@@ -147,9 +147,9 @@ impl Instance {
             function(c, &raw const reference, 1, seconds, change)
         })?;
         let change = match change {
-            0 => IntervalChange::Unknown,
-            1 => IntervalChange::Same,
-            _ => IntervalChange::Changed,
+            0 => IntervalQualifier::Unknown,
+            1 => IntervalQualifier::Same,
+            _ => IntervalQualifier::Changed,
         };
         Ok((seconds, change))
     }

@@ -14,12 +14,12 @@ pub(super) struct Boolean(pub(super) u8);
 pub(super) type State = *mut c_void;
 
 /// Finds functions in a library by name.
-pub(super) struct Finder<'a> {
+pub(super) struct SymbolLoader<'a> {
     pub library: &'a libloading::Library,
     pub lacks: &'a dyn Fn(&'static str) -> OpenError,
 }
 
-impl Finder<'_> {
+impl SymbolLoader<'_> {
     /// A function by its name.
     ///
     /// # Safety
@@ -48,7 +48,7 @@ macro_rules! functions {
             ///
             /// # Errors
             /// At the first one that is not there.
-            pub(super) fn new(finder: &Finder) -> Result<Self, OpenError> {
+            pub(super) fn new(finder: &SymbolLoader) -> Result<Self, OpenError> {
                 Ok($name {
                     $(
                         // SAFETY: FMI gives the function of this name the type of the member.
@@ -62,7 +62,7 @@ macro_rules! functions {
 
 /// Functions that both versions have with the same arguments.
 #[derive(Clone, Copy)]
-pub(super) struct Common {
+pub(super) struct CommonFunctions {
     pub(super) free_instance: unsafe extern "C" fn(Component),
     pub(super) get_version: Text,
     pub(super) exit_initialization_mode: Call,
@@ -76,19 +76,19 @@ pub(super) struct Common {
     pub(super) deserialise: unsafe extern "C" fn(Component, *const u8, usize, *mut State) -> Status,
 }
 
-impl Common {
+impl CommonFunctions {
     /// Finds them.
     ///
     /// # Errors
     /// At the first one that is not there.
-    pub(super) fn new(finder: &Finder, version: Version) -> Result<Self, OpenError> {
+    pub(super) fn new(finder: &SymbolLoader, version: Version) -> Result<Self, OpenError> {
         let name = |two, three| match version {
             Version::Two => two,
             Version::Three => three,
         };
         // SAFETY: both versions give the functions of these names the types of the members.
         unsafe {
-            Ok(Common {
+            Ok(CommonFunctions {
                 free_instance: finder.find(name("fmi2FreeInstance", "fmi3FreeInstance"))?,
                 get_version: finder.find(name("fmi2GetVersion", "fmi3GetVersion"))?,
                 exit_initialization_mode: finder
@@ -124,7 +124,7 @@ pub(super) type Set2<T> = unsafe extern "C" fn(Component, *const u32, usize, *co
 
 functions! {
     /// What FMI 2.0 alone has, or has with other arguments.
-    Two {
+    Fmi2Functions {
         get_types_platform: "fmi2GetTypesPlatform" as Text,
         set_debug_logging: "fmi2SetDebugLogging" as unsafe extern "C" fn(Component, c_int, usize, *const *const c_char) -> Status,
         instantiate: "fmi2Instantiate" as unsafe extern "C" fn(*const c_char, c_int, *const c_char, *const c_char, *const CallbackFunctions, c_int, c_int) -> Component,
@@ -163,7 +163,7 @@ type LogMessage = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const
 
 functions! {
     /// What FMI 3.0 alone has, or has with other arguments.
-    Three {
+    Fmi3Functions {
         instantiate: "fmi3InstantiateCoSimulation" as unsafe extern "C" fn(*const c_char, *const c_char, *const c_char, bool, bool, bool, bool, *const u32, usize, *mut c_void, LogMessage, IntermediateUpdate) -> Component,
         enter_initialization_mode: "fmi3EnterInitializationMode" as unsafe extern "C" fn(Component, bool, f64, f64, bool, f64) -> Status,
         set_debug_logging: "fmi3SetDebugLogging" as unsafe extern "C" fn(Component, bool, usize, *const *const c_char) -> Status,
@@ -201,7 +201,7 @@ functions! {
 }
 
 /// What the common functions and those of co-simulation of FMI 3.0 are besides, which a plain simulation does not call.
-pub(super) const BESIDES: &[&str] = &[
+pub(super) const OTHER_SYMBOLS: &[&str] = &[
     "fmi3GetNumberOfVariableDependencies",
     "fmi3GetVariableDependencies",
     "fmi3GetDirectionalDerivative",
@@ -220,7 +220,7 @@ pub(super) const BESIDES: &[&str] = &[
 
 functions! {
     /// What FMI 3.0 has for event mode; an FMU without that mode need not have it.
-    Events {
+    EventFunctions {
         enter_event_mode: "fmi3EnterEventMode" as Call,
         enter_step_mode: "fmi3EnterStepMode" as Call,
         update_discrete_states: "fmi3UpdateDiscreteStates" as unsafe extern "C" fn(Component, *mut u8, *mut u8, *mut u8, *mut u8, *mut u8, *mut f64) -> Status,
@@ -229,7 +229,7 @@ functions! {
 
 functions! {
     /// What FMI 3.0 has for clocks; an FMU without clocks need not have it.
-    Clocks {
+    ClockFunctions {
         get_clock: "fmi3GetClock" as unsafe extern "C" fn(Component, *const u32, usize, *mut u8) -> Status,
         set_clock: "fmi3SetClock" as unsafe extern "C" fn(Component, *const u32, usize, *const u8) -> Status,
         get_interval: "fmi3GetIntervalDecimal" as unsafe extern "C" fn(Component, *const u32, usize, *mut f64, *mut c_int) -> Status,
@@ -238,7 +238,7 @@ functions! {
 }
 
 /// The functions of one version.
-pub(super) enum Own {
-    Two(Box<Two>),
-    Three(Box<Three>),
+pub(super) enum VersionFunctions {
+    Fmi2(Box<Fmi2Functions>),
+    Fmi3(Box<Fmi3Functions>),
 }

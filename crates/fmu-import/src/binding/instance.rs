@@ -4,15 +4,15 @@ use std::ffi::{CStr, c_int};
 use std::ptr;
 use std::sync::Arc;
 
-use super::activity::Activity;
-use super::functions::Own;
+use super::call_monitor::CallMonitor;
+use super::functions::VersionFunctions;
+use super::guarded_buffer::GuardedBuffer;
 use super::instantiation::{self, Callbacks};
-use super::late;
-use super::lent::Lent;
 use super::mailbox::Mailbox;
+use super::messages_while_freed;
 use super::phase::Phase;
-use super::state::States;
-use super::surroundings::{Steps, in_words};
+use super::process_state::{StepCounter, describe_changes};
+use super::state::FmuStates;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
@@ -38,12 +38,12 @@ struct Experiment {
 #[derive(Debug)]
 pub struct Instance {
     component: Component,
-    pub(super) states: Arc<States>,
+    pub(super) states: Arc<FmuStates>,
     /// Whether a state was ever saved. Each step asks, and this costs less than a look at them.
     pub(super) saved: bool,
     pub(super) keeps_history: bool,
     pub(super) mailbox: Mailbox,
-    pub(super) activity: Arc<Activity>,
+    pub(super) activity: Arc<CallMonitor>,
     experiment: Experiment,
     pub(super) phase: Phase,
     /// Whether it was made with event mode.
@@ -51,10 +51,10 @@ pub struct Instance {
     /// Whether it may end a step early.
     pub(super) may_return_early: bool,
     /// Whether calls of one step go on, see `visit.rs`.
-    pub(super) visited: bool,
-    pub(super) steps: Steps,
+    pub(super) in_batch: bool,
+    pub(super) steps: StepCounter,
     /// Memory for values that the FMU fills in.
-    pub(super) lent: Lent,
+    pub(super) guarded_buffer: GuardedBuffer,
     /// Memory for integers on their way.
     pub(super) integers: Vec<c_int>,
     /// Kept for FMUs of FMI 2.0.
@@ -86,7 +86,7 @@ impl Instance {
         logging: bool,
     ) -> Result<Self, CallError> {
         let about = library.description();
-        let (guid, modes) = (about.guid.clone(), [about.event_mode, about.returns_early()]);
+        let (guid, modes) = (about.guid.clone(), [about.event_mode, about.may_return_early()]);
         // Clocks tick in event mode only.
         let clocked = about.variables.iter().any(|it| it.kind == Type::Clock);
         let made = Self::make(Arc::clone(&library), [name, &guid], logging, modes);
@@ -127,26 +127,28 @@ impl Instance {
         if library.is_lost() {
             return Err((lost(&library, call), Vec::new()));
         }
-        let activity = Activity::new(&format!("node `{name}`"));
+        let activity = CallMonitor::new(&format!("node `{name}`"));
         let mailbox = Mailbox::new(Arc::clone(&activity), logging);
         let callbacks = match library.own {
-            Own::Two(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
-            Own::Three(_) => None,
+            VersionFunctions::Fmi2(_) => Some(Callbacks::new(Arc::clone(&library), &mailbox)),
+            VersionFunctions::Fmi3(_) => None,
         };
-        let (component, changes) = activity.during_rare(call, || {
+        let (component, changes) = activity.run_rare(call, || {
             mailbox.during(|| match (&library.own, &callbacks) {
-                (Own::Two(own), Some(callbacks)) => {
-                    instantiation::two(own, &texts, callbacks, logging)
+                (VersionFunctions::Fmi2(own), Some(callbacks)) => {
+                    instantiation::instantiate_2(own, &texts, callbacks, logging)
                 }
-                (Own::Three(own), _) => instantiation::three(own, &texts, &mailbox, logging, modes),
+                (VersionFunctions::Fmi3(own), _) => {
+                    instantiation::instantiate_3(own, &texts, &mailbox, logging, modes)
+                }
                 _ => ptr::null_mut(),
             })
         });
         if let Some(changes) = changes {
-            mailbox.warn(in_words(changes, call));
+            mailbox.warn(describe_changes(changes, call));
         }
         if component.is_null() {
-            let what = format!("returned no instance{}", mailbox.said());
+            let what = format!("returned no instance{}", mailbox.last_message());
             return Err((CallError::new(self::name(call), what), mailbox.take()));
         }
         Ok(Instance {
@@ -160,9 +162,9 @@ impl Instance {
             phase: Phase::default(),
             events: modes[0],
             may_return_early: modes[1],
-            visited: false,
-            steps: Steps::default(),
-            lent: Lent::default(),
+            in_batch: false,
+            steps: StepCounter::default(),
+            guarded_buffer: GuardedBuffer::default(),
             integers: Vec::new(),
             _callbacks: callbacks,
             library,
@@ -179,7 +181,7 @@ impl Instance {
     /// Whether its steps may end early, at events or for other reasons.
     #[must_use]
     #[inline]
-    pub fn returns_early(&self) -> bool {
+    pub fn may_return_early(&self) -> bool {
         self.may_return_early
     }
 
@@ -223,10 +225,10 @@ impl Instance {
         call: &'static CStr,
         body: impl FnOnce(Component) -> Status,
     ) -> Result<Status, CallError> {
-        if !self.visited {
+        if !self.in_batch {
             return self.run_alone(call, body);
         }
-        self.activity.begin(call);
+        self.activity.begin_call(call);
         let status = body(self.component);
         if status != OK {
             self.note_status(call, status);
@@ -247,7 +249,7 @@ impl Instance {
         let (status, changes) =
             self.activity.during(call, || self.mailbox.during(|| body(self.component)));
         if let Some(changes) = changes {
-            self.mailbox.warn(in_words(changes, call));
+            self.mailbox.warn(describe_changes(changes, call));
         }
         if status != OK {
             self.note_status(call, status);
@@ -259,7 +261,7 @@ impl Instance {
     fn note_status(&mut self, call: &'static CStr, status: Status) {
         if status == WARNING {
             let warning = named!(self.library, "fmi2Warning", "fmi3Warning");
-            self.mailbox.returned(&format!("{} returned {warning}", name(call)));
+            self.mailbox.note_warning_status(&format!("{} returned {warning}", name(call)));
         }
         if status < ERROR {
             return;
@@ -268,7 +270,7 @@ impl Instance {
         if status == FATAL {
             self.library.lose();
             // The next call is asked whether it may be made.
-            self.visited = false;
+            self.in_batch = false;
         }
     }
 
@@ -289,7 +291,7 @@ impl Instance {
     pub(super) fn failure(&self, call: &'static CStr, status: Status) -> CallError {
         CallError::new(
             name(call),
-            format!("returned {}{}", self.meaning(status), self.mailbox.said()),
+            format!("returned {}{}", self.meaning(status), self.mailbox.last_message()),
         )
     }
 
@@ -306,8 +308,8 @@ impl Instance {
     ) -> Result<(), CallError> {
         let stop = stop.into();
         self.experiment = Experiment { start, stop, tolerance };
-        self.activity.at(start);
-        let Own::Two(own) = &self.library.own else { return Ok(()) };
+        self.activity.set_time(start);
+        let VersionFunctions::Fmi2(own) = &self.library.own else { return Ok(()) };
         let function = own.setup_experiment;
         let (defined, tolerance) = (tolerance.is_some().into(), tolerance.unwrap_or(0.0));
         let (stops, stop) = (stop.is_some().into(), stop.unwrap_or(0.0));
@@ -324,11 +326,11 @@ impl Instance {
     pub fn enter_initialization(&mut self) -> Result<(), CallError> {
         let Experiment { start, stop, tolerance } = self.experiment;
         let entered = match &self.library.own {
-            Own::Two(own) => {
+            VersionFunctions::Fmi2(own) => {
                 let function = own.enter_initialization_mode;
                 self.call(c"fmi2EnterInitializationMode", function)
             }
-            Own::Three(own) => {
+            VersionFunctions::Fmi3(own) => {
                 let function = own.enter_initialization_mode;
                 let known = (tolerance.is_some(), stop.is_some());
                 let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
@@ -389,7 +391,11 @@ impl Drop for Instance {
             let call = named!(self.library, c"fmi2FreeInstance", c"fmi3FreeInstance");
             self.mailbox.take();
             let _ = self.activity.during(call, || self.mailbox.during(free));
-            late::keep(&self.activity.who().to_string_lossy(), name(call), self.mailbox.take());
+            messages_while_freed::keep(
+                &self.activity.owner().to_string_lossy(),
+                name(call),
+                self.mailbox.take(),
+            );
         }
     }
 }

@@ -1,10 +1,10 @@
-//! Makes an instance, as each version of FMI wants it.
+//! Calls the instantiate function of each version of FMI, with its callbacks.
 
 use std::ffi::{CString, c_char, c_int, c_void};
 use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
-use super::functions::{CallbackFunctions, Three, Two};
+use super::functions::{CallbackFunctions, Fmi2Functions, Fmi3Functions};
 use super::mailbox::{self, Mailbox};
 use super::{Component, Library};
 
@@ -60,8 +60,8 @@ impl Drop for Callbacks {
 }
 
 /// Calls `fmi2Instantiate` with name, GUID and resources.
-pub(super) fn two(
-    own: &Two,
+pub(super) fn instantiate_2(
+    own: &Fmi2Functions,
     [name, guid, resources]: &[CString; 3],
     callbacks: &Callbacks,
     logging: bool,
@@ -105,8 +105,8 @@ unsafe extern "C" fn intermediate_update(
 }
 
 /// Calls `fmi3InstantiateCoSimulation` with name, token and resources. Without event mode and early return a step is one of FMI 2.0.
-pub(super) fn three(
-    own: &Three,
+pub(super) fn instantiate_3(
+    own: &Fmi3Functions,
     [name, token, resources]: &[CString; 3],
     mailbox: &Mailbox,
     logging: bool,

@@ -6,8 +6,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::Ordering::SeqCst;
 
-use super::activity::{self, Activity};
-use super::functions::{BESIDES, Clocks, Common, Events, Finder, Own, Text, Three, Two};
+use super::call_monitor::{self, CallMonitor};
+use super::functions::{
+    ClockFunctions, CommonFunctions, EventFunctions, Fmi2Functions, Fmi3Functions, OTHER_SYMBOLS,
+    SymbolLoader, Text, VersionFunctions,
+};
 use crate::description::{Description, Version};
 use crate::{CallError, Fmu, OpenError};
 
@@ -20,16 +23,16 @@ const LOADING: &CStr = c"loading its library";
 
 /// A loaded library and the functions that this program calls.
 pub struct Library {
-    pub(super) common: Common,
-    pub(super) own: Own,
+    pub(super) common: CommonFunctions,
+    pub(super) own: VersionFunctions,
     /// Of FMI 3.0; an FMU without event mode may lack them.
-    pub(super) events: Option<Events>,
+    pub(super) events: Option<EventFunctions>,
     /// Of FMI 3.0; an FMU without clocks may lack them.
-    pub(super) clocks: Option<Clocks>,
+    pub(super) clocks: Option<ClockFunctions>,
     /// Unloaded after the last instance, and before its folder is removed.
     pub(super) handle: ManuallyDrop<libloading::Library>,
     pub(super) fmu: Arc<Fmu>,
-    activity: Arc<Activity>,
+    activity: Arc<CallMonitor>,
 }
 
 impl std::fmt::Debug for Library {
@@ -41,35 +44,36 @@ impl std::fmt::Debug for Library {
 impl Library {
     pub(crate) fn load(fmu: Arc<Fmu>, path: &Path) -> Result<Self, OpenError> {
         let lacks = |symbol| OpenError::Symbol { path: fmu.path.clone(), symbol };
-        if let Some(why) = fmu.clash_with_strangers().or_else(|| fmu.preceded()) {
+        if let Some(why) = fmu.clash_with_other_archives().or_else(|| fmu.shadowed_library()) {
             let what = format!("{why}; it needs a process of its own");
             return Err(OpenError::Library { path: fmu.path.clone(), what });
         }
         // It stays there when loading fails half way, too.
         fmu.enter();
-        let activity = Activity::new(&format!("the FMU {}", fmu.path.display()));
-        activity::watch_crashes();
-        let (library, changes) = activity.during_rare(LOADING, || open(&fmu, path));
+        let activity = CallMonitor::new(&format!("the FMU {}", fmu.path.display()));
+        call_monitor::watch_crashes();
+        let (library, changes) = activity.run_rare(LOADING, || open(&fmu, path));
         let library = library?;
-        activity.own_libraries();
+        activity.register_libraries();
         changes.into_iter().for_each(|changes| activity.tell(changes, LOADING));
         let version = fmu.description.version;
         // Names of FMI 3.0 that are not called need not be there: libraries of today leave those of other interfaces out.
         if let (Version::Two, Some(symbol)) = (version, absent(&library, version).next()) {
             return Err(lacks(symbol));
         }
-        let finder = Finder { library: &library, lacks: &lacks };
-        let common = Common::new(&finder, version)?;
+        let finder = SymbolLoader { library: &library, lacks: &lacks };
+        let common = CommonFunctions::new(&finder, version)?;
         let own = match version {
-            Version::Two => Own::Two(Box::new(Two::new(&finder)?)),
-            Version::Three => Own::Three(Box::new(Three::new(&finder)?)),
+            Version::Two => VersionFunctions::Fmi2(Box::new(Fmi2Functions::new(&finder)?)),
+            Version::Three => VersionFunctions::Fmi3(Box::new(Fmi3Functions::new(&finder)?)),
         };
         let events = match (version, fmu.description.event_mode) {
             (Version::Two, _) => None,
-            (Version::Three, true) => Some(Events::new(&finder)?),
-            (Version::Three, false) => Events::new(&finder).ok(),
+            (Version::Three, true) => Some(EventFunctions::new(&finder)?),
+            (Version::Three, false) => EventFunctions::new(&finder).ok(),
         };
-        let clocks = if version == Version::Three { Clocks::new(&finder).ok() } else { None };
+        let clocks =
+            if version == Version::Three { ClockFunctions::new(&finder).ok() } else { None };
         let handle = ManuallyDrop::new(library);
         Ok(Library { common, own, events, clocks, handle, fmu, activity })
     }
@@ -79,10 +83,10 @@ impl Library {
     /// # Errors
     /// When the FMU is of another version.
     #[inline]
-    pub(super) fn two(&self, call: &'static str) -> Result<&Two, CallError> {
+    pub(super) fn two(&self, call: &'static str) -> Result<&Fmi2Functions, CallError> {
         match &self.own {
-            Own::Two(functions) => Ok(functions),
-            Own::Three(_) => Err(not_two(call)),
+            VersionFunctions::Fmi2(functions) => Ok(functions),
+            VersionFunctions::Fmi3(_) => Err(not_two(call)),
         }
     }
 
@@ -90,11 +94,11 @@ impl Library {
     pub(crate) fn missing(fmu: &Fmu, path: &Path) -> Result<[Vec<&'static str>; 2], OpenError> {
         let library = open(fmu, path)?;
         let version = fmu.description.version;
-        let events = if fmu.description.event_mode { Events::SYMBOLS } else { &[] };
+        let events = if fmu.description.event_mode { EventFunctions::SYMBOLS } else { &[] };
         let missing: Vec<_> = absent(&library, version).chain(lacking(&library, events)).collect();
         let others: &[&[_]] = match version {
             Version::Two => &[],
-            Version::Three => &[Events::SYMBOLS, Clocks::SYMBOLS, BESIDES],
+            Version::Three => &[EventFunctions::SYMBOLS, ClockFunctions::SYMBOLS, OTHER_SYMBOLS],
         };
         let others = others.iter().flat_map(|symbols| lacking(&library, symbols));
         let others = others.filter(|symbol| !missing.contains(symbol)).collect();
@@ -142,8 +146,8 @@ impl Library {
     #[must_use]
     pub fn types_platform(&self) -> String {
         match &self.own {
-            Own::Two(functions) => text(functions.get_types_platform),
-            Own::Three(_) => String::new(),
+            VersionFunctions::Fmi2(functions) => text(functions.get_types_platform),
+            VersionFunctions::Fmi3(_) => String::new(),
         }
     }
 }
@@ -157,11 +161,11 @@ impl Drop for Library {
     fn drop(&mut self) {
         // What was not freed may go on running, and so may threads of the FMU.
         if !self.is_lost() && !self.has_threads() {
-            let _ = self.activity.during_rare(c"unloading its library", || {
+            let _ = self.activity.run_rare(c"unloading its library", || {
                 // SAFETY: nobody uses the library after this, since all instances are gone.
                 unsafe { ManuallyDrop::drop(&mut self.handle) };
             });
-            activity::forget_libraries();
+            call_monitor::forget_libraries();
             // Symbols that a process has once keep their library there.
             if !self.fmu.library().is_ok_and(|path| is_loaded(&path)) {
                 self.fmu.leave();
@@ -182,11 +186,11 @@ fn text(function: Text) -> String {
 
 fn open(fmu: &Fmu, path: &Path) -> Result<libloading::Library, OpenError> {
     // An FMU's runtime may install handlers of its own while it is loaded: they must come before ours.
-    activity::watch_crashes();
+    call_monitor::watch_crashes();
     let linkage = fmu.linkage();
     let failed = |error| OpenError::Library {
         path: fmu.path.clone(),
-        what: reason(&error, fmu, &linkage.nameless),
+        what: reason(&error, fmu, &linkage.mismatched),
     };
     // The library itself keeps those that it needs.
     let mut first = Vec::new();
@@ -229,8 +233,8 @@ pub(crate) fn is_loaded(_: &Path) -> bool {
 
 fn absent(library: &libloading::Library, version: Version) -> impl Iterator<Item = &'static str> {
     let symbols = match version {
-        Version::Two => Two::SYMBOLS,
-        Version::Three => Three::SYMBOLS,
+        Version::Two => Fmi2Functions::SYMBOLS,
+        Version::Three => Fmi3Functions::SYMBOLS,
     };
     lacking(library, symbols)
 }
@@ -244,7 +248,7 @@ fn lacking(
 }
 
 /// The loader's own words, which `libloading` keeps as the source of its error, and what to do about them.
-fn reason(error: &libloading::Error, fmu: &Fmu, nameless: &[(String, PathBuf)]) -> String {
+fn reason(error: &libloading::Error, fmu: &Fmu, mismatched: &[(String, PathBuf)]) -> String {
     let inner = std::error::Error::source(error);
     let what = inner.map_or_else(|| error.to_string(), ToString::to_string);
     if what.contains("undefined symbol: Py") || what.contains("undefined symbol: _Py") {
@@ -257,7 +261,7 @@ fn reason(error: &libloading::Error, fmu: &Fmu, nameless: &[(String, PathBuf)]) 
             "{what}; the temporary folder {folder} may be on a disk that is mounted with `noexec`: name another folder in the environment variable TMPDIR"
         );
     }
-    if let Some((name, path)) = nameless.iter().find(|(name, _)| what.contains(name.as_str())) {
+    if let Some((name, path)) = mismatched.iter().find(|(name, _)| what.contains(name.as_str())) {
         let inside = path.strip_prefix(fmu.folder.path()).unwrap_or(path).display();
         return format!(
             "{what}; `{name}` lies in the archive as {inside}, but has no DT_SONAME of that name, so it is found only by the path: \

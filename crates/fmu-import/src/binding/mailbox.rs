@@ -1,6 +1,6 @@
-//! Keeps the messages of each instance until they are taken.
+//! Routes log messages of FMUs to a mailbox of their instance, until they are taken.
 
-mod waiting;
+mod queue;
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -11,35 +11,36 @@ use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering::{Acquire, Relaxed};
 use std::sync::{Arc, PoisonError, RwLock};
 
-use self::waiting::Waiting;
+use self::queue::MessageQueue;
 use super::WARNING;
-use super::activity::Activity;
+use super::call_monitor::CallMonitor;
 use crate::{Message, MessageLevel};
 
 /// The mailboxes of the living instances, and the number of the next one. An FMU may log with an environment that it
 /// made up, or with that of an instance that is gone.
-static LIVING: RwLock<(usize, BTreeMap<usize, Arc<Waiting>>)> = RwLock::new((1, BTreeMap::new()));
+static MAILBOXES: RwLock<(usize, BTreeMap<usize, Arc<MessageQueue>>)> =
+    RwLock::new((1, BTreeMap::new()));
 
 /// How many messages came to any mailbox. Each step of each node asks, and this is one place for all of them.
-static CAME: AtomicU64 = AtomicU64::new(0);
+static RECEIVED: AtomicU64 = AtomicU64::new(0);
 
 thread_local! {
     /// The number of the mailbox whose instance this thread calls, 0 between calls.
-    static CALLED: Cell<usize> = const { Cell::new(0) };
+    static CALLER: Cell<usize> = const { Cell::new(0) };
 }
 
 /// The number from before calls of an instance, which counts again after them.
-pub(super) struct Called(usize);
+pub(super) struct CallerGuard(usize);
 
-impl Drop for Called {
+impl Drop for CallerGuard {
     #[inline]
     fn drop(&mut self) {
-        CALLED.set(self.0);
+        CALLER.set(self.0);
     }
 }
 
 /// The message about an FMU that logs with another environment than it was given.
-pub const STRANGER: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
+pub const FOREIGN_ENVIRONMENT: &str = "it logs with an environment that is not its own: FMI 2.0.4, section 2.1.5, hands the logger the `componentEnvironment` of the callbacks, not the component";
 
 /// The mailbox of an instance.
 #[derive(Debug)]
@@ -47,18 +48,18 @@ pub(super) struct Mailbox {
     number: usize,
     /// So many messages had come to any mailbox when there was none in this one.
     seen: AtomicU64,
-    held: Arc<Waiting>,
+    queue: Arc<MessageQueue>,
 }
 
 impl Mailbox {
     /// The mailbox of an instance whose calls are noted here; `every` asks for each message, also of a kind that came before.
-    pub(super) fn new(activity: Arc<Activity>, every: bool) -> Self {
-        let held = Arc::new(Waiting::new(activity, every));
-        let mut living = LIVING.write().unwrap_or_else(PoisonError::into_inner);
+    pub(super) fn new(activity: Arc<CallMonitor>, every: bool) -> Self {
+        let held = Arc::new(MessageQueue::new(activity, every));
+        let mut living = MAILBOXES.write().unwrap_or_else(PoisonError::into_inner);
         let number = living.0;
         living.0 += 1;
         living.1.insert(number, Arc::clone(&held));
-        Mailbox { number, seen: AtomicU64::new(0), held }
+        Mailbox { number, seen: AtomicU64::new(0), queue: held }
     }
 
     /// The address that stands for the mailbox: there is nothing at it.
@@ -77,30 +78,30 @@ impl Mailbox {
 
     /// Calls of the instance go on, until the result is dropped.
     #[inline]
-    pub(super) fn enter(&self) -> Called {
-        Called(CALLED.replace(self.number))
+    pub(super) fn enter(&self) -> CallerGuard {
+        CallerGuard(CALLER.replace(self.number))
     }
 
     /// Warns of what the instance did, in sentences of this program.
     #[cold]
     pub(super) fn warn(&self, sentences: impl Iterator<Item = String>) {
-        sentences.for_each(|text| self.held.put(MessageLevel::Warning, "", &text));
+        sentences.for_each(|text| self.queue.put(MessageLevel::Warning, "", &text));
     }
 
     /// Notes that a call returned the status warning, with the name of both.
     #[cold]
-    pub(super) fn returned(&self, status: &str) {
-        self.held.returned(status);
+    pub(super) fn note_warning_status(&self, status: &str) {
+        self.queue.note_warning_status(status);
     }
 
     /// Whether messages of new kinds came since the last time, or any where each is wanted.
     #[inline]
     pub(super) fn has_some(&self) -> bool {
-        let came = CAME.load(Acquire);
+        let came = RECEIVED.load(Acquire);
         if came == self.seen.load(Relaxed) {
             return false;
         }
-        let some = self.held.some.load(Relaxed);
+        let some = self.queue.some.load(Relaxed);
         if !some {
             self.seen.store(came, Relaxed);
         }
@@ -109,30 +110,30 @@ impl Mailbox {
 
     /// Takes the messages that came since the last time, and after them how often those came again that do not come one by one.
     pub(super) fn take(&self) -> Vec<Message> {
-        self.held.take()
+        self.queue.take()
     }
 
     /// What the last message of this moment says, to be appended to an error.
-    pub(super) fn said(&self) -> String {
-        self.held.said()
+    pub(super) fn last_message(&self) -> String {
+        self.queue.last_message()
     }
 }
 
 impl Drop for Mailbox {
     fn drop(&mut self) {
-        LIVING.write().unwrap_or_else(PoisonError::into_inner).1.remove(&self.number);
+        MAILBOXES.write().unwrap_or_else(PoisonError::into_inner).1.remove(&self.number);
     }
 }
 
 /// Puts a message where its environment says, or else into the mailbox of the instance that this thread calls, with a warning
 /// the first time.
 fn put(environment: *mut c_void, level: MessageLevel, category: &str, text: &str) {
-    let living = LIVING.read().unwrap_or_else(PoisonError::into_inner);
+    let living = MAILBOXES.read().unwrap_or_else(PoisonError::into_inner);
     if let Some(own) = living.1.get(&environment.addr()) {
         own.put(level, category, text);
-    } else if let Some(called) = living.1.get(&CALLED.get()) {
+    } else if let Some(called) = living.1.get(&CALLER.get()) {
         if !called.strange.swap(true, Relaxed) {
-            called.put(MessageLevel::Warning, "", STRANGER);
+            called.put(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
         }
         called.put(level, category, text);
     }
@@ -203,11 +204,11 @@ fn readable(bytes: &[u8], length: usize) -> Cow<'_, str> {
 
 #[cfg(test)]
 mod tests {
-    use super::waiting::MOST_WAITING;
+    use super::queue::MOST_WAITING;
     use super::*;
 
     fn mailbox(every: bool) -> Mailbox {
-        Mailbox::new(Activity::new("node `x`"), every)
+        Mailbox::new(CallMonitor::new("node `x`"), every)
     }
 
     fn hello() -> Message {
@@ -242,7 +243,7 @@ mod tests {
             put_hello(component);
         });
         put_hello(component);
-        let warning = Message::new(MessageLevel::Warning, "", STRANGER);
+        let warning = Message::new(MessageLevel::Warning, "", FOREIGN_ENVIRONMENT);
         assert_eq!(one.take(), [warning.clone(), hello(), hello()]);
         assert_eq!(two.take(), [warning, hello()]);
     }
@@ -256,7 +257,7 @@ mod tests {
             put(at, MessageLevel::Error, "", "from elsewhere");
         };
         std::thread::spawn(say).join().expect("it ends");
-        assert_eq!(mailbox.said(), "; it says: from elsewhere");
+        assert_eq!(mailbox.last_message(), "; it says: from elsewhere");
         assert_eq!(mailbox.take()[0].level(), MessageLevel::Error);
     }
 
@@ -269,7 +270,7 @@ mod tests {
         assert_eq!(mailbox.take()[0].text, "late at 1 s");
         (2..=1000).for_each(|time| log(&format!("late at {time} s")));
         assert!(!mailbox.has_some());
-        assert_eq!(mailbox.said(), "; it says: late at 1000 s");
+        assert_eq!(mailbox.last_message(), "; it says: late at 1000 s");
         let mut again = Message::new(MessageLevel::Warning, "", "late at 1 s");
         again.again = 999;
         assert_eq!((mailbox.take(), mailbox.take()), (vec![again], Vec::new()));
@@ -297,11 +298,11 @@ mod tests {
         for every in [false, true] {
             let mailbox = mailbox(every);
             let call = |text: &str| {
-                mailbox.held.activity.begin(c"fmi2DoStep");
+                mailbox.queue.activity.begin_call(c"fmi2DoStep");
                 if !text.is_empty() {
                     put(mailbox.environment(), MessageLevel::Info, "", text);
                 }
-                mailbox.returned("fmi2DoStep returned fmi2Warning");
+                mailbox.note_warning_status("fmi2DoStep returned fmi2Warning");
             };
             let expected = "fmi2DoStep returned fmi2Warning: 3 turns";
             call("3 turns");
@@ -323,9 +324,9 @@ mod tests {
         let mailbox = mailbox(false);
         put(mailbox.environment(), MessageLevel::Error, "", "odd");
         mailbox.take();
-        mailbox.held.activity.begin(c"fmi2SetReal");
+        mailbox.queue.activity.begin_call(c"fmi2SetReal");
         put(mailbox.environment(), MessageLevel::Error, "", "odd");
-        mailbox.returned("fmi2SetReal returned fmi2Warning");
+        mailbox.note_warning_status("fmi2SetReal returned fmi2Warning");
         let taken = mailbox.take();
         assert_eq!((taken.len(), taken[0].level()), (1, MessageLevel::Error));
         assert_eq!(taken[0].text, "fmi2SetReal returned fmi2Warning: odd");

@@ -1,23 +1,23 @@
-//! Reads and writes numbers of an instance, whatever their form in the version of its FMU.
+//! Gets and sets numeric variables of any FMI type as `f64` or exact integers.
 
 use std::ffi::CStr;
 
 use super::Instance;
-use super::functions::{Boolean, Get3, Own, Set3, Three};
-use super::lent::Plain;
+use super::functions::{Boolean, Fmi3Functions, Get3, Set3, VersionFunctions};
+use super::guarded_buffer::AnyBitPattern;
 use crate::{CallError, Storage};
 
 /// How many more values than stated there is memory for, for an FMU that does not look.
 pub(super) const SPARE: usize = 4096;
 
 /// A number of some form of FMI 3.0.
-trait Form: Plain + Default {
+trait FmiNumber: AnyBitPattern + Default {
     const GET: &'static CStr;
     const SET: &'static CStr;
 
-    fn getter(functions: &Three) -> Get3<Self>;
+    fn getter(functions: &Fmi3Functions) -> Get3<Self>;
 
-    fn setter(functions: &Three) -> Set3<Self>;
+    fn setter(functions: &Fmi3Functions) -> Set3<Self>;
 
     /// As a number of a run; none where that would not be the same.
     fn number(self) -> Option<f64>;
@@ -28,15 +28,15 @@ trait Form: Plain + Default {
 
 macro_rules! form {
     ($form:ty, $get:literal, $getter:ident, $set:literal, $setter:ident, $number:expr, $of:expr) => {
-        impl Form for $form {
+        impl FmiNumber for $form {
             const GET: &'static CStr = $get;
             const SET: &'static CStr = $set;
 
-            fn getter(functions: &Three) -> Get3<Self> {
+            fn getter(functions: &Fmi3Functions) -> Get3<Self> {
                 functions.$getter
             }
 
-            fn setter(functions: &Three) -> Set3<Self> {
+            fn setter(functions: &Fmi3Functions) -> Set3<Self> {
                 functions.$setter
             }
 
@@ -84,15 +84,15 @@ integers! {
     u8: c"fmi3GetUInt8", get_uint8, c"fmi3SetUInt8", set_uint8;
 }
 
-impl Form for Boolean {
+impl FmiNumber for Boolean {
     const GET: &'static CStr = c"fmi3GetBoolean";
     const SET: &'static CStr = c"fmi3SetBoolean";
 
-    fn getter(functions: &Three) -> Get3<Self> {
+    fn getter(functions: &Fmi3Functions) -> Get3<Self> {
         functions.get_boolean
     }
 
-    fn setter(functions: &Three) -> Set3<Self> {
+    fn setter(functions: &Fmi3Functions) -> Set3<Self> {
         functions.set_boolean
     }
 
@@ -109,7 +109,11 @@ impl Form for Boolean {
 const FEW: usize = 16;
 
 /// An array of so many values: in the first place if it is large enough.
-fn room<'a, T: Form>(few: &'a mut [T; FEW], many: &'a mut Vec<T>, count: usize) -> &'a mut [T] {
+fn room<'a, T: FmiNumber>(
+    few: &'a mut [T; FEW],
+    many: &'a mut Vec<T>,
+    count: usize,
+) -> &'a mut [T] {
     if count <= FEW {
         return &mut few[..count];
     }
@@ -142,7 +146,7 @@ macro_rules! with_form {
 impl Instance {
     #[inline]
     fn is_two(&self) -> bool {
-        matches!(self.library.own, Own::Two(_))
+        matches!(self.library.own, VersionFunctions::Fmi2(_))
     }
 
     /// Reads variables of one form: all elements of each reference.
@@ -159,11 +163,11 @@ impl Instance {
         // Most are these, and nothing is between them and the FMU.
         match storage == Storage::Float64 && self.is_two() {
             true => self.get_real(references, values),
-            false => self.get_other_numbers(storage, references, values),
+            false => self.get_numbers_3(storage, references, values),
         }
     }
 
-    fn get_other_numbers(
+    fn get_numbers_3(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -171,7 +175,7 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
-            (Own::Two(_), _) => {
+            (VersionFunctions::Fmi2(_), _) => {
                 let mut integers = std::mem::take(&mut self.integers);
                 integers.clear();
                 integers.resize(values.len(), 0);
@@ -183,8 +187,10 @@ impl Instance {
                 self.integers = integers;
                 read
             }
-            (Own::Three(_), Storage::Float64) => self.get_form(references, values),
-            (Own::Three(_), _) => with_form!(storage, get_as, self, references, values),
+            (VersionFunctions::Fmi3(_), Storage::Float64) => self.get_typed(references, values),
+            (VersionFunctions::Fmi3(_), _) => {
+                with_form!(storage, get_converted, self, references, values)
+            }
         }
     }
 
@@ -201,11 +207,11 @@ impl Instance {
     ) -> Result<(), CallError> {
         match storage == Storage::Float64 && self.is_two() {
             true => self.set_real(references, values),
-            false => self.set_other_numbers(storage, references, values),
+            false => self.set_numbers_3(storage, references, values),
         }
     }
 
-    fn set_other_numbers(
+    fn set_numbers_3(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -213,7 +219,7 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
-            (Own::Two(_), _) => {
+            (VersionFunctions::Fmi2(_), _) => {
                 let mut integers = std::mem::take(&mut self.integers);
                 integers.clear();
                 integers.extend(values.iter().map(|&value| value as i32));
@@ -224,8 +230,10 @@ impl Instance {
                 self.integers = integers;
                 written
             }
-            (Own::Three(_), Storage::Float64) => self.set_form(references, values),
-            (Own::Three(_), _) => with_form!(storage, set_as, self, references, values),
+            (VersionFunctions::Fmi3(_), Storage::Float64) => self.set_typed(references, values),
+            (VersionFunctions::Fmi3(_), _) => {
+                with_form!(storage, set_converted, self, references, values)
+            }
         }
     }
 
@@ -240,7 +248,7 @@ impl Instance {
         elements: usize,
     ) -> Result<Vec<i128>, CallError> {
         let mut values = vec![0; elements];
-        self.get_exact(storage, &[reference], &mut values)?;
+        self.get_exact_integers(storage, &[reference], &mut values)?;
         Ok(values)
     }
 
@@ -248,7 +256,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn get_exact(
+    pub fn get_exact_integers(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -256,16 +264,16 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => {}
-            (Own::Three(_), Storage::Int64) => {
+            (VersionFunctions::Fmi3(_), Storage::Int64) => {
                 let (mut few, mut many) = ([0_i64; FEW], Vec::new());
                 let found = room(&mut few, &mut many, values.len());
-                self.get_form(references, found)?;
+                self.get_typed(references, found)?;
                 values.iter_mut().zip(found).for_each(|(value, it)| *value = (*it).into());
             }
-            (Own::Three(_), Storage::UInt64) => {
+            (VersionFunctions::Fmi3(_), Storage::UInt64) => {
                 let (mut few, mut many) = ([0_u64; FEW], Vec::new());
                 let found = room(&mut few, &mut many, values.len());
-                self.get_form(references, found)?;
+                self.get_typed(references, found)?;
                 values.iter_mut().zip(found).for_each(|(value, it)| *value = (*it).into());
             }
             _ => {
@@ -287,14 +295,14 @@ impl Instance {
         reference: u32,
         values: &[i128],
     ) -> Result<(), CallError> {
-        self.set_exact(storage, &[reference], values)
+        self.set_exact_integers(storage, &[reference], values)
     }
 
     /// Writes integer variables of one form, exactly: all elements of each reference. They must be values of the form.
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn set_exact(
+    pub fn set_exact_integers(
         &mut self,
         storage: Storage,
         references: &[u32],
@@ -302,17 +310,17 @@ impl Instance {
     ) -> Result<(), CallError> {
         match (&self.library.own, storage) {
             _ if references.is_empty() => Ok(()),
-            (Own::Three(_), Storage::Int64) => {
+            (VersionFunctions::Fmi3(_), Storage::Int64) => {
                 let (mut few, mut many) = ([0_i64; FEW], Vec::new());
                 let given = room(&mut few, &mut many, values.len());
                 given.iter_mut().zip(values).for_each(|(given, it)| *given = *it as i64);
-                self.set_form(references, given)
+                self.set_typed(references, given)
             }
-            (Own::Three(_), Storage::UInt64) => {
+            (VersionFunctions::Fmi3(_), Storage::UInt64) => {
                 let (mut few, mut many) = ([0_u64; FEW], Vec::new());
                 let given = room(&mut few, &mut many, values.len());
                 given.iter_mut().zip(values).for_each(|(given, it)| *given = *it as u64);
-                self.set_form(references, given)
+                self.set_typed(references, given)
             }
             _ => {
                 let numbers: Vec<f64> = values.iter().map(|it| *it as f64).collect();
@@ -321,10 +329,14 @@ impl Instance {
         }
     }
 
-    fn get_as<T: Form>(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), CallError> {
+    fn get_converted<T: FmiNumber>(
+        &mut self,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), CallError> {
         let (mut few, mut many) = ([T::default(); FEW], Vec::new());
         let found = room(&mut few, &mut many, values.len());
-        self.get_form(references, found)?;
+        self.get_typed(references, found)?;
         for (place, (value, found)) in values.iter_mut().zip(found).enumerate() {
             *value = found.number().ok_or_else(|| {
                 let call = T::GET.to_str().unwrap_or_default();
@@ -339,15 +351,23 @@ impl Instance {
         Ok(())
     }
 
-    fn set_as<T: Form>(&mut self, references: &[u32], values: &[f64]) -> Result<(), CallError> {
+    fn set_converted<T: FmiNumber>(
+        &mut self,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), CallError> {
         let (mut few, mut many) = ([T::default(); FEW], Vec::new());
         let given = room(&mut few, &mut many, values.len());
         given.iter_mut().zip(values).for_each(|(given, value)| *given = T::of(*value));
-        self.set_form(references, given)
+        self.set_typed(references, given)
     }
 
-    fn get_form<T: Form>(&mut self, references: &[u32], values: &mut [T]) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Ok(()) };
+    fn get_typed<T: FmiNumber>(
+        &mut self,
+        references: &[u32],
+        values: &mut [T],
+    ) -> Result<(), CallError> {
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Ok(()) };
         let function = T::getter(own);
         let count = values.len();
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
@@ -356,8 +376,12 @@ impl Instance {
         })
     }
 
-    fn set_form<T: Form>(&mut self, references: &[u32], values: &[T]) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Ok(()) };
+    fn set_typed<T: FmiNumber>(
+        &mut self,
+        references: &[u32],
+        values: &[T],
+    ) -> Result<(), CallError> {
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Ok(()) };
         let function = T::setter(own);
         // SAFETY: the component is alive, and the arrays have the lengths that are stated.
         self.run(T::SET, |component| unsafe {
@@ -371,19 +395,23 @@ impl Instance {
         })
     }
 
-    /// Reads and drops so many numbers of one variable, as [`read_stated`](Self::read_stated).
-    pub(super) fn numbers_stated(
+    /// Reads and drops so many numbers of one variable, as [`read_n_values`](Self::read_n_values).
+    pub(super) fn get_n_numbers(
         &mut self,
         storage: Storage,
         reference: u32,
         stated: usize,
     ) -> Result<(), CallError> {
-        with_form!(storage, get_stated, self, reference, stated)
+        with_form!(storage, get_n_values, self, reference, stated)
     }
 
-    fn get_stated<T: Form>(&mut self, reference: u32, stated: usize) -> Result<(), CallError> {
+    fn get_n_values<T: FmiNumber>(
+        &mut self,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
         let mut values = vec![T::default(); stated + SPARE];
-        let Own::Three(own) = &self.library.own else { return Ok(()) };
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Ok(()) };
         let function = T::getter(own);
         // SAFETY: the component is alive, and the arrays are at least as long as stated.
         self.run(T::GET, |component| unsafe {

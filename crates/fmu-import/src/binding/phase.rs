@@ -1,4 +1,4 @@
-//! Says in which state of the standard's state machine an instance is, for messages about refused calls.
+//! Tracks the state of an instance in the state machine of the standard, for messages about refused calls.
 
 use std::fmt;
 

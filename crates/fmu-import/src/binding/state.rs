@@ -1,4 +1,4 @@
-//! Saves, restores and forgets what an instance remembers.
+//! Gets, sets, frees and serialises FMU states (`fmi2GetFMUstate` and its like).
 //!
 //! A call that the FMU does not claim to support is not made: it fails with a reason.
 
@@ -19,26 +19,26 @@ type Pointer = *mut c_void;
 #[derive(Debug)]
 pub struct FmuState {
     number: u64,
-    owner: Arc<States>,
+    owner: Arc<FmuStates>,
 }
 
 impl Drop for FmuState {
     fn drop(&mut self) {
-        let mut held = self.owner.lock();
-        if let Some(state) = held.living.remove(&self.number) {
-            held.dropped.push(state);
+        let mut table = self.owner.lock();
+        if let Some(state) = table.living.remove(&self.number) {
+            table.dropped.push(state);
         }
     }
 }
 
 /// The states of an instance that are not freed yet.
 #[derive(Debug, Default)]
-pub(super) struct States {
-    held: Mutex<Held>,
+pub(super) struct FmuStates {
+    table: Mutex<StateTable>,
 }
 
 #[derive(Debug, Default)]
-struct Held {
+struct StateTable {
     next: u64,
     living: BTreeMap<u64, State>,
     dropped: Vec<State>,
@@ -51,9 +51,9 @@ struct State(Pointer, Phase);
 // SAFETY: the address is used in calls of the instance that it belongs to only, by the instance's owner.
 unsafe impl Send for State {}
 
-impl States {
-    fn lock(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+impl FmuStates {
+    fn lock(&self) -> MutexGuard<'_, StateTable> {
+        self.table.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Whether anybody holds a state that can be restored.
@@ -114,8 +114,8 @@ impl Instance {
         self.run(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
             function(c, pointer)
         })?;
-        let held = self.states.lock().living.get(&state.number).map(|state| state.1);
-        self.phase = held.unwrap_or(Phase::Restored);
+        let table = self.states.lock().living.get(&state.number).map(|state| state.1);
+        self.phase = table.unwrap_or(Phase::Restored);
         Ok(())
     }
 
@@ -234,10 +234,10 @@ impl Instance {
 
     fn own(&mut self, state: State) -> FmuState {
         self.saved = true;
-        let mut held = self.states.lock();
-        let number = held.next;
-        held.next += 1;
-        held.living.insert(number, state);
+        let mut table = self.states.lock();
+        let number = table.next;
+        table.next += 1;
+        table.living.insert(number, state);
         FmuState { number, owner: Arc::clone(&self.states) }
     }
 

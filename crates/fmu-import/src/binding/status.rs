@@ -1,9 +1,9 @@
-//! Makes the calls of the life of an instance that a plain simulation does not need: reset, log categories, status.
+//! Makes reset, cancel, debug logging and status calls of an instance.
 
 use std::ffi::{c_char, c_int};
 use std::slice;
 
-use super::functions::Own;
+use super::functions::VersionFunctions;
 use super::phase::Phase;
 use super::{Instance, c_text, named};
 use crate::CallError;
@@ -50,11 +50,11 @@ impl Instance {
         let (count, pointers) = (pointers.len(), pointers.as_ptr());
         // SAFETY: in both cases the component is alive, and the texts live until the call returns.
         match &self.library.own {
-            Own::Two(own) => {
+            VersionFunctions::Fmi2(own) => {
                 let function = own.set_debug_logging;
                 self.run(call, |c| unsafe { function(c, on.into(), count, pointers) })
             }
-            Own::Three(own) => {
+            VersionFunctions::Fmi3(own) => {
                 let function = own.set_debug_logging;
                 self.run(call, |c| unsafe { function(c, on, count, pointers) })
             }
@@ -92,7 +92,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn ended(&mut self) -> Result<bool, CallError> {
+    pub fn terminated_status(&mut self) -> Result<bool, CallError> {
         let mut value = 0;
         let function = self.library.two("fmi2GetBooleanStatus")?.get_boolean_status;
         // SAFETY: the component is alive, and one value is written.

@@ -1,10 +1,10 @@
-//! Steps an instance, and says how far it came.
+//! Makes `doStep` calls, and interprets early returns and discarded steps.
 
-use super::functions::Own;
+use super::functions::VersionFunctions;
+use super::guarded_buffer::GuardedValue;
 use super::instance::name;
-use super::lent::Slot;
 use super::{Component, DISCARD, Instance, OK, Status, WARNING};
-use crate::{Advance, CallError, StepStatus};
+use crate::{CallError, StepResult, StepStatus};
 
 type DoStep3 =
     unsafe extern "C" fn(Component, f64, f64, bool, *mut u8, *mut u8, *mut u8, *mut f64) -> Status;
@@ -16,7 +16,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; a step that ends early is none.
     pub fn do_step(&mut self, time: f64, step: f64) -> Result<StepStatus, CallError> {
-        self.part_of_step(time, step).map(|(status, _)| status)
+        self.partial_step(time, step).map(|(status, _)| status)
     }
 
     /// Steps from `time` to `time + step` [s], or up to an event on the way. After an event, an instance with events goes into event
@@ -24,30 +24,34 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`]; also when the FMU cannot do a step of this length, or ends the simulation.
-    pub fn advance(&mut self, time: f64, step: f64) -> Result<Advance, CallError> {
+    pub fn advance(&mut self, time: f64, step: f64) -> Result<StepResult, CallError> {
         let version = self.description().version;
-        let (status, advance) = self.part_of_step(time, step)?;
+        let (status, advance) = self.partial_step(time, step)?;
         status.into_result(version)?;
         Ok(advance)
     }
 
-    fn part_of_step(&mut self, time: f64, step: f64) -> Result<(StepStatus, Advance), CallError> {
+    fn partial_step(
+        &mut self,
+        time: f64,
+        step: f64,
+    ) -> Result<(StepStatus, StepResult), CallError> {
         self.free_dropped_states()?;
-        self.activity.at(time);
+        self.activity.set_time(time);
         let no_way_back = !(self.keeps_history || self.saved && self.states.any());
         match &self.library.own {
-            Own::Two(own) => {
+            VersionFunctions::Fmi2(own) => {
                 let function = own.do_step;
                 // SAFETY: the component is alive, and nobody else calls it.
                 let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
                     function(component, time, step, no_way_back.into())
                 })?;
-                let whole = Advance { reached: time + step, event: false };
-                self.done_two(status, time, step).map(|status| (status, whole))
+                let whole = StepResult { reached: time + step, event: false };
+                self.step_status_2(status, time, step).map(|status| (status, whole))
             }
-            Own::Three(own) => {
+            VersionFunctions::Fmi3(own) => {
                 let function = own.do_step;
-                self.step_three(function, (time, step), no_way_back)
+                self.do_step_3(function, (time, step), no_way_back)
             }
         }
     }
@@ -61,18 +65,18 @@ impl Instance {
         let version = self.description().version;
         match (&self.library.own, self.saved) {
             // Nearly all steps are these, and here there is nothing to look up.
-            (Own::Two(own), false) => {
+            (VersionFunctions::Fmi2(own), false) => {
                 let (function, no_way_back) = (own.do_step, !self.keeps_history);
-                self.activity.at(time);
+                self.activity.set_time(time);
                 // SAFETY: the component is alive, and nobody else calls it.
                 let status = self.run_for_status(c"fmi2DoStep", |component| unsafe {
                     function(component, time, step, no_way_back.into())
                 })?;
                 if status == OK {
-                    self.activity.at(time + step);
+                    self.activity.set_time(time + step);
                     return Ok(());
                 }
-                self.done_two(status, time, step)?.into_result(version)
+                self.step_status_2(status, time, step)?.into_result(version)
             }
             _ => self.do_step(time, step)?.into_result(version),
         }
@@ -80,29 +84,34 @@ impl Instance {
 
     /// What the status of `fmi2DoStep` says.
     #[inline(never)]
-    fn done_two(&mut self, status: Status, time: f64, step: f64) -> Result<StepStatus, CallError> {
+    fn step_status_2(
+        &mut self,
+        status: Status,
+        time: f64,
+        step: f64,
+    ) -> Result<StepStatus, CallError> {
         match status {
-            OK | WARNING => self.done(time + step),
-            DISCARD => self.early_end(time),
+            OK | WARNING => self.completed_step(time + step),
+            DISCARD => self.discarded_step(time),
             _ => Err(self.failure(c"fmi2DoStep", status)),
         }
     }
 
-    fn done(&self, time: f64) -> Result<StepStatus, CallError> {
-        self.activity.at(time);
+    fn completed_step(&self, time: f64) -> Result<StepStatus, CallError> {
+        self.activity.set_time(time);
         Ok(StepStatus::Done)
     }
 
-    fn step_three(
+    fn do_step_3(
         &mut self,
         function: DoStep3,
         (time, step): (f64, f64),
         no_way_back: bool,
-    ) -> Result<(StepStatus, Advance), CallError> {
+    ) -> Result<(StepStatus, StepResult), CallError> {
         let call = c"fmi3DoStep";
         // NaN stands for an FMU that does not say how far it came.
-        let [mut event, mut terminate, mut early] = [0; 3].map(Slot::<u8>::new);
-        let mut reached = Slot::new(f64::NAN);
+        let [mut event, mut terminate, mut early] = [0; 3].map(GuardedValue::<u8>::new);
+        let mut reached = GuardedValue::new(f64::NAN);
         // SAFETY: the component is alive, and there is room behind each of the four values.
         let status = self.run_for_status(call, |component| unsafe {
             function(
@@ -121,10 +130,10 @@ impl Instance {
         }
         let (event, terminate, early) = (event.get(), terminate.get(), early.get());
         let reached = reached.get();
-        let said = || self.mailbox.said();
+        let said = || self.mailbox.last_message();
         let returned_early = early != 0 && self.may_return_early;
         let to = if returned_early && !reached.is_nan() { reached } else { time + step };
-        let advance = Advance { reached: to, event: event != 0 };
+        let advance = StepResult { reached: to, event: event != 0 };
         let status = match status {
             OK | WARNING if terminate != 0 => {
                 let reached = if reached.is_nan() { time + step } else { reached };
@@ -137,7 +146,7 @@ impl Instance {
                 let what = "returned early, which it was not allowed to";
                 Err(CallError::new(name(call), what.to_owned() + &said()))
             }
-            OK | WARNING => self.done(to),
+            OK | WARNING => self.completed_step(to),
             DISCARD => {
                 let CallError { what, .. } = self.failure(call, DISCARD);
                 let reached = if reached.is_nan() { time } else { reached };
@@ -149,9 +158,9 @@ impl Instance {
     }
 
     /// Why the step from `time` on was discarded. An FMU that says nothing about it is taken to stand where it stood.
-    fn early_end(&mut self, time: f64) -> Result<StepStatus, CallError> {
+    fn discarded_step(&mut self, time: f64) -> Result<StepStatus, CallError> {
         let CallError { what, .. } = self.failure(c"fmi2DoStep", DISCARD);
-        let ended = self.ended();
+        let ended = self.terminated_status();
         let reached = self.last_successful_time();
         match (self.is_lost(), ended, reached) {
             (true, Err(error), _) | (true, _, Err(error)) => Err(error),

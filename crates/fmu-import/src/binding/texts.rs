@@ -1,9 +1,9 @@
-//! Reads and writes texts and bytes of an instance, whatever the version of its FMU.
+//! Gets and sets String and Binary variables, in both versions of FMI.
 
 use std::ffi::{CStr, c_char};
 use std::ptr;
 
-use super::functions::Own;
+use super::functions::VersionFunctions;
 use super::numbers::SPARE;
 use super::{Instance, c_text};
 use crate::CallError;
@@ -18,7 +18,7 @@ impl Instance {
         reference: u32,
         elements: usize,
     ) -> Result<Vec<String>, CallError> {
-        let Own::Three(own) = &self.library.own else {
+        let VersionFunctions::Fmi3(own) = &self.library.own else {
             return self.get_string(reference).map(|text| vec![text]);
         };
         let function = own.get_string;
@@ -49,11 +49,11 @@ impl Instance {
             }
         };
         let call = match &self.library.own {
-            Own::Two(_) => {
+            VersionFunctions::Fmi2(_) => {
                 self.get_text_pointers(reference, found)?;
                 c"reading the text of fmi2GetString"
             }
-            Own::Three(own) => {
+            VersionFunctions::Fmi3(own) => {
                 let (function, elements) = (own.get_string, found.len());
                 // SAFETY: the component is alive, and the array has the length that is stated.
                 self.fill(c"fmi3GetString", found, |c, texts| unsafe {
@@ -67,7 +67,7 @@ impl Instance {
                 text.clear();
                 continue;
             }
-            self.activity.noted(call, || {
+            self.activity.with_note(call, || {
                 // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
                 let found = unsafe { CStr::from_ptr(*found) };
                 if found.to_bytes() != text.as_bytes() {
@@ -87,7 +87,7 @@ impl Instance {
         }
         // SAFETY: the FMU keeps the C string until it is called again; the copy is made before that.
         let copy = || unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned();
-        self.activity.noted(call, copy)
+        self.activity.with_note(call, copy)
     }
 
     /// Writes all elements of a `String`.
@@ -95,7 +95,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also when a text contains NUL.
     pub fn set_strings(&mut self, reference: u32, values: &[String]) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else {
+        let VersionFunctions::Fmi3(own) = &self.library.own else {
             return values.iter().try_for_each(|value| self.set_string(reference, value));
         };
         let function = own.set_string;
@@ -117,7 +117,7 @@ impl Instance {
         reference: u32,
         elements: usize,
     ) -> Result<Vec<Vec<u8>>, CallError> {
-        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Err(no_binary()) };
         let function = own.get_binary;
         let (mut sizes, mut values) = (vec![0_usize; elements], vec![ptr::null(); elements]);
         // SAFETY: the component is alive, and the arrays have the length that is stated.
@@ -131,7 +131,7 @@ impl Instance {
             false => unsafe { std::slice::from_raw_parts(bytes, size) }.to_vec(),
         };
         let all = || sizes.into_iter().zip(values).map(copy).collect();
-        Ok(self.activity.noted(c"reading the bytes of fmi3GetBinary", all))
+        Ok(self.activity.with_note(c"reading the bytes of fmi3GetBinary", all))
     }
 
     /// Writes all elements of a `Binary`.
@@ -139,7 +139,7 @@ impl Instance {
     /// # Errors
     /// See [`Instance`]; also for FMI 2.0.
     pub fn set_binaries(&mut self, reference: u32, values: &[Vec<u8>]) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Err(no_binary()) };
         let function = own.set_binary;
         let sizes: Vec<usize> = values.iter().map(Vec::len).collect();
         let pointers: Vec<*const u8> = values.iter().map(|bytes| bytes.as_ptr()).collect();
@@ -149,13 +149,9 @@ impl Instance {
         })
     }
 
-    /// Reads and drops so many texts of one variable, as [`read_stated`](Self::read_stated).
-    pub(super) fn string_values_stated(
-        &mut self,
-        reference: u32,
-        stated: usize,
-    ) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+    /// Reads and drops so many texts of one variable, as [`read_n_values`](Self::read_n_values).
+    pub(super) fn get_n_strings(&mut self, reference: u32, stated: usize) -> Result<(), CallError> {
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Err(no_binary()) };
         let (function, mut texts) = (own.get_string, vec![ptr::null(); stated + SPARE]);
         // SAFETY: the component is alive, and the array is at least as long as stated.
         self.run(c"fmi3GetString", |c| unsafe {
@@ -164,12 +160,12 @@ impl Instance {
     }
 
     /// The same for bytes.
-    pub(super) fn binary_values_stated(
+    pub(super) fn get_n_binaries(
         &mut self,
         reference: u32,
         stated: usize,
     ) -> Result<(), CallError> {
-        let Own::Three(own) = &self.library.own else { return Err(no_binary()) };
+        let VersionFunctions::Fmi3(own) = &self.library.own else { return Err(no_binary()) };
         let function = own.get_binary;
         let (mut sizes, mut values) = (vec![0; stated + SPARE], vec![ptr::null(); stated + SPARE]);
         // SAFETY: the component is alive, and the arrays are at least as long as stated.

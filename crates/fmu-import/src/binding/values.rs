@@ -1,17 +1,17 @@
-//! Reads and writes the variables of an instance, by their value references.
+//! Gets and sets variables by value reference with the typed functions of FMI 2.0.
 
 use std::ffi::{CStr, c_char};
 use std::ptr;
 
 use super::functions::{Get2, Set2};
-use super::lent::Plain;
+use super::guarded_buffer::AnyBitPattern;
 use super::{Instance, c_text};
 use crate::CallError;
 
 /// Functions of FMI 2.0. Those of all versions are in `numbers.rs` and `texts.rs`.
 impl Instance {
     #[inline]
-    fn get<T: Plain>(
+    fn get<T: AnyBitPattern>(
         &mut self,
         name: &'static CStr,
         function: Get2<T>,
@@ -138,7 +138,7 @@ impl Instance {
     ///
     /// # Errors
     /// See [`Instance`].
-    pub fn touch_nothing(&mut self) -> Result<(), CallError> {
+    pub fn get_and_set_no_variables(&mut self) -> Result<(), CallError> {
         let two = self.library.two("fmi2GetReal")?;
         let (get, set) = (two.get_real, two.set_real);
         // SAFETY: the component is alive, and arrays of no elements are not looked at.

@@ -1,4 +1,4 @@
-//! Reads and writes a variable of any form as values.
+//! Gets and sets one variable of any type as a list of values.
 
 use super::Instance;
 use crate::{CallError, Storage, Value};

@@ -1,28 +1,28 @@
-//! Reads the clocks of a description of FMI 3.0 (sections 2.2.9 and 2.4.7.5.1).
+//! Parses clock attributes of FMI 3.0 (sections 2.2.9 and 2.4.7.5.1).
 
 use roxmltree::Node;
 
 use crate::definitions::{attribute, place};
-use crate::description::{Interval, Ticks};
+use crate::description::{ClockAttributes, IntervalVariability};
 
 /// The ticks of a clock, whose attributes may be those of its declared type.
 pub(super) fn ticks<'a>(
     node: Node,
     of: &impl Fn(&str) -> Option<&'a str>,
-) -> Result<Ticks, String> {
+) -> Result<ClockAttributes, String> {
     told(of).map_err(|what| format!("{}: {what}", place(node)))
 }
 
-fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<Ticks, String> {
+fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<ClockAttributes, String> {
     let interval = match of("intervalVariability").map(str::trim) {
-        Some("constant") => Interval::Constant,
-        Some("fixed") => Interval::Fixed,
-        Some("calculated") => Interval::Calculated,
-        Some("tunable") => Interval::Tunable,
-        Some("changing") => Interval::Changing,
-        Some("countdown") => Interval::Countdown,
+        Some("constant") => IntervalVariability::Constant,
+        Some("fixed") => IntervalVariability::Fixed,
+        Some("calculated") => IntervalVariability::Calculated,
+        Some("tunable") => IntervalVariability::Tunable,
+        Some("changing") => IntervalVariability::Changing,
+        Some("countdown") => IntervalVariability::Countdown,
         // It has to be there; a clock of which nothing is known ticks when somebody says so.
-        Some("triggered") | None => Interval::Triggered,
+        Some("triggered") | None => IntervalVariability::Triggered,
         Some(word) => {
             return Err(format!("intervalVariability=\"{word}\" of <Clock> is no word of FMI 3.0"));
         }
@@ -42,11 +42,16 @@ fn told<'a>(of: &impl Fn(&str) -> Option<&'a str>) -> Result<Ticks, String> {
     let counted = |name: &str| Ok::<_, String>(number(name)?.zip(resolution).map(|(n, d)| n / d));
     let seconds = number("intervalDecimal")?.or(counted("intervalCounter")?);
     let priority = of("priority").and_then(|text| text.trim().parse().ok());
-    if interval == Interval::Constant && !seconds.is_some_and(|seconds| seconds > 0.0) {
+    if interval == IntervalVariability::Constant && !seconds.is_some_and(|seconds| seconds > 0.0) {
         return Err("a constant <Clock> needs an interval above 0: intervalDecimal, or intervalCounter and resolution".to_owned());
     }
     let shift = number("shiftDecimal")?.or(counted("shiftCounter")?).unwrap_or(0.0);
-    Ok(Ticks { interval, seconds: seconds.filter(|seconds| *seconds > 0.0), shift, priority })
+    Ok(ClockAttributes {
+        interval,
+        seconds: seconds.filter(|seconds| *seconds > 0.0),
+        shift,
+        priority,
+    })
 }
 
 /// The value references of the clocks of a variable.

@@ -1,4 +1,4 @@
-//! Reads what holds variables of FMI 3.0 together: the sizes of arrays, and what outputs follow.
+//! Parses array dimensions and output dependencies of FMI 3.0.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -6,21 +6,21 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::Sizes;
+use super::StructuralSizes;
 use crate::definitions::{self, attribute, children, required};
 
 /// All outputs together may follow this many variables, of arrays each element.
 const MOST_DEPENDENCIES: usize = 1 << 24;
 
 /// What each output follows, by reference; `None` means all inputs.
-pub(super) type Follows = HashMap<u32, Option<Arc<[usize]>>>;
+pub(super) type Dependencies = HashMap<u32, Option<Arc<[usize]>>>;
 
 /// The sizes of arrays by reference: start values of structural parameters, unless others are given.
 pub(super) fn sizes<'a>(
     nodes: impl Iterator<Item = Node<'a, 'a>>,
-    given: &Sizes,
-) -> Result<Sizes, String> {
-    let mut sizes = Sizes::new();
+    given: &StructuralSizes,
+) -> Result<StructuralSizes, String> {
+    let mut sizes = StructuralSizes::new();
     for node in nodes.filter(|node| node.has_tag_name("UInt64")) {
         if let Some(start) = attribute(node, "start").ok().flatten() {
             sizes.insert(required(node, "valueReference")?, start);
@@ -30,7 +30,7 @@ pub(super) fn sizes<'a>(
     Ok(sizes)
 }
 
-pub(super) fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String> {
+pub(super) fn dimensions(node: Node, sizes: &StructuralSizes) -> Result<Vec<usize>, String> {
     let size = |dimension: Node| -> Result<usize, String> {
         let size: u64 = match attribute::<u32>(dimension, "valueReference")? {
             Some(reference) => *sizes.get(&reference).ok_or_else(|| {
@@ -52,7 +52,7 @@ pub(super) fn dimensions(node: Node, sizes: &Sizes) -> Result<Vec<usize>, String
 pub(super) fn dependencies(
     root: Node,
     all: &HashMap<u32, Range<usize>>,
-) -> Result<Follows, String> {
+) -> Result<Dependencies, String> {
     let mut left = MOST_DEPENDENCIES;
     let mut list = |text: String| -> Result<Arc<[usize]>, String> {
         let (mut known, mut places) = (HashSet::new(), Vec::new());

@@ -5,11 +5,11 @@ use rand_pcg::Pcg64;
 
 use super::*;
 
-fn linkage(brought: &[&str], needed: &[&str], unique: &[(&str, Option<&[u8]>)]) -> Linkage {
+fn linkage(bundled: &[&str], needed: &[&str], unique: &[(&str, Option<&[u8]>)]) -> Linkage {
     let names = |names: &[&str]| names.iter().map(ToString::to_string).collect();
     let unique = unique.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.map(<[u8]>::to_vec)));
     Linkage {
-        brought: names(brought),
+        bundled: names(bundled),
         needed: names(needed),
         unique: unique.collect(),
         ..Linkage::default()

@@ -29,7 +29,7 @@ const TESTS: &[(&str, fn())] = &[
     ("after_fatal_nothing_is_called_in_the_same_step", fatal_in_a_step),
     ("the_calls_of_a_step_do_what_they_do_alone", step_at_once),
     ("all_instances_of_an_fmu_have_one_library", one_library),
-    ("a_step_may_end_early", early_end),
+    ("a_step_may_end_early", discarded_step),
     ("log_messages_with_a_strange_environment_go_to_the_instance_that_is_called", strangers),
     ("log_messages_may_come_from_a_thread", thread),
     ("odd_values_are_made_regular", odd_values),
@@ -251,7 +251,7 @@ fn fatal_in_a_step() {
     let lab = Lab::new("is fatal");
     let mut instance = lab.instance();
     let mut before = Vec::new();
-    let done = instance.visit(|instance| {
+    let done = instance.batch(|instance| {
         let error = instance.step(0.0, 0.1).expect_err("it is fatal");
         assert!(error.what.contains("returned fmi2Fatal"), "{error:?}");
         before = lab.calls();
@@ -270,7 +270,7 @@ fn step_at_once() {
         let (mut alone, mut at_once) = ([0.0], [0.0]);
         one.step(time, 0.1).expect("a step");
         one.get_real(&[0], &mut alone).expect("a value");
-        let done = other.visit(|other| {
+        let done = other.batch(|other| {
             other.step(time, 0.1)?;
             other.get_numbers(Storage::Float64, &[0], &mut at_once)
         });
@@ -290,7 +290,7 @@ fn one_library() {
     assert!(instance.is_ok(), "it is loaded again: {instance:?}");
 }
 
-fn early_end() {
+fn discarded_step() {
     for (behaviour, terminated) in [("discards", None), ("terminates", Some(0.25))] {
         let lab = Lab::new(behaviour);
         let status = lab.instance().do_step(0.0, 0.5).expect("it is no failure");
@@ -312,7 +312,7 @@ fn strangers() {
     drop(lab.instance());
     let messages = lab.instance().messages();
     let texts: Vec<_> = messages.iter().map(|message| message.text.as_str()).collect();
-    assert_eq!(texts, [fmu_import::STRANGER, "I am gone", "who are you?"]);
+    assert_eq!(texts, [fmu_import::FOREIGN_ENVIRONMENT, "I am gone", "who are you?"]);
 }
 
 fn thread() {

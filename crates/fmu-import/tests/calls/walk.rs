@@ -47,7 +47,7 @@ pub fn legal_calls_stay_legal() {
             }
         }
         // Freeing tells nobody what was wrong with it.
-        let mut last = Walk::new(&library, 0).expect("an instance");
+        let mut last = LibrarySearch::new(&library, 0).expect("an instance");
         last.initialise().expect("an initialization");
         assert_eq!(last.violations().expect("a count"), 0.0, "FMI {}", fmu.description.version);
     }
@@ -69,7 +69,7 @@ pub fn an_illegal_call_is_told_with_its_state() {
             Arc::new(Fmu::open(Path::new(&folder.path().join("lawful.fmu"))).expect("an FMU"))
                 .load()
                 .expect("a library");
-        let mut walk = Walk::new(&library, 0).expect("an instance");
+        let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         let error = walk.instance.terminate().expect_err("an illegal call");
         assert!(error.what.contains(call), "{error}");
         walk.instance.reset().expect("a reset");
@@ -87,18 +87,19 @@ pub fn a_refused_reset_names_the_state() {
         let folder = archived("lawful", (xml, platform), arguments);
         let fmu = Arc::new(Fmu::open(&folder.path().join("lawful.fmu")).expect("an FMU"));
         let library = fmu.load().expect("a library");
-        let reset = |walk: &mut Walk| walk.instance.reset().expect_err("a refusal").to_string();
-        let mut walk = Walk::new(&library, 0).expect("an instance");
+        let reset =
+            |walk: &mut LibrarySearch| walk.instance.reset().expect_err("a refusal").to_string();
+        let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         let said = reset(&mut walk);
         assert!(said.contains("Reset before the initialization returned fmi"), "{said}");
         // After the error it is another state.
         let said = reset(&mut walk);
         assert!(said.contains("Reset after an error of fmi"), "{said}");
-        let mut walk = Walk::new(&library, 0).expect("an instance");
+        let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         walk.initialise().expect("an initialization");
         let said = reset(&mut walk);
         assert!(said.contains("Reset between two steps returned fmi"), "{said}");
-        let mut walk = Walk::new(&library, 0).expect("an instance");
+        let mut walk = LibrarySearch::new(&library, 0).expect("an instance");
         walk.initialise().expect("an initialization");
         walk.instance.terminate().expect("an end");
         let said = reset(&mut walk);
@@ -113,13 +114,13 @@ enum Phase {
     Fresh,
     SetUp,
     Initialization,
-    Steps,
+    StepCounter,
     Discarded,
     Ended,
 }
 
 /// An instance, and what a caller knows of it.
-struct Walk {
+struct LibrarySearch {
     instance: Instance,
     phase: Phase,
     time: f64,
@@ -129,19 +130,19 @@ struct Walk {
     random: Pcg64,
 }
 
-impl Walk {
+impl LibrarySearch {
     fn new(library: &Arc<Library>, seed: u64) -> Result<Self, Box<dyn std::error::Error>> {
         let instance = Instance::new(Arc::clone(library), "walk", false)?;
         let random = Pcg64::seed_from_u64(seed);
         let (states, bytes) = (Vec::new(), None);
-        Ok(Walk { instance, phase: Phase::Fresh, time: 0.0, states, bytes, random })
+        Ok(LibrarySearch { instance, phase: Phase::Fresh, time: 0.0, states, bytes, random })
     }
 
     fn initialise(&mut self) -> Done {
         self.instance.setup_experiment(0.0, 1000.0, None)?;
         self.instance.enter_initialization()?;
         self.instance.exit_initialization()?;
-        self.phase = Phase::Steps;
+        self.phase = Phase::StepCounter;
         Ok(())
     }
 
@@ -167,7 +168,7 @@ impl Walk {
             }
             (_, 3) => self.restore()?,
             (Phase::Fresh, 4) => self.instance.configure(|_| Ok(()))?,
-            (Phase::Fresh | Phase::SetUp | Phase::Initialization | Phase::Steps, 5) => {
+            (Phase::Fresh | Phase::SetUp | Phase::Initialization | Phase::StepCounter, 5) => {
                 self.set()?
             }
             (Phase::Fresh, _) => {
@@ -182,14 +183,14 @@ impl Walk {
             (Phase::Initialization, 6) => _ = self.violations()?,
             (Phase::Initialization, _) => {
                 self.instance.exit_initialization()?;
-                self.phase = Phase::Steps;
+                self.phase = Phase::StepCounter;
             }
-            (Phase::Steps, 6) if self.random.random_range(0..5) == 0 => {
+            (Phase::StepCounter, 6) if self.random.random_range(0..5) == 0 => {
                 self.instance.terminate()?;
                 self.phase = Phase::Ended;
             }
-            (Phase::Steps, 6 | 7) => _ = self.violations()?,
-            (Phase::Steps, _) => self.step()?,
+            (Phase::StepCounter, 6 | 7) => _ = self.violations()?,
+            (Phase::StepCounter, _) => self.step()?,
             (Phase::Discarded, 4 | 5) => {
                 self.instance.terminate()?;
                 self.phase = Phase::Ended;
@@ -255,6 +256,6 @@ impl Walk {
 }
 
 fn live(library: &Arc<Library>, seed: u64) -> Done {
-    let mut walk = Walk::new(library, seed)?;
+    let mut walk = LibrarySearch::new(library, seed)?;
     (0..CALLS).try_for_each(|_| walk.go())
 }

@@ -38,7 +38,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
         let of_clock = |it: &usize| log.channels()[*it].clock == clock;
         let wanted: Vec<usize> = (0..log.channels().len()).filter(of_clock).collect();
         sound &= log
-            .visit(clock, &wanted, &mut |stretch| {
+            .read_chunks(clock, &wanted, &mut |stretch| {
                 assert_eq!(stretch.len(), wanted.len());
                 assert!(stretch.windows(2).all(|pair| pair[0].len() == pair[1].len()));
                 true

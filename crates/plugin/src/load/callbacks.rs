@@ -3,12 +3,13 @@
 
 use std::ffi::c_void;
 
-use super::guard::Guard;
+use super::guard::CallGuard;
 use crate::abi::{self, BAD_CONFIG, Column, DONE, Outcome, Text, array};
 use crate::analysis::Host;
+use crate::c_views::{with_diagram, with_signals};
 use crate::error::{AnalysisError, ConfigError};
-use crate::lend::{with_diagram, with_signals};
-use crate::signal::Need;
+use crate::load::OwnedInputSignal;
+use crate::signal::InputSignal;
 
 /// The state of a call.
 pub(super) struct State<'a> {
@@ -24,7 +25,7 @@ pub(super) struct State<'a> {
 /// `context` is the context of the call that is going on, or null.
 unsafe fn visit<R>(context: *mut c_void, otherwise: R, work: impl FnOnce(&mut State) -> R) -> R {
     // SAFETY: as the caller promises.
-    unsafe { Guard::<State>::visit(context, otherwise, work) }
+    unsafe { CallGuard::<State>::visit(context, otherwise, work) }
 }
 
 pub(super) unsafe extern "C" fn progress(context: *mut c_void, share: f64, task: Text) -> u8 {
@@ -107,13 +108,13 @@ unsafe fn read(outcome: &Outcome) -> Result<String, AnalysisError> {
 
 pub(super) unsafe extern "C" fn take_needs(
     context: *mut c_void,
-    needs: *const abi::Need,
+    needs: *const abi::InputSignal,
     count: usize,
 ) {
     // SAFETY: `Plugin::of` passed this guard, and the plugin lends its needs for the duration of the call.
     unsafe {
-        Guard::<Vec<Need<String>>>::visit(context, (), |all| {
-            all.extend(array(needs, count).iter().map(|need| Need {
+        CallGuard::<Vec<OwnedInputSignal>>::visit(context, (), |all| {
+            all.extend(array(needs, count).iter().map(|need| InputSignal {
                 name: need.name.lossy().into_owned(),
                 unit: need.unit.lossy().into_owned(),
                 description: need.description.lossy().into_owned(),
@@ -126,7 +127,7 @@ pub(super) unsafe extern "C" fn take_needs(
 pub(super) unsafe extern "C" fn take_schema(context: *mut c_void, schema: Text) {
     // SAFETY: `Plugin::of` passed this guard, and the plugin lends the text for the duration of the call.
     unsafe {
-        Guard::<Option<String>>::visit(context, (), |taken| {
+        CallGuard::<Option<String>>::visit(context, (), |taken| {
             *taken = schema.exact().map(str::to_owned);
         });
     }

@@ -1,4 +1,4 @@
-//! Guards the state of a call against its callbacks: other threads, nested calls and panics.
+//! Guards the state of a call against foreign threads, nested callbacks and panics.
 #![allow(unsafe_code, reason = "a pointer that went through foreign code becomes a reference here")]
 
 use std::any::Any;
@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{ThreadId, current};
 
 /// The state that the callbacks of one call work on.
-pub(super) struct Guard<T> {
+pub(super) struct CallGuard<T> {
     thread: ThreadId,
     foreign_thread: AtomicBool,
     inner: RefCell<Inner<T>>,
@@ -20,7 +20,7 @@ struct Inner<T> {
     panic: Option<Box<dyn Any + Send>>,
 }
 
-impl<T> Guard<T> {
+impl<T> CallGuard<T> {
     /// Guards the state of a call on this thread.
     pub fn new(state: T) -> Self {
         let inner = RefCell::new(Inner { state, panic: None });
@@ -36,7 +36,7 @@ impl<T> Guard<T> {
     /// callback, and once a callback panicked. No panic leaves it.
     ///
     /// # Safety
-    /// `context` is null or comes from [`Guard::context`] of a guard for the same type that has not ended.
+    /// `context` is null or comes from [`CallGuard::context`] of a guard for the same type that has not ended.
     pub unsafe fn visit<R>(
         context: *mut c_void,
         otherwise: R,

@@ -15,8 +15,8 @@ use crate::signal::Signal;
 struct Obedient;
 
 impl Analysis for Obedient {
-    const NEEDS: &'static [Need] =
-        &[Need::required("x", "m/s", "a speed"), Need::optional("ü", "", "anything")];
+    const INPUTS: &'static [InputSignal] =
+        &[InputSignal::required("x", "m/s", "a speed"), InputSignal::optional("ü", "", "anything")];
 
     fn check(request: &Request) -> Result<(), ConfigError> {
         match request.config {
@@ -146,7 +146,7 @@ fn a_panic_an_error_and_a_cancelled_analysis_are_reported() {
 #[test]
 fn needs_schema_and_the_judgement_of_a_configuration_are_read() {
     let plugin = plugin();
-    let [x, any] = plugin.needs() else { panic!("{:?}", plugin.needs()) };
+    let [x, any] = plugin.inputs() else { panic!("{:?}", plugin.inputs()) };
     assert_eq!((x.name.as_str(), x.unit.as_str(), x.required), ("x", "m/s", true));
     assert_eq!(
         (any.name.as_str(), any.description.as_str(), any.required),
@@ -310,9 +310,9 @@ fn another_thread_reaches_nothing_and_fails_the_call() {
 fn flags_of_needs_may_be_any_byte() {
     unsafe extern "C" fn needs(
         context: *mut c_void,
-        take: unsafe extern "C" fn(*mut c_void, *const abi::Need, usize),
+        take: unsafe extern "C" fn(*mut c_void, *const abi::InputSignal, usize),
     ) {
-        let need = abi::Need {
+        let need = abi::InputSignal {
             name: Text { data: b"\xff".as_ptr(), len: 1 },
             unit: EMPTY,
             description: EMPTY,
@@ -328,7 +328,7 @@ fn flags_of_needs_may_be_any_byte() {
     // SAFETY: the table is a constant of this program.
     let complete = unsafe { *crate::vtable::<Obedient>() };
     let plugin = Plugin::of(Vtable { needs: Some(needs), ..complete }).expect("a complete table");
-    let [need] = plugin.needs() else { panic!("{:?}", plugin.needs()) };
+    let [need] = plugin.inputs() else { panic!("{:?}", plugin.inputs()) };
     assert_eq!((need.name.as_str(), need.required), ("\u{fffd}", true));
 }
 

@@ -59,7 +59,7 @@ impl Host for Recorder {
 
 fn the_example_averages() -> Result<(), String> {
     let plugin = Plugin::load(&library()).map_err(|error| error.to_string())?;
-    let [need] = plugin.needs() else { return Err(format!("{:?}", plugin.needs())) };
+    let [need] = plugin.inputs() else { return Err(format!("{:?}", plugin.inputs())) };
     assert_eq!((need.name.as_str(), need.required, plugin.config_schema()), ("x", true, None));
     let x = Signal { name: "x", unit: "m", time: &[0.0, 1.0], values: &[1.0, 4.0] };
     let request = Request { config: "", signals: vec![x] };

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use damage::Target;
-use plugin::{AnalysisError, Diagram, Host, Plugin, Request, Signal, Words};
+use plugin::{AnalysisError, Diagram, Host, Plugin, Request, ResultSummary, Signal};
 use serde::Deserialize;
 
 pub const TARGET: Target = Target {
@@ -136,14 +136,14 @@ fn attempt(bytes: &[u8], _: &Path) -> bool {
             assert!(grids + levels.len() + bounds <= bytes.len(), "more than was written");
         }
     }
-    let words = serde_json::from_str::<Words>(&text);
+    let words = serde_json::from_str::<ResultSummary>(&text);
     let mut looks = Looks::default();
     let signal = Signal { name: "x", unit: "m", time: &[0.0, 1.0], values: &[1.0, 2.0] };
     let request = Request { config: &text, signals: vec![signal] };
     let _ = hostile().check(&request).map_err(|error| error.to_string());
     match hostile().run(&request, &mut looks) {
         Ok(result) => {
-            let _ = serde_json::from_str::<Words>(&result);
+            let _ = serde_json::from_str::<ResultSummary>(&result);
             true
         }
         Err(AnalysisError::Config(error)) => {

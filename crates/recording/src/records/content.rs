@@ -1,10 +1,10 @@
-//! Takes the bodies of MCAP's records apart; a body of another form is none.
+//! Parses the bodies of MCAP records.
 
 use std::collections::BTreeMap;
 
 use ::mcap::records::{Channel, MessageHeader, Metadata, SchemaHeader, op};
 
-use super::{Damage, Proof};
+use super::{ChecksumStatus, Damage};
 
 /// The key of the checksum that this program adds to its metadata.
 const CHECKSUM: &str = "checksum";
@@ -40,7 +40,7 @@ pub(crate) struct Attachment<'a> {
 impl<'a> Content<'a> {
     /// What a body says; none if it has not the form of its opcode.
     pub fn parse(opcode: u8, body: &'a [u8]) -> Option<Self> {
-        let mut it = Bytes(body);
+        let mut it = ByteReader(body);
         let content = match opcode {
             op::SCHEMA => {
                 let header = SchemaHeader { id: it.u16()?, name: it.text()?, encoding: it.text()? };
@@ -79,7 +79,7 @@ impl<'a> Content<'a> {
 impl<'a> Attachment<'a> {
     fn parse(body: &'a [u8]) -> Option<Self> {
         let (covered, crc) = body.split_last_chunk()?;
-        let mut it = Bytes(covered);
+        let mut it = ByteReader(covered);
         let (log_time, create_time) = (it.u64()?, it.u64()?);
         let (name, media_type) = (it.text()?, it.text()?);
         let length = it.u64()?;
@@ -93,8 +93,8 @@ impl<'a> Attachment<'a> {
     ///
     /// # Errors
     /// When it differs.
-    pub fn prove(&self, at: u64) -> Result<Proof, Damage> {
-        Proof::of("attachment", at, crc32fast::hash(self.covered), self.crc)
+    pub fn verify(&self, at: u64) -> Result<ChecksumStatus, Damage> {
+        ChecksumStatus::of("attachment", at, crc32fast::hash(self.covered), self.crc)
     }
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct ChunkHeader {
 impl ChunkHeader {
     /// The header and the packed records.
     pub fn parse(body: &[u8]) -> Option<(Self, &[u8])> {
-        let mut it = Bytes(body);
+        let mut it = ByteReader(body);
         let _times = (it.u64()?, it.u64()?);
         let header = ChunkHeader { size: it.u64()?, crc: it.u32()?, compression: it.text()? };
         let packed = it.u64()?;
@@ -120,7 +120,7 @@ impl ChunkHeader {
 
     /// The lengths of the header that begins with these bytes and of the packed records [B], if the compression is a known one.
     pub fn packed(begin: &[u8]) -> Option<(u64, u64)> {
-        let mut it = Bytes(begin);
+        let mut it = ByteReader(begin);
         it.take(28)?;
         let compression = it.text()?;
         let packed = it.u64()?;
@@ -129,14 +129,14 @@ impl ChunkHeader {
     }
 
     /// Whether it has a checksum; whether that is right, unpacking tells.
-    pub fn proof(&self) -> Proof {
-        if self.crc == 0 { Proof::Missing } else { Proof::Right }
+    pub fn proof(&self) -> ChecksumStatus {
+        if self.crc == 0 { ChecksumStatus::Missing } else { ChecksumStatus::Valid }
     }
 }
 
 /// Whether the header of a file, which is this body, names this program as the writer.
 pub(crate) fn is_ours(body: &[u8]) -> bool {
-    let mut it = Bytes(body);
+    let mut it = ByteReader(body);
     it.text().and_then(|_profile| it.text()).is_some_and(|it| it.starts_with("trackside"))
 }
 
@@ -159,19 +159,19 @@ pub(crate) fn checksum(name: &str, entries: &BTreeMap<String, String>) -> (Strin
 ///
 /// # Errors
 /// When it differs.
-pub(crate) fn prove_metadata(metadata: &Metadata) -> Result<Proof, Damage> {
+pub(crate) fn verify_metadata(metadata: &Metadata) -> Result<ChecksumStatus, Damage> {
     let (key, found) = checksum(&metadata.name, &metadata.metadata);
     match metadata.metadata.get(&key) {
-        None => Ok(Proof::Missing),
-        Some(expected) if *expected == found => Ok(Proof::Right),
+        None => Ok(ChecksumStatus::Missing),
+        Some(expected) if *expected == found => Ok(ChecksumStatus::Valid),
         Some(_) => Err(Damage::Metadata(metadata.name.clone())),
     }
 }
 
 /// The rest of a body.
-struct Bytes<'a>(&'a [u8]);
+struct ByteReader<'a>(&'a [u8]);
 
-impl<'a> Bytes<'a> {
+impl<'a> ByteReader<'a> {
     fn take(&mut self, length: u64) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(usize::try_from(length).ok()?)?;
         self.0 = rest;
@@ -205,7 +205,7 @@ impl<'a> Bytes<'a> {
     /// Texts by texts, no key twice.
     fn map(&mut self) -> Option<BTreeMap<String, String>> {
         let length = self.u32()?;
-        let mut entries = Bytes(self.take(u64::from(length))?);
+        let mut entries = ByteReader(self.take(u64::from(length))?);
         let mut map = BTreeMap::new();
         while !entries.0.is_empty() {
             if map.insert(entries.text()?, entries.text()?).is_some() {

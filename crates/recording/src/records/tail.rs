@@ -43,7 +43,7 @@ pub(crate) fn add_piece(before: u64, messages: &[u8], to: &mut Vec<u8>) {
 }
 
 /// A piece: the number of messages before, and the bodies of its own.
-type Piece = (u64, Vec<Vec<u8>>);
+type TailPiece = (u64, Vec<Vec<u8>>);
 
 /// The bodies of the messages in the files beside a recording that follow the `has` messages of the recording itself; none without
 /// such files. What an earlier chunk has left behind the pieces of the last one is damaged, or has too low numbers.
@@ -61,7 +61,7 @@ pub(crate) fn messages(recording: &Path, has: u64) -> Vec<Vec<u8>> {
 }
 
 /// The sound pieces at the start of a file.
-fn pieces(path: &Path) -> Vec<Piece> {
+fn pieces(path: &Path) -> Vec<TailPiece> {
     let Ok(mut records) = Records::open(path) else { return Vec::new() };
     let (mut found, mut at) = (Vec::new(), 0);
     while let Ok((piece, end)) = piece(&mut records, at) {
@@ -72,7 +72,7 @@ fn pieces(path: &Path) -> Vec<Piece> {
 }
 
 /// The piece at a place, if it tells what comes before, and where the next one is.
-fn piece(records: &mut Records, at: u64) -> Result<(Option<Piece>, u64), Damage> {
+fn piece(records: &mut Records, at: u64) -> Result<(Option<TailPiece>, u64), Damage> {
     let frame = records.frame(at)?.ok_or(Damage::Cut(at))?;
     let body = records.body(&frame)?;
     let (mut before, mut messages) = (None, Vec::new());

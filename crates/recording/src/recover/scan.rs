@@ -5,7 +5,7 @@ use std::ops::Range;
 use ::mcap::records::op;
 
 use crate::records::{
-    ChunkHeader, Content, Damage, Frame, LARGEST, Proof, Records, prove_metadata, unpack,
+    ChecksumStatus, ChunkHeader, Content, Damage, Frame, LARGEST, Records, unpack, verify_metadata,
 };
 
 /// How much is looked at together [B].
@@ -51,7 +51,7 @@ impl Scan {
                 if at >= bytes.end || !records.holds(&frame) {
                     continue;
                 }
-                match prove(records, &frame) {
+                match verify(records, &frame) {
                     Ok(true) => return Ok(Some(at)),
                     Err(Damage::Io(error)) => return Err(Damage::Io(error)),
                     _ => {}
@@ -90,7 +90,7 @@ fn glance(bytes: &[u8], at: u64) -> Option<Frame> {
 }
 
 /// Whether the checksum of a record is right.
-fn prove(records: &mut Records, frame: &Frame) -> Result<bool, Damage> {
+fn verify(records: &mut Records, frame: &Frame) -> Result<bool, Damage> {
     if frame.opcode == op::CHUNK {
         // The header alone says whether the lengths fit each other.
         let header = records.read(frame.body(), 64)?;
@@ -104,12 +104,12 @@ fn prove(records: &mut Records, frame: &Frame) -> Result<bool, Damage> {
     if frame.opcode == op::CHUNK {
         let (header, _) = ChunkHeader::parse(&body).ok_or_else(form)?;
         unpack(frame, &body, &mut |_, _| Ok::<_, Damage>(true))?;
-        return Ok(header.proof() == Proof::Right);
+        return Ok(header.proof() == ChecksumStatus::Valid);
     }
     let proof = match Content::parse(frame.opcode, &body).ok_or_else(form)? {
-        Content::Attachment(attachment) => attachment.prove(frame.at)?,
-        Content::Metadata(metadata) => prove_metadata(&metadata)?,
+        Content::Attachment(attachment) => attachment.verify(frame.at)?,
+        Content::Metadata(metadata) => verify_metadata(&metadata)?,
         _ => return Ok(false),
     };
-    Ok(proof == Proof::Right)
+    Ok(proof == ChecksumStatus::Valid)
 }

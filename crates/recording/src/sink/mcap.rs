@@ -11,7 +11,7 @@ use self::chunks::Chunks;
 use self::file::McapFile;
 use self::foxglove::{FrameTransform, Log};
 use self::messages::Channel;
-use super::{Derived, Event, RunHeader, Sink};
+use super::{DerivedColumns, Event, RunHeader, Sink};
 use crate::columns::{Column, Direction, ValueKind};
 use crate::records::checksum;
 use crate::row::{Recorded, Row};
@@ -149,7 +149,7 @@ impl Sink for McapSink {
         open.save()
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         let columns: Vec<_> = derived.columns().collect();
         let fields: Vec<_> = columns.iter().collect();
         let belongs = (derived.analysis, derived.group);

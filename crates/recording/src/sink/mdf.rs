@@ -16,11 +16,11 @@ pub struct MdfSink {
     partial: PathBuf,
     /// None behind the end.
     writer: Option<Writer>,
-    columns: Vec<Place>,
+    columns: Vec<ChannelSource>,
 }
 
 /// Where the values of a column come from.
-enum Place {
+enum ChannelSource {
     Real(NumberIndex<Recorded>),
     Integer(NumberIndex<Recorded>),
     Signed(IntegerIndex<Recorded>),
@@ -52,15 +52,15 @@ impl MdfSink {
         let numbers = all.numbers().filter(|(at, it)| first(it, ColumnIndex::Number(*at)));
         let texts = all.texts().filter(|(at, it)| first(it, ColumnIndex::Text(*at)));
         let number = |index, kind| match (kind, all.integer(index)) {
-            (ValueKind::UInt64, Some(integer)) => Place::Unsigned(integer),
-            (_, Some(integer)) => Place::Signed(integer),
-            (ValueKind::Integer, None) => Place::Integer(index),
-            (ValueKind::Boolean, None) => Place::Boolean(index),
-            _ => Place::Real(index),
+            (ValueKind::UInt64, Some(integer)) => ChannelSource::Unsigned(integer),
+            (_, Some(integer)) => ChannelSource::Signed(integer),
+            (ValueKind::Integer, None) => ChannelSource::Integer(index),
+            (ValueKind::Boolean, None) => ChannelSource::Boolean(index),
+            _ => ChannelSource::Real(index),
         };
         let places = numbers
             .map(|(index, column)| (column, number(index, column.kind)))
-            .chain(texts.map(|(index, column)| (column, Place::Text(index))));
+            .chain(texts.map(|(index, column)| (column, ChannelSource::Text(index))));
         let (described, columns): (Vec<_>, Vec<_>) =
             places.map(|(column, place)| (described(column, &place), place)).unzip();
         let partial = partial(path);
@@ -70,32 +70,32 @@ impl MdfSink {
     }
 }
 
-impl Place {
+impl ChannelSource {
     fn kind(&self) -> Type {
         match self {
-            Place::Real(_) => Type::Real,
-            Place::Integer(_) | Place::Signed(_) => Type::Signed,
-            Place::Unsigned(_) => Type::Unsigned,
-            Place::Boolean(_) => Type::Boolean,
-            Place::Text(_) => Type::Text,
+            ChannelSource::Real(_) => Type::Real,
+            ChannelSource::Integer(_) | ChannelSource::Signed(_) => Type::Signed,
+            ChannelSource::Unsigned(_) => Type::Unsigned,
+            ChannelSource::Boolean(_) => Type::Boolean,
+            ChannelSource::Text(_) => Type::Text,
         }
     }
 
     fn cell<'r>(&self, row: &'r Row<Recorded>) -> Cell<'r> {
         match self {
-            Place::Real(at) => Cell::Real(row[*at]),
+            ChannelSource::Real(at) => Cell::Real(row[*at]),
             // What a run holds of these is exact in both types.
-            Place::Integer(at) => Cell::Signed(row[*at] as i64),
-            Place::Signed(at) => Cell::Signed(row[*at] as i64),
-            Place::Unsigned(at) => Cell::Unsigned(row[*at] as u64),
-            Place::Boolean(at) => Cell::Boolean(row[*at] != 0.0),
-            Place::Text(at) => Cell::Text(&row[*at]),
+            ChannelSource::Integer(at) => Cell::Signed(row[*at] as i64),
+            ChannelSource::Signed(at) => Cell::Signed(row[*at] as i64),
+            ChannelSource::Unsigned(at) => Cell::Unsigned(row[*at] as u64),
+            ChannelSource::Boolean(at) => Cell::Boolean(row[*at] != 0.0),
+            ChannelSource::Text(at) => Cell::Text(&row[*at]),
         }
     }
 }
 
 /// A column, as the file describes it.
-fn described(column: &columns::Column, place: &Place) -> Column {
+fn described(column: &columns::Column, place: &ChannelSource) -> Column {
     let input = (column.direction == Direction::Input).then(|| "input".to_owned());
     let comment = [input, column.description.clone()].into_iter().flatten().collect::<Vec<_>>();
     Column {

@@ -36,11 +36,11 @@ pub struct ParquetSink {
     writer: Option<ArrowWriter<File>>,
     schema: SchemaRef,
     time: Vec<f64>,
-    columns: Vec<Values>,
+    columns: Vec<ColumnBuffer>,
 }
 
 /// Where the values of a column come from, and those that are not written yet.
-enum Values {
+enum ColumnBuffer {
     Reals(NumberIndex<Recorded>, Vec<f64>),
     Integers(NumberIndex<Recorded>, Vec<i64>),
     Signed(IntegerIndex<Recorded>, Vec<i64>),
@@ -73,11 +73,11 @@ impl ParquetSink {
             all.numbers().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Number(*at)))
         {
             let values = match (column.kind, all.integer(index)) {
-                (ValueKind::UInt64, Some(integer)) => Values::Unsigned(integer, Vec::new()),
-                (_, Some(integer)) => Values::Signed(integer, Vec::new()),
-                (ValueKind::Integer, None) => Values::Integers(index, Vec::new()),
-                (ValueKind::Boolean, None) => Values::Booleans(index, Vec::new()),
-                _ => Values::Reals(index, Vec::new()),
+                (ValueKind::UInt64, Some(integer)) => ColumnBuffer::Unsigned(integer, Vec::new()),
+                (_, Some(integer)) => ColumnBuffer::Signed(integer, Vec::new()),
+                (ValueKind::Integer, None) => ColumnBuffer::Integers(index, Vec::new()),
+                (ValueKind::Boolean, None) => ColumnBuffer::Booleans(index, Vec::new()),
+                _ => ColumnBuffer::Reals(index, Vec::new()),
             };
             fields.push(field(column, &values));
             columns.push(values);
@@ -85,7 +85,7 @@ impl ParquetSink {
         for (index, column) in
             all.texts().filter(|(at, it)| all.find(&it.name()) == Some(ColumnIndex::Text(*at)))
         {
-            let values = Values::Texts(index, StringBuilder::new());
+            let values = ColumnBuffer::Texts(index, StringBuilder::new());
             fields.push(field(column, &values));
             columns.push(values);
         }
@@ -115,7 +115,7 @@ impl ParquetSink {
             return Ok(());
         };
         let times: ArrayRef = Arc::new(Float64Array::from(std::mem::take(&mut self.time)));
-        let arrays = std::iter::once(times).chain(self.columns.iter_mut().map(Values::take));
+        let arrays = std::iter::once(times).chain(self.columns.iter_mut().map(ColumnBuffer::take));
         RecordBatch::try_new(self.schema.clone(), arrays.collect())
             .map_err(|error| error.to_string())
             .and_then(|batch| writer.write(&batch).map_err(|error| error.to_string()))
@@ -123,16 +123,16 @@ impl ParquetSink {
     }
 }
 
-impl Values {
+impl ColumnBuffer {
     fn add(&mut self, row: &Row<Recorded>) {
         match self {
-            Values::Reals(at, values) => values.push(row[*at]),
+            ColumnBuffer::Reals(at, values) => values.push(row[*at]),
             // What a run holds of these is exact in both types.
-            Values::Integers(at, values) => values.push(row[*at] as i64),
-            Values::Signed(at, values) => values.push(row[*at] as i64),
-            Values::Unsigned(at, values) => values.push(row[*at] as u64),
-            Values::Booleans(at, values) => values.push(row[*at] != 0.0),
-            Values::Texts(at, values) => values.append_value(&row[*at]),
+            ColumnBuffer::Integers(at, values) => values.push(row[*at] as i64),
+            ColumnBuffer::Signed(at, values) => values.push(row[*at] as i64),
+            ColumnBuffer::Unsigned(at, values) => values.push(row[*at] as u64),
+            ColumnBuffer::Booleans(at, values) => values.push(row[*at] != 0.0),
+            ColumnBuffer::Texts(at, values) => values.append_value(&row[*at]),
         }
     }
 
@@ -140,13 +140,13 @@ impl Values {
     fn take(&mut self) -> ArrayRef {
         use std::mem::take;
         match self {
-            Values::Reals(_, values) => Arc::new(Float64Array::from(take(values))),
-            Values::Integers(_, values) | Values::Signed(_, values) => {
+            ColumnBuffer::Reals(_, values) => Arc::new(Float64Array::from(take(values))),
+            ColumnBuffer::Integers(_, values) | ColumnBuffer::Signed(_, values) => {
                 Arc::new(Int64Array::from(take(values)))
             }
-            Values::Unsigned(_, values) => Arc::new(UInt64Array::from(take(values))),
-            Values::Booleans(_, values) => Arc::new(BooleanArray::from(take(values))),
-            Values::Texts(_, values) => {
+            ColumnBuffer::Unsigned(_, values) => Arc::new(UInt64Array::from(take(values))),
+            ColumnBuffer::Booleans(_, values) => Arc::new(BooleanArray::from(take(values))),
+            ColumnBuffer::Texts(_, values) => {
                 let texts: StringArray = values.finish();
                 Arc::new(texts)
             }
@@ -155,11 +155,11 @@ impl Values {
 
     fn data_type(&self) -> DataType {
         match self {
-            Values::Reals(..) => DataType::Float64,
-            Values::Integers(..) | Values::Signed(..) => DataType::Int64,
-            Values::Unsigned(..) => DataType::UInt64,
-            Values::Booleans(..) => DataType::Boolean,
-            Values::Texts(..) => DataType::Utf8,
+            ColumnBuffer::Reals(..) => DataType::Float64,
+            ColumnBuffer::Integers(..) | ColumnBuffer::Signed(..) => DataType::Int64,
+            ColumnBuffer::Unsigned(..) => DataType::UInt64,
+            ColumnBuffer::Booleans(..) => DataType::Boolean,
+            ColumnBuffer::Texts(..) => DataType::Utf8,
         }
     }
 }
@@ -171,7 +171,7 @@ fn time() -> Field {
 }
 
 /// The field of a column, with what is known about it.
-fn field(column: &Column, values: &Values) -> Field {
+fn field(column: &Column, values: &ColumnBuffer) -> Field {
     let side = match column.direction {
         Direction::Input => "input",
         Direction::Output => "output",

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use diagnostics::Error;
 
-use super::{BoxedSink, Derived, Event, Notice, Sink, StatusChange};
+use super::{BoxedSink, DerivedColumns, Event, Notice, Sink, StatusChange};
 use crate::row::{Recorded, Row};
 
 /// As many waiting rows [B] wake the thread up. Waking it costs some microseconds, as much as writing so many rows takes or less.
@@ -18,7 +18,7 @@ const WAITING: usize = 8 * BYTES;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// An item of a batch.
-enum Item {
+enum QueuedItem {
     /// A row: its tick, its time, and its texts if they are not those of the row before; the batch holds its other values.
     Row(u64, f64, Option<Vec<String>>),
     Event(Event),
@@ -27,7 +27,7 @@ enum Item {
 
 #[derive(Default)]
 struct Batch {
-    items: Vec<Item>,
+    items: Vec<QueuedItem>,
     rows: usize,
     /// The numbers of all rows, one row after the other; and their integers of 64 bits.
     numbers: Vec<f64>,
@@ -42,16 +42,16 @@ impl Batch {
         self.integers.extend_from_slice(row.integers());
         self.bytes += size_of_val(row.numbers()) + size_of_val(row.integers());
         self.rows += 1;
-        self.add(Item::Row(tick, time, texts));
+        self.add(QueuedItem::Row(tick, time, texts));
     }
 
-    fn add(&mut self, item: Item) {
+    fn add(&mut self, item: QueuedItem) {
         let texts: usize = match &item {
-            Item::Row(_, _, texts) => texts.iter().flatten().map(String::len).sum(),
-            Item::Event(event) => event.source.len() + event.message.len(),
-            Item::Status(_) => 0,
+            QueuedItem::Row(_, _, texts) => texts.iter().flatten().map(String::len).sum(),
+            QueuedItem::Event(event) => event.source.len() + event.message.len(),
+            QueuedItem::Status(_) => 0,
         };
-        self.bytes += size_of::<Item>() + texts;
+        self.bytes += size_of::<QueuedItem>() + texts;
         self.items.push(item);
     }
 
@@ -65,7 +65,7 @@ impl Batch {
 
 /// What the run and the thread tell each other.
 #[derive(Default)]
-struct Desk {
+struct SharedBatch {
     batch: Batch,
     /// No item follows.
     closed: bool,
@@ -75,7 +75,7 @@ struct Desk {
 
 #[derive(Default)]
 struct Shared {
-    desk: Mutex<Desk>,
+    desk: Mutex<SharedBatch>,
     /// For the thread: there is work.
     work: Condvar,
     /// For the run: there is room.
@@ -84,18 +84,18 @@ struct Shared {
 
 impl Shared {
     /// A panic of the other side does not matter here: joining the thread tells it.
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn desk(&self) -> MutexGuard<'_, SharedBatch> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-type Done = (BoxedSink, Result<(), Error>);
+type ThreadResult = (BoxedSink, Result<(), Error>);
 
 /// The state of the sink.
 enum State {
     /// Not on a thread: before the first item, and after the last row.
     Idle(BoxedSink),
-    Working(Arc<Shared>, JoinHandle<Done>),
+    Working(Arc<Shared>, JoinHandle<ThreadResult>),
     /// Between the two.
     Changing,
 }
@@ -138,7 +138,7 @@ impl ThreadedSink {
             shared.work.notify_one();
         }
         if desk.batch.bytes >= WAITING {
-            let waits = |desk: &mut Desk| !desk.failed && desk.batch.bytes >= WAITING;
+            let waits = |desk: &mut SharedBatch| !desk.failed && desk.batch.bytes >= WAITING;
             desk = shared.room.wait_while(desk, waits).unwrap_or_else(PoisonError::into_inner);
         }
         let failed = desk.failed;
@@ -175,20 +175,20 @@ impl Drop for ThreadedSink {
 }
 
 /// Tells the run when the thread is gone, for whatever reason.
-struct Ends<'a>(&'a Shared);
+struct ThreadEnd<'a>(&'a Shared);
 
-impl Drop for Ends<'_> {
+impl Drop for ThreadEnd<'_> {
     fn drop(&mut self) {
         self.0.desk().failed = true;
         self.0.room.notify_one();
     }
 }
 
-fn work(mut sink: BoxedSink, shared: &Shared) -> Done {
-    let _ends = Ends(shared);
+fn work(mut sink: BoxedSink, shared: &Shared) -> ThreadResult {
+    let _ends = ThreadEnd(shared);
     let (mut batch, mut row) = (Batch::default(), Row::default());
     loop {
-        let waiting = |desk: &mut Desk| !desk.closed && desk.batch.bytes < BYTES;
+        let waiting = |desk: &mut SharedBatch| !desk.closed && desk.batch.bytes < BYTES;
         let waited = shared.work.wait_timeout_while(shared.desk(), LOOK, waiting);
         let (mut desk, _) = waited.unwrap_or_else(PoisonError::into_inner);
         // Both keep their memory.
@@ -210,15 +210,15 @@ fn write(sink: &mut BoxedSink, batch: &mut Batch, row: &mut Row<Recorded>) -> Re
     let (mut number, mut integer) = (0, 0);
     for item in batch.items.drain(..) {
         match item {
-            Item::Row(tick, time, texts) => {
+            QueuedItem::Row(tick, time, texts) => {
                 let values = &batch.numbers[number..number + numbers];
                 let exact = &batch.integers[integer..integer + integers];
                 row.assign(values, texts, exact);
                 (number, integer) = (number + numbers, integer + integers);
                 sink.row(tick, time, row)?;
             }
-            Item::Event(event) => sink.event(&event)?,
-            Item::Status(change) => sink.status(&change)?,
+            QueuedItem::Event(event) => sink.event(&event)?,
+            QueuedItem::Status(change) => sink.status(&change)?,
         }
     }
     Ok(())
@@ -237,15 +237,15 @@ impl Sink for ThreadedSink {
 
     fn event(&mut self, event: &Event) -> Result<(), Error> {
         let event = event.clone();
-        self.push(|batch| batch.add(Item::Event(event)))
+        self.push(|batch| batch.add(QueuedItem::Event(event)))
     }
 
     fn status(&mut self, change: &StatusChange) -> Result<(), Error> {
         let change = change.clone();
-        self.push(|batch| batch.add(Item::Status(change)))
+        self.push(|batch| batch.add(QueuedItem::Status(change)))
     }
 
-    fn derived(&mut self, derived: &Derived) -> Result<(), Error> {
+    fn derived(&mut self, derived: &DerivedColumns) -> Result<(), Error> {
         self.caught_up()?.derived(derived)
     }
 

@@ -1,4 +1,4 @@
-//! Counts the values of a channel one after another, in constant memory.
+//! Accumulates range, rate and gaps of a channel in constant memory.
 
 use std::collections::BTreeMap;
 
@@ -35,7 +35,7 @@ pub struct Tally {
 
 /// Steps that are longer than most.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gaps {
+pub struct GapCount {
     /// How many there are.
     pub count: u64,
     /// The longest one [s], and the time at its beginning [s].
@@ -134,13 +134,16 @@ impl Tally {
 
     /// The steps that are longer than 1.5 median ones.
     #[must_use]
-    pub fn gaps(&self) -> Gaps {
+    pub fn gaps(&self) -> GapCount {
         let Some(most) = self.step().map(|step| GAP * step) else {
-            return Gaps { count: 0, longest: None };
+            return GapCount { count: 0, longest: None };
         };
         let steps = self.counted();
         let count = steps.iter().filter(|(key, _)| step_of(**key) > most).map(|(_, it)| it).sum();
-        Gaps { count, longest: self.longest.filter(|(longest, _)| *longest > most && count > 0) }
+        GapCount {
+            count,
+            longest: self.longest.filter(|(longest, _)| *longest > most && count > 0),
+        }
     }
 }
 
@@ -177,7 +180,7 @@ mod tests {
         assert_eq!((tally.rows, tally.values), (1000, 990));
         assert_eq!((tally.range, tally.step()), (Some((0.0, 999.0)), Some(0.01)));
         // Ten values that are missing, and the pause.
-        let Gaps { count, longest } = tally.gaps();
+        let GapCount { count, longest } = tally.gaps();
         let (longest, at) = longest.expect("a pause");
         assert_eq!(count, 11);
         assert!((longest - 3.01).abs() < 1e-9 && (at - 6.99).abs() < 1e-9, "{longest} {at}");

@@ -1,9 +1,9 @@
-//! Reads columns of numbers from a CSV file, however its logger wrote it.
+//! Reads columns from a CSV file in any logger's dialect.
 
 mod cell;
+mod column_builder;
 mod error;
 mod file;
-mod growing;
 mod layout;
 mod line;
 mod numbers;
@@ -18,41 +18,41 @@ use std::path::Path;
 
 pub use self::error::CsvError;
 use self::file::CsvFile;
-use self::numbers::{Cells, Form};
+use self::numbers::{CellType, Cells};
 pub(super) use self::survey::csv_tallies;
 use self::text::Text;
-use super::wanted::{Dialect, Reading, Separator, Wanted, WantedColumn};
-use super::{Kept, Recorded, Series, TableError, Titles};
+use super::read_request::{ColumnRequest, ColumnType, Dialect, ReadRequest, Separator};
+use super::{ExactValues, ReadColumns, Series, TableError, Titles};
 
 /// Reads the time stamps [s] and the wanted columns by their titles. Of a file of any size, these alone are in memory.
-pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
-    parse(path, &text_at(path)?, wanted)
+pub(super) fn read(path: &Path, request: &ReadRequest) -> Result<ReadColumns, TableError> {
+    parse(path, &text_at(path)?, request)
 }
 
 fn text_at(path: &Path) -> Result<Text, TableError> {
     Text::at(path).map_err(|source| TableError::Open { path: path.to_owned(), source })
 }
 
-fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableError> {
-    let mut titles = wanted.titles();
-    titles.extend(wanted.time.as_deref());
-    let mut file = CsvFile::open(path, text, &titles, &wanted.dialect)?;
+fn parse(path: &Path, text: &Text, request: &ReadRequest) -> Result<ReadColumns, TableError> {
+    let mut titles = request.titles();
+    titles.extend(request.time.as_deref());
+    let mut file = CsvFile::open(path, text, &titles, &request.dialect)?;
     file.is_timed = true;
-    let found: Vec<_> = wanted.titles().into_iter().map(|title| file.place(title)).collect();
-    let time = file.time(wanted.time.as_deref());
+    let found: Vec<_> = request.titles().into_iter().map(|title| file.place(title)).collect();
+    let time = file.time(request.time.as_deref());
     let mut places: Vec<usize> = found.iter().flatten().copied().collect();
-    let forms = wanted.columns.iter().map(|column| Form::of(column.reading));
+    let forms = request.columns.iter().map(|column| CellType::of(column.column_type));
     let with_form = found.iter().zip(forms);
-    let mut forms: Vec<Form> =
+    let mut forms: Vec<CellType> =
         with_form.filter_map(|(place, form)| place.is_ok().then_some(form)).collect();
     let at = places.len();
     if let Ok(time) = &time {
         places.push(time.place);
-        forms.push(Form::Time);
+        forms.push(CellType::Time);
         places.extend(time.nanoseconds);
-        forms.extend(time.nanoseconds.map(|_| Form::Number));
+        forms.extend(time.nanoseconds.map(|_| CellType::Number));
     }
-    let given = wanted.dialect.decimal;
+    let given = request.dialect.decimal;
     let mut cells = match Cells::read(&file, &places, (given, &forms)) {
         Ok(cells) => cells,
         Err(error) if time.is_ok() && found.iter().all(Result::is_ok) => return Err(error.into()),
@@ -64,37 +64,37 @@ fn parse(path: &Path, text: &Text, wanted: &Wanted) -> Result<Recorded, TableErr
     };
     cells.decide(given)?;
     let mut next = 0..;
-    let column = |(place, wanted): (Result<usize, TableError>, &WantedColumn)| {
+    let column = |(place, asked): (Result<usize, TableError>, &ColumnRequest)| {
         let (place, k) = (place?, next.next().unwrap_or_default());
-        let (values, kept) = cells.take(k)?;
+        let (values, exact) = cells.take(k)?;
         let gap = cells.first_gap(k);
-        let unit = if wanted.reading == Reading::Text { None } else { file.unit(place)? };
-        Ok(Series { clock: 0, values, kept, unit, gap })
+        let unit = if asked.column_type == ColumnType::Text { None } else { file.unit(place)? };
+        Ok(Series { clock: 0, values, exact, unit, gap })
     };
     let columns: Vec<Result<Series, TableError>> =
-        found.into_iter().zip(&wanted.columns).map(column).collect();
+        found.into_iter().zip(&request.columns).map(column).collect();
     let stamps = time.and_then(|time| {
         Ok(match time.nanoseconds {
-            Some(_) => cells.split_stamps([at, at + 1], wanted)?,
-            None => cells.stamps(at, wanted)?,
+            Some(_) => cells.split_stamps([at, at + 1], request)?,
+            None => cells.stamps(at, request)?,
         })
     });
     let mut warnings: Vec<String> = cells.warning.take().into_iter().collect();
     warnings.extend(file.left_out());
     match stamps {
-        Ok(stamps) => Ok(Recorded { clocks: vec![stamps], columns, zero: 0.0, warnings }),
+        Ok(stamps) => Ok(ReadColumns { clocks: vec![stamps], columns, zero: 0.0, warnings }),
         Err(error) => {
             Err(TableError::all(columns.into_iter().filter_map(Result::err).chain([error])))
         }
     }
 }
 
-impl Form {
-    fn of(reading: Reading) -> Self {
-        match reading {
-            Reading::Number => Form::Number,
-            Reading::Integer => Form::Integer,
-            Reading::Text => Form::Text,
+impl CellType {
+    fn of(column_type: ColumnType) -> Self {
+        match column_type {
+            ColumnType::Number => CellType::Number,
+            ColumnType::Integer => CellType::Integer,
+            ColumnType::Text => CellType::Text,
         }
     }
 }
@@ -104,7 +104,7 @@ pub(super) fn titles(path: &Path) -> Result<Titles, TableError> {
     let text = text_at(path)?;
     let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     let (columns, has_time) = (file.titles()?, file.own_time().is_some());
-    Ok(Titles { columns, has_time, format: file.layout.told() })
+    Ok(Titles { columns, has_time, format: file.layout.description() })
 }
 
 /// Whether the file has each of these columns.
@@ -141,7 +141,7 @@ pub fn columns(
 
 /// A CSV file with the time in its first column, such as `run.csv`.
 #[derive(Debug)]
-pub(crate) struct Whole {
+pub(crate) struct CsvTable {
     /// Time stamps [s].
     pub times: Vec<f64>,
     pub columns: Vec<CsvColumn>,
@@ -157,14 +157,14 @@ pub(crate) struct CsvColumn {
 }
 
 /// Reads all columns, those called `texts` as they are; numbers that are missing are NaN.
-pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
+pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, TableError> {
     let text = text_at(path)?;
     let file = CsvFile::open(path, &text, &[], &Dialect::default())?;
     // Of two columns of one name nobody could say which one a signal is compared with.
     file.without_twins()?;
     let places: Vec<_> = (0..file.layout.titles.len()).collect();
-    let mut forms = vec![Form::Number; places.len()];
-    forms[0] = Form::Time;
+    let mut forms = vec![CellType::Number; places.len()];
+    forms[0] = CellType::Time;
     let mut cells = Cells::read(&file, &places, (None, &forms))?;
     cells.decide(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
@@ -180,21 +180,21 @@ pub(crate) fn whole(path: &Path, texts: &[&str]) -> Result<Whole, TableError> {
     let mut found = match no_numbers.is_empty() {
         true => None,
         false => {
-            Some(Cells::read(&file, &no_numbers, (None, &vec![Form::Text; no_numbers.len()]))?)
+            Some(Cells::read(&file, &no_numbers, (None, &vec![CellType::Text; no_numbers.len()]))?)
         }
     };
     let mut columns = Vec::new();
     for (place, numbers) in numbers.into_iter().enumerate().skip(1) {
         let of_texts = no_numbers.iter().position(|it| *it == place).zip(found.as_mut());
         let texts = match of_texts.map(|(k, found)| found.take(k)).transpose()? {
-            Some((_, Kept::Texts(texts))) => texts,
+            Some((_, ExactValues::Texts(texts))) => texts,
             _ => Vec::new(),
         };
         let (name, unit) = (name(place).to_owned(), file.unit(place)?);
         columns.push(CsvColumn { name, unit, numbers, texts });
     }
-    let times = cells.stamps(0, &Wanted::default())?;
-    Ok(Whole { times, columns })
+    let times = cells.stamps(0, &ReadRequest::default())?;
+    Ok(CsvTable { times, columns })
 }
 
 fn reader<R: std::io::Read>(text: R, separator: Separator) -> ::csv::Reader<R> {

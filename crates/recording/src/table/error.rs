@@ -1,4 +1,4 @@
-//! Says why a recording cannot be played back.
+//! Defines the errors of loading a table.
 
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ pub enum TableError {
         "`{column}` has no value in {count} row{} of {}, the first one in {place}: say `gaps = \"hold\"` for the last value, \
          or `gaps = \"interpolate\"` for the line between its neighbours, or fill them in the file", if *count == 1 { "" } else { "s" }, path.display()
     )]
-    Gaps {
+    GapRule {
         /// The file.
         path: PathBuf,
         /// The column of the scenario.
@@ -160,7 +160,7 @@ impl TableError {
             TableError::MissingColumn { column, .. }
             | TableError::Ambiguous { column, .. }
             | TableError::Values { column, .. }
-            | TableError::Gaps { column, .. }
+            | TableError::GapRule { column, .. }
             | TableError::NoValue { column, .. } => Some(column),
             TableError::Csv(error) => error.word(),
             TableError::Recording(error) => error.word(),

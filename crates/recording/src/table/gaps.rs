@@ -1,20 +1,20 @@
-//! Fills rows without a value by the rule of their column, leaves them out, or cuts off ends where no rule has one.
+//! Fills gaps by the rule of their column, drops their rows, or cuts the ends.
 
 use std::path::Path;
 
 use diagnostics::suggest::shortened;
 
-use super::wanted::{Gaps, WantedColumn};
-use super::{Kept, Recorded, Series, TableError};
+use super::read_request::{ColumnRequest, GapRule};
+use super::{ExactValues, ReadColumns, Series, TableError};
 
 /// Fills the gaps, which are NaN. Before the first value of a column, and after the last one when it interpolates, there is
 /// nothing to fill them with: these rows are left out of all columns that share its time stamps, and a warning says so.
 pub(super) fn fill(
     path: &Path,
-    recorded: &mut Recorded,
-    wanted: &[WantedColumn],
+    recorded: &mut ReadColumns,
+    wanted: &[ColumnRequest],
 ) -> Result<(), TableError> {
-    let Recorded { clocks, columns, .. } = recorded;
+    let ReadColumns { clocks, columns, .. } = recorded;
     for (column, wanted) in columns.iter_mut().zip(wanted) {
         let Ok(series) = column else { continue };
         if let Err(error) = fill_one(path, clocks, series, wanted) {
@@ -28,7 +28,7 @@ fn fill_one(
     path: &Path,
     clocks: &mut Vec<Vec<f64>>,
     series: &mut Series,
-    wanted: &WantedColumn,
+    wanted: &ColumnRequest,
 ) -> Result<(), TableError> {
     let Some(place) = series.gap.take() else { return Ok(()) };
     let count = series.values.iter().filter(|value| value.is_nan()).count();
@@ -37,12 +37,14 @@ fn fill_one(
         return Err(TableError::NoValue { path, column });
     }
     match wanted.gaps {
-        Gaps::Refuse => return Err(TableError::Gaps { path, column, count, place }),
-        Gaps::Hold => hold(&mut series.values),
+        GapRule::Refuse => return Err(TableError::GapRule { path, column, count, place }),
+        GapRule::Hold => hold(&mut series.values),
         // Between two texts or integers there is no third one.
-        Gaps::Interpolate if !matches!(series.kept, Kept::Nothing) => hold(&mut series.values),
-        Gaps::Interpolate => interpolate(&mut series.values, &clocks[series.clock]),
-        Gaps::Drop => drop_rows(clocks, series),
+        GapRule::Interpolate if !matches!(series.exact, ExactValues::Nothing) => {
+            hold(&mut series.values)
+        }
+        GapRule::Interpolate => interpolate(&mut series.values, &clocks[series.clock]),
+        GapRule::Drop => drop_rows(clocks, series),
     }
     Ok(())
 }
@@ -81,9 +83,9 @@ fn interpolate(values: &mut [f64], stamps: &[f64]) {
 /// Leaves out the rows at both ends where a column of the clock has no value.
 fn cut(
     path: &Path,
-    recorded: &mut Recorded,
+    recorded: &mut ReadColumns,
     clock: usize,
-    wanted: &[WantedColumn],
+    wanted: &[ColumnRequest],
 ) -> Result<(), TableError> {
     let rows = recorded.clocks[clock].len();
     let on_clock = |series: &&Series| series.clock == clock;

@@ -1,6 +1,6 @@
-//! Joins tables of several logs to one, as if they had been recorded one after another.
+//! Concatenates tables of several logs in time.
 
-use super::{Clock, Column, Kept, Table};
+use super::{Clock, Column, ExactValues, Table};
 
 /// Between the end of a log and the beginning of the next one [s]: no rule for gaps joins them, and no filter runs on.
 const PAUSE: f64 = 10.0;
@@ -58,7 +58,7 @@ impl Table {
     /// # Panics
     /// When `column` is not an index into [`Table::names`].
     pub fn convert(&mut self, column: usize, factor: f64, offset: f64) {
-        if let Column { kept: Kept::Nothing, values, .. } = &mut self.columns[column] {
+        if let Column { exact: ExactValues::Nothing, values, .. } = &mut self.columns[column] {
             values.iter_mut().for_each(|value| *value = *value * factor + offset);
         }
     }
@@ -70,7 +70,7 @@ impl Table {
         let number =
             |stamp: &f64| 1 + self.logs.iter().filter(|begin| stamp + of.delay > **begin).count();
         let values = of.stamps.iter().map(|stamp| number(stamp) as f64).collect();
-        let (name, kept, unit) = (name.to_owned(), Kept::Nothing, None);
-        self.columns.push(Column { name, clock, values, kept, unit });
+        let (name, exact, unit) = (name.to_owned(), ExactValues::Nothing, None);
+        self.columns.push(Column { name, clock, values, exact, unit });
     }
 }

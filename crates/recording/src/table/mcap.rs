@@ -7,7 +7,7 @@ mod field;
 mod file;
 mod stamp;
 mod survey;
-mod track;
+mod topic_columns;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,12 +18,12 @@ use self::bag::Bag;
 pub(super) use self::bag::is;
 use self::catalogue::Catalogue;
 pub use self::error::RecordingError;
-use self::field::Dead;
+use self::field::FieldError;
 pub(crate) use self::file::Mcap;
-use self::stamp::Stamp;
+use self::stamp::TimeSource;
 pub(super) use self::survey::mcap_tallies;
-use self::track::Track;
-use super::{ColumnTitle, Reading, Recorded, Series, TableError, Titles, Wanted};
+use self::topic_columns::TopicColumns;
+use super::{ColumnTitle, ColumnType, ReadColumns, ReadRequest, Series, TableError, Titles};
 
 /// A column: the track, the field of it, and the unit.
 type Place = (usize, usize, Option<String>);
@@ -49,33 +49,33 @@ pub(super) fn look_up(
     let catalogue = Catalogue::new(&file);
     let one = |name: &&str| {
         let (channel, field) = catalogue.find(name)?;
-        want(&file, (name, Reading::Number), channel, &field, &mut Vec::new())?;
+        request_field(&file, (name, ColumnType::Number), channel, &field, &mut Vec::new())?;
         catalogue::sampled(&file, channel, name, &field)
     };
     Ok(names.iter().map(one).collect())
 }
 
 /// Reads the wanted columns; stamps count from the earliest one, so that times of day keep their digits.
-pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError> {
+pub(super) fn read(path: &Path, request: &ReadRequest) -> Result<ReadColumns, TableError> {
     let file = Bag::open(path)?;
-    let stamp = Stamp::of(path, wanted.time.as_deref())?;
-    let csv = wanted.time_unit.map(|_| "time_unit").or(wanted.dialect.first_key());
+    let stamp = TimeSource::of(path, request.time.as_deref())?;
+    let csv = request.time_unit.map(|_| "time_unit").or(request.dialect.first_key());
     if let Some(key) = csv {
         return Err(TableError::NotCsv { path: path.to_owned(), format: "MCAP", key });
     }
     let catalogue = Catalogue::new(&file);
     let (mut tracks, mut columns) = (Vec::new(), Vec::new());
-    for wanted in &wanted.columns {
+    for wanted in &request.columns {
         let column = wanted.column.as_str();
         columns.push(catalogue.find(column).and_then(|(channel, path)| {
-            want(&file, (column, wanted.reading), channel, &path, &mut tracks)
+            request_field(&file, (column, wanted.column_type), channel, &path, &mut tracks)
         }));
     }
     let (columns, wrong): (Vec<_>, Vec<_>) = columns.into_iter().partition(Result::is_ok);
     if !wrong.is_empty() {
         return Err(TableError::all(wrong.into_iter().filter_map(Result::err)));
     }
-    let ids: Vec<u16> = tracks.iter().map(|track: &Track| track.channel.id).collect();
+    let ids: Vec<u16> = tracks.iter().map(|track: &TopicColumns| track.channel.id).collect();
     file.messages(&|id| ids.contains(&id), &mut |header, data| {
         let of_channel = tracks.iter_mut().filter(|it| it.channel.id == header.channel_id);
         for track in of_channel {
@@ -93,39 +93,39 @@ pub(super) fn read(path: &Path, wanted: &Wanted) -> Result<Recorded, TableError>
 }
 
 /// Adds a field to the track of its channel.
-fn want(
+fn request_field(
     file: &Bag,
-    (column, reading): (&str, Reading),
+    (column, column_type): (&str, ColumnType),
     channel: &Arc<Channel<'static>>,
     field: &str,
-    tracks: &mut Vec<Track>,
+    tracks: &mut Vec<TopicColumns>,
 ) -> Result<Place, TableError> {
     let mut new = None;
-    let of_channel = |track: &Track| track.channel.id == channel.id;
+    let of_channel = |track: &TopicColumns| track.channel.id == channel.id;
     let reader = match tracks.iter().find(|track| of_channel(track)) {
         Some(track) => &track.reader,
-        None => &new.insert(Track::new(file, column, channel)?).reader,
+        None => &new.insert(TopicColumns::new(file, column, channel)?).reader,
     };
     let found = reader.find(field).map_err(|dead| match dead {
-        Dead::Missing => catalogue::missing(file, &[channel], column),
-        Dead::Other(found) => not_a_number(file, column, found),
+        FieldError::Missing => catalogue::missing(file, &[channel], column),
+        FieldError::Other(found) => not_a_number(file, column, found),
     })?;
     let unit = channel.metadata.get(&format!("unit:{field}")).filter(|unit| !unit.is_empty());
     let unit = unit.cloned().or_else(|| reader.unit(&found).map(str::to_owned));
-    let same = |track: &Track| of_channel(track) && track.key.as_deref() == found.key();
+    let same = |track: &TopicColumns| of_channel(track) && track.key.as_deref() == found.key();
     let index = match tracks.iter().position(same) {
         Some(index) => index,
         None => {
             let mut track = match new {
                 Some(track) => track,
-                None => Track::new(file, column, channel)?,
+                None => TopicColumns::new(file, column, channel)?,
             };
             track.key = found.key().map(str::to_owned);
             tracks.push(track);
             tracks.len() - 1
         }
     };
-    let place = tracks[index].add(column, found, reading);
+    let place = tracks[index].add(column, found, column_type);
     Ok((index, place, unit))
 }
 
@@ -140,12 +140,12 @@ fn seconds(nanoseconds: i128) -> f64 {
 
 fn recorded(
     file: &Bag,
-    tracks: &mut [Track],
+    tracks: &mut [TopicColumns],
     columns: impl Iterator<Item = Place>,
-) -> Result<Recorded, TableError> {
+) -> Result<ReadColumns, TableError> {
     let first = tracks.iter().filter_map(|it| Some(it.rows.first()?.0)).min().unwrap_or(0);
     let clock =
-        |track: &Track| track.rows.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
+        |track: &TopicColumns| track.rows.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
     let clocks = tracks.iter().map(clock).collect();
     let column = |(track, field, unit): Place| {
         let growing = &mut tracks[track].columns[field];
@@ -153,12 +153,12 @@ fn recorded(
             let (path, column) = (file.path.clone(), tracks[track].fields[field].0.clone());
             return Err(TableError::Values { path, column, what });
         }
-        let (values, kept) =
-            (std::mem::take(&mut growing.values), std::mem::take(&mut growing.kept));
-        Ok(Series { clock: track, values, kept, unit, gap: growing.gap.take() })
+        let (values, exact) =
+            (std::mem::take(&mut growing.values), std::mem::take(&mut growing.exact));
+        Ok(Series { clock: track, values, exact, unit, gap: growing.gap.take() })
     };
     let columns = columns.map(column).collect();
-    Ok(Recorded { columns, clocks, zero: seconds(first), warnings: Vec::new() })
+    Ok(ReadColumns { columns, clocks, zero: seconds(first), warnings: Vec::new() })
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Names the columns of a file so that each has one of its own.
+//! Gives each column of a file a unique name.
 
 use std::collections::HashMap;
 

@@ -1,12 +1,12 @@
 //! Values between, before and after recorded ones, and what a CSV file may have wrong.
 
-use super::{Interpolation, Table, TableError, Wanted};
+use super::{Interpolation, ReadRequest, Table, TableError};
 
 fn read(name: &str, text: &str, columns: &[&str]) -> Result<Table, TableError> {
     let file = format!("table-{name}-{}.csv", std::process::id());
     let path = std::env::temp_dir().join(file);
     std::fs::write(&path, text).expect("the temporary folder is writable");
-    let table = Table::read(&path, &Wanted::plain("t", columns));
+    let table = Table::read(&path, &ReadRequest::plain("t", columns));
     std::fs::remove_file(&path).expect("it has just been written");
     table
 }
@@ -48,9 +48,9 @@ fn a_late_column_has_times_of_its_own() {
     let file = format!("table-late-{}.csv", std::process::id());
     let path = std::env::temp_dir().join(file);
     std::fs::write(&path, RECORDING).expect("the temporary folder is writable");
-    let mut wanted = Wanted::plain("t", &["a", "v", "v"]);
-    wanted.columns[1].delay = 0.25;
-    let mut table = Table::read(&path, &wanted).expect("it is well-formed");
+    let mut request = ReadRequest::plain("t", &["a", "v", "v"]);
+    request.columns[1].delay = 0.25;
+    let mut table = Table::read(&path, &request).expect("it is well-formed");
     std::fs::remove_file(&path).expect("it has just been written");
     // The time of the scenario begins with the stamps of the file.
     assert_eq!(table.times(), [[0.0, 0.5, 2.0], [-0.25, 0.25, 1.75]]);
@@ -62,9 +62,9 @@ fn a_late_column_has_times_of_its_own() {
 fn rows_outside_of_all_stretches_are_left_out() {
     let text = "t,x\n10,0\n11,1\n12,2\n13,3\n14,4\n";
     let mut table = read("during", text, &["x"]).expect("it is well-formed");
-    table.keep_during(&[[0.0, 1.0], [3.5, 9.0]]).expect("rows");
+    table.keep_time_ranges(&[[0.0, 1.0], [3.5, 9.0]]).expect("rows");
     assert_eq!((table.times(), table.column(0)), (vec![vec![0.0, 1.0, 4.0]], &[0.0, 1.0, 4.0][..]));
-    assert_eq!(table.keep_during(&[[1.5, 3.0]]), Err(("x".to_owned(), [0.0, 4.0])));
+    assert_eq!(table.keep_time_ranges(&[[1.5, 3.0]]), Err(("x".to_owned(), [0.0, 4.0])));
     assert_eq!(table.column(0).len(), 3);
 }
 
@@ -114,7 +114,7 @@ fn errors_name_the_line_and_the_column() {
         let error = read(name, text, &["v"]).expect_err(name).to_string();
         assert!(error.contains(part), "{name}: {error}");
     }
-    let missing =
-        Table::read("no/such/file.csv", &Wanted::plain("t", &[])).expect_err("it does not exist");
+    let missing = Table::read("no/such/file.csv", &ReadRequest::plain("t", &[]))
+        .expect_err("it does not exist");
     assert!(missing.to_string().starts_with("cannot open"), "{missing}");
 }

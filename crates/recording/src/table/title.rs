@@ -1,4 +1,4 @@
-//! Writes the titles of columns, and takes them apart: name and unit.
+//! Formats and parses column titles: name and unit.
 
 use units::Unit;
 

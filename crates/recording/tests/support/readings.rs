@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use damage::Target;
-use recording::table::{self, Table, Wanted};
+use recording::table::{self, ReadRequest, Table};
 use recording::{Golden, GoldenValues, Recording};
 
 use super::made;
@@ -46,7 +46,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let _ = table::titles(&path);
     let _ = table::survey(&path);
     for column in ["car.c0", "/x.x", "/ros.x", "/ros.list.1", "car.missing"] {
-        let wanted = Wanted { time: None, ..Wanted::plain("", &[column]) };
+        let wanted = ReadRequest { time: None, ..ReadRequest::plain("", &[column]) };
         let Ok(mut table) = Table::read(&path, &wanted) else { continue };
         taken = true;
         // Times of the file's own clock: its first row may be lost.

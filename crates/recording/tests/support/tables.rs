@@ -4,7 +4,7 @@ use std::path::Path;
 
 use damage::Target;
 use recording::Golden;
-use recording::table::{self, Dialect, Gaps, Reading, Table, Wanted};
+use recording::table::{self, ColumnType, Dialect, GapRule, ReadRequest, Table};
 
 pub const TARGET: Target = Target {
     name: "tables",
@@ -63,15 +63,15 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
     let path = folder.join("x.csv");
     std::fs::write(&path, bytes).expect("it can be written");
     let mut taken = false;
-    for gaps in [Gaps::Interpolate, Gaps::Drop] {
-        let mut wanted = Wanted::plain("time", &["v_x", "gear", "state"]);
+    for gaps in [GapRule::Interpolate, GapRule::Drop] {
+        let mut wanted = ReadRequest::plain("time", &["v_x", "gear", "state"]);
         wanted.columns[0].gaps = gaps;
-        wanted.columns[0].delay = if gaps == Gaps::Drop { 0.05 } else { 0.0 };
-        wanted.columns[1].reading = Reading::Integer;
+        wanted.columns[0].delay = if gaps == GapRule::Drop { 0.05 } else { 0.0 };
+        wanted.columns[1].column_type = ColumnType::Integer;
         wanted.columns[1].gaps = gaps;
-        wanted.columns[2].reading = Reading::Text;
+        wanted.columns[2].column_type = ColumnType::Text;
         wanted.dialect = Dialect::default();
-        wanted.jumps = gaps == Gaps::Drop;
+        wanted.jumps = gaps == GapRule::Drop;
         let Ok(mut table) = Table::read(&path, &wanted) else { continue };
         taken = true;
         for clock in table.times() {

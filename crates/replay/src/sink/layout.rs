@@ -15,7 +15,7 @@ use re_sdk_types::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, Timel
 use re_sdk_types::components::Color;
 use re_sdk_types::components::InterpolationMode;
 use re_sdk_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
-use recording::Derived;
+use recording::DerivedColumns;
 use recording::view::Role;
 
 use super::cameras::{chase, map};
@@ -66,7 +66,7 @@ pub(super) struct Layout {
 
 impl Layout {
     /// Adds plots of columns of an analysis.
-    pub fn add(&mut self, derived: &Derived) {
+    pub fn add(&mut self, derived: &DerivedColumns) {
         let group = (derived.group.to_owned(), derived_charts(derived));
         match self.derived.iter_mut().find(|(analysis, _)| analysis == derived.analysis) {
             Some((_, groups)) => groups.push(group),

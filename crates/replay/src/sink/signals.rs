@@ -5,7 +5,7 @@ use re_sdk::{EntityPath, RecordingStream, RecordingStreamResult};
 use re_sdk_types::archetypes::{Scalars, SeriesLines};
 use recording::view::{Limit, Plot, Quantity, Role, Series};
 use recording::{
-    Column, Columns, Derived, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
+    Column, Columns, DerivedColumns, Direction, NumberIndex, Recorded, Row, RunHeader, ValueKind,
 };
 
 use super::decimation::{self, Interpolation, ValueRange};
@@ -175,7 +175,7 @@ impl Signals {
 /// Sends columns of an analysis, beside the signals of the nodes and thinned like them.
 pub(super) fn add(
     stream: &RecordingStream,
-    derived: &Derived,
+    derived: &DerivedColumns,
     time_points: &TimePoints,
 ) -> RecordingStreamResult<()> {
     let times = time_points.seconds();
@@ -194,7 +194,7 @@ pub(super) fn add(
 }
 
 /// Plots of columns of an analysis, one for each unit.
-pub(super) fn derived_charts(derived: &Derived) -> Vec<Chart> {
+pub(super) fn derived_charts(derived: &DerivedColumns) -> Vec<Chart> {
     let mut charts: Vec<Chart> = Vec::new();
     for signal in derived.columns {
         let title = if signal.unit.is_empty() { "-" } else { signal.unit };

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::tokens::{Token, tokens};
-use super::{Declaration, Declarations, Scalar, Type, Written, normal};
+use super::{Declaration, Declarations, Scalar, Type, TypeExpression, normal};
 
 /// Modules in modules, and types in types, are read down to this depth.
 const DEEPEST: usize = 32;
@@ -184,13 +184,17 @@ impl Reader<'_> {
             self.word("the name of a value")?;
             self.takes(',');
         }
-        let number = Written::Plain(Type::Scalar(Scalar::Integer { bytes: 4, signed: false }));
+        let number =
+            TypeExpression::Plain(Type::Scalar(Scalar::Integer { bytes: 4, signed: false }));
         self.declared.insert(name, Declaration::Alias(number));
         Ok(())
     }
 
     /// The names behind a type, each with the sizes of an array.
-    fn declarators(&mut self, kind: &Written) -> Result<Vec<(String, Written)>, String> {
+    fn declarators(
+        &mut self,
+        kind: &TypeExpression,
+    ) -> Result<Vec<(String, TypeExpression)>, String> {
         let mut all = Vec::new();
         loop {
             let name = self.word("a name")?;
@@ -205,7 +209,7 @@ impl Reader<'_> {
             let kind = sizes
                 .into_iter()
                 .rev()
-                .fold(kind.clone(), |kind, size| Written::Array(Box::new(kind), size));
+                .fold(kind.clone(), |kind, size| TypeExpression::Array(Box::new(kind), size));
             all.push((name, kind));
             if !self.takes(',') {
                 return Ok(all);
@@ -239,7 +243,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn kind(&mut self, depth: usize) -> Result<Written, String> {
+    fn kind(&mut self, depth: usize) -> Result<TypeExpression, String> {
         if depth > DEEPEST {
             return Err(self.wrong("no more types in types"));
         }
@@ -265,7 +269,7 @@ impl Reader<'_> {
             }
             "string" | "wstring" => {
                 self.bound()?;
-                Written::Plain(if word == "string" { Type::Text } else { Type::WideText })
+                TypeExpression::Plain(if word == "string" { Type::Text } else { Type::WideText })
             }
             "sequence" => {
                 self.sign('<')?;
@@ -274,16 +278,16 @@ impl Reader<'_> {
                     self.number()?;
                 }
                 self.sign('>')?;
-                Written::Sequence(Box::new(inner))
+                TypeExpression::Sequence(Box::new(inner))
             }
             "wchar" | "unsigned" | "fixed" | "any" | "map" | "bitset" | "union" => {
                 return Err(format!("the type `{word}` cannot be read here"));
             }
-            name => Written::Named(self.meanings(name)),
+            name => TypeExpression::Named(self.meanings(name)),
         })
     }
 }
 
-fn scalar(scalar: Scalar) -> Written {
-    Written::Plain(Type::Scalar(scalar))
+fn scalar(scalar: Scalar) -> TypeExpression {
+    TypeExpression::Plain(Type::Scalar(scalar))
 }

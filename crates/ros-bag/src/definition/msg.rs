@@ -1,6 +1,6 @@
 //! Reads definitions in the language of ROS: a line for each field, `type name`.
 
-use super::{Declaration, Declarations, Language, Scalar, Type, Written, normal};
+use super::{Declaration, Declarations, Language, Scalar, Type, TypeExpression, normal};
 
 /// Reads one definition.
 ///
@@ -35,7 +35,7 @@ pub fn read(
         if behind.trim_start().starts_with('=') {
             continue;
         }
-        let kind = written(kind, package, language).ok_or_else(wrong)?;
+        let kind = type_expression(kind, package, language).ok_or_else(wrong)?;
         fields.push((field.to_owned(), kind));
     }
     if fields.is_empty() && language != Language::Msg1 {
@@ -49,24 +49,24 @@ pub fn read(
 /// The field of a message without fields, as ROS 2 names it.
 pub const EMPTY: &str = "structure_needs_at_least_one_member";
 
-fn plain(scalar: Scalar) -> Written {
-    Written::Plain(Type::Scalar(scalar))
+fn plain(scalar: Scalar) -> TypeExpression {
+    TypeExpression::Plain(Type::Scalar(scalar))
 }
 
 /// A type with its bounds, `float64[9]`, `string<=10[<=3]`.
-fn written(word: &str, package: &str, language: Language) -> Option<Written> {
+fn type_expression(word: &str, package: &str, language: Language) -> Option<TypeExpression> {
     let Some((inner, bounds)) = word.strip_suffix(']').and_then(|it| it.rsplit_once('[')) else {
         return single(word, package, language);
     };
     let inner = Box::new(single(inner, package, language)?);
     match bounds.strip_prefix("<=") {
-        None if bounds.is_empty() => Some(Written::Sequence(inner)),
-        None => Some(Written::Array(inner, bounds.trim().parse().ok()?)),
-        Some(bound) => bound.trim().parse::<usize>().ok().map(|_| Written::Sequence(inner)),
+        None if bounds.is_empty() => Some(TypeExpression::Sequence(inner)),
+        None => Some(TypeExpression::Array(inner, bounds.trim().parse().ok()?)),
+        Some(bound) => bound.trim().parse::<usize>().ok().map(|_| TypeExpression::Sequence(inner)),
     }
 }
 
-fn single(word: &str, package: &str, language: Language) -> Option<Written> {
+fn single(word: &str, package: &str, language: Language) -> Option<TypeExpression> {
     let integer = |bytes, signed| Some(plain(Scalar::Integer { bytes, signed }));
     let old = language == Language::Msg1;
     let (word, bound) = word.split_once("<=").map_or((word, None), |(it, bound)| (it, Some(bound)));
@@ -87,19 +87,19 @@ fn single(word: &str, package: &str, language: Language) -> Option<Written> {
         "uint64" => integer(8, false),
         "float32" => Some(plain(Scalar::Single)),
         "float64" => Some(plain(Scalar::Double)),
-        "string" => Some(Written::Plain(Type::Text)),
-        "wstring" => Some(Written::Plain(Type::WideText)),
-        "time" if old => Some(Written::Named(vec!["ros1/Time".to_owned()])),
-        "duration" if old => Some(Written::Named(vec!["ros1/Duration".to_owned()])),
-        "time" => Some(Written::Named(vec!["builtin_interfaces/Time".to_owned()])),
-        "duration" => Some(Written::Named(vec!["builtin_interfaces/Duration".to_owned()])),
+        "string" => Some(TypeExpression::Plain(Type::Text)),
+        "wstring" => Some(TypeExpression::Plain(Type::WideText)),
+        "time" if old => Some(TypeExpression::Named(vec!["ros1/Time".to_owned()])),
+        "duration" if old => Some(TypeExpression::Named(vec!["ros1/Duration".to_owned()])),
+        "time" => Some(TypeExpression::Named(vec!["builtin_interfaces/Time".to_owned()])),
+        "duration" => Some(TypeExpression::Named(vec!["builtin_interfaces/Duration".to_owned()])),
         _ => {
             let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '/';
             if word.is_empty() || !word.chars().all(is_name) || bound.is_some() {
                 return None;
             }
             let name = normal(word);
-            Some(Written::Named(match name.contains('/') {
+            Some(TypeExpression::Named(match name.contains('/') {
                 true => vec![name],
                 // The header of ROS 1 is written without its package.
                 false => vec![format!("{package}/{name}"), format!("std_msgs/{name}")],

@@ -1,4 +1,4 @@
-//! Takes the text of an interface definition apart: words, numbers and signs, without comments and annotations.
+//! Splits the text of an interface definition into tokens.
 
 /// What a text consists of.
 #[derive(Clone, Debug, PartialEq, Eq)]

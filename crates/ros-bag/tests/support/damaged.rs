@@ -78,7 +78,7 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
         .filter_map(|it| {
             let definition = match Language::of(&it.language) {
                 Some(language) => Definition::new(&it.kind, language, &it.definition),
-                None => Definition::known(&it.kind),
+                None => Definition::standard(&it.kind),
             };
             Some((it.id, definition.ok()?))
         })
@@ -95,8 +95,8 @@ fn attempt(bytes: &[u8], folder: &Path) -> bool {
 fn read(definition: &Definition, data: &[u8]) -> bool {
     let mut taken = false;
     for encoding in [Encoding::Cdr, Encoding::Ros1] {
-        let Ok(unpacked) = ros_bag::unpacked(data) else { continue };
-        let Ok(message) = definition.read(encoding, &unpacked) else { continue };
+        let Ok(decompress) = ros_bag::decompress(data) else { continue };
+        let Ok(message) = definition.read(encoding, &decompress) else { continue };
         taken = true;
         for row in definition.rows(&message) {
             let _ = definition.stamp(&row);

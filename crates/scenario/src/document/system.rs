@@ -12,7 +12,7 @@ use std::path::Path;
 use diagnostics::{Error, SourceMap, TextFile, group_similar, suggest};
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Fmu, Value};
-use ssp::{Connection, Place, Port, Start};
+use ssp::{Connection, Port, SourcePosition, StartValue};
 use units::Unit;
 
 use super::{Algorithm, Document, ScenarioAnnotation};
@@ -130,7 +130,7 @@ impl From<ImportError> for Error {
 }
 
 /// A mistake at a place of the system.
-fn error_at(place: &Place, message: impl std::fmt::Display) -> Error {
+fn error_at(place: &SourcePosition, message: impl std::fmt::Display) -> Error {
     Error::input(format!("{place}: {message}"))
 }
 
@@ -152,9 +152,10 @@ impl<'a> Writer<'a> {
         let mut fmus = Vec::new();
         for component in &system.components {
             let fmu = Fmu::open(&component.source).map_err(|error| {
-                let [path, shown] = [&component.source, &component.shown].map(|it| it.display());
+                let [path, shown] =
+                    [&component.source, &component.display_path].map(|it| it.display());
                 let message = error.to_string().replace(&path.to_string(), &shown.to_string());
-                error_at(&component.place, message)
+                error_at(&component.position, message)
             })?;
             fmus.push(fmu);
             let mut name = prefix.clone() + &node_name(&component.name);
@@ -167,7 +168,7 @@ impl<'a> Writer<'a> {
         source_map.map_from(0, system.description.display().to_string());
         for component in &system.components {
             let source = std::path::absolute(&component.source);
-            source_map.rename(source.as_deref().unwrap_or(&component.source), &component.shown);
+            source_map.rename(source.as_deref().unwrap_or(&component.source), &component.display_path);
         }
         Ok(Writer { system, names, fmus, text: String::new(), source_map, notes: Vec::new() })
     }
@@ -182,7 +183,7 @@ impl<'a> Writer<'a> {
     }
 
     /// Says where what follows stands in the system.
-    fn begin(&mut self, place: &Place) {
+    fn begin(&mut self, place: &SourcePosition) {
         self.source_map.map_from(self.text.len(), place.clone());
     }
 
@@ -210,7 +211,7 @@ impl<'a> Writer<'a> {
         let annotation = self.system.stepping.as_ref().filter(|_| !is_ours);
         let algorithm = annotation.filter(|it| it.master == ssp::Master::Osp).map(|it| {
             self.line(format_args!("algorithm = \"{}\"", Algorithm::Jacobi.word()));
-            (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.place))
+            (Algorithm::Jacobi, format!("the FixedStepAlgorithm of {}", it.position))
         });
         Ok(Stepping::Whole { name: self.system.name.clone(), times, algorithm })
     }
@@ -220,7 +221,7 @@ impl<'a> Writer<'a> {
         let system = self.system;
         let annotation = system.stepping.as_ref();
         let annotation =
-            annotation.map(|it| ExperimentTime::new(it.step, format!("noted at {}", it.place)));
+            annotation.map(|it| ExperimentTime::new(it.step, format!("noted at {}", it.position)));
         let stop =
             system.experiment.stop.map(|stop| ExperimentTime::new(stop, "its DefaultExperiment"));
         let start = system.experiment.start.unwrap_or(0.0);
@@ -243,19 +244,19 @@ impl<'a> Writer<'a> {
                 "expected the implementation any or CoSimulation, found {}: export the component for co-simulation",
                 component.implementation
             );
-            return Err(error_at(&component.place, message));
+            return Err(error_at(&component.position, message));
         }
-        self.begin(&component.place);
+        self.begin(&component.position);
         // Relative to where the program was started, not to the system.
         let source = std::path::absolute(&component.source);
-        let source = source.map_err(|error| error_at(&component.place, error))?;
+        let source = source.map_err(|error| error_at(&component.position, error))?;
         let source = source.to_string_lossy();
         self.line(format_args!(
             "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
             quoted(&self.names[index]),
             quoted(&source)
         ));
-        for start in &component.starts {
+        for start in &component.start_values {
             let port = Port { component: index, variable: start.variable.clone() };
             let is_array = || {
                 let prefix = format!("{}[", start.variable);
@@ -266,7 +267,7 @@ impl<'a> Writer<'a> {
                 // Section 5.2.3 of SSP 2.0.
                 let note = format!(
                     "{}: `{}` has no variable `{}`, so its start value is left out",
-                    start.place, component.name, start.variable
+                    start.position, component.name, start.variable
                 );
                 self.notes.push(note);
                 continue;
@@ -277,14 +278,14 @@ impl<'a> Writer<'a> {
                 continue;
             }
             let value = start_value(start, variable)?;
-            self.begin(&start.place);
+            self.begin(&start.position);
             self.line(format_args!("{} = {value}", quoted(&start.variable)));
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.ends(connection)?;
             if parameters::is_start(source, target) {
                 let value = parameters::value(self.system, connection, source, target)?;
-                self.begin(&connection.way.place);
+                self.begin(&connection.conversion.position);
                 self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
             }
         }
@@ -294,7 +295,7 @@ impl<'a> Writer<'a> {
     /// The variables at both ends of a connection.
     fn ends(
         &self,
-        Connection { from, to, way }: &Connection,
+        Connection { from, to, conversion: way }: &Connection,
     ) -> Result<(&Variable, &Variable), Error> {
         let [source, target] = [from, to].map(|port| {
             let absent = || {
@@ -303,7 +304,7 @@ impl<'a> Writer<'a> {
                     "expected a variable of `{}`, found `{}`, which its FMU does not have",
                     component.name, port.variable
                 );
-                error_at(&way.place, message)
+                error_at(&way.position, message)
             };
             self.variable(port).ok_or_else(absent)
         });
@@ -311,7 +312,7 @@ impl<'a> Writer<'a> {
     }
 
     fn connection(&mut self, connection: &Connection) -> Result<(), Error> {
-        let Connection { from, to, way } = connection;
+        let Connection { from, to, conversion: way } = connection;
         let (source, target) = self.ends(connection)?;
         if parameters::is_start(source, target) {
             return Ok(());
@@ -321,13 +322,13 @@ impl<'a> Writer<'a> {
                 "expected an input, found `{}`, which is {:?}: bind the value to it in a ParameterBinding",
                 to.variable, target.causality
             );
-            return Err(error_at(&way.place, message));
+            return Err(error_at(&way.position, message));
         }
         let words = conversion_keys(way, source, target)?;
         let name =
             |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
-        self.begin(&way.place);
+        self.begin(&way.position);
         self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }
@@ -345,12 +346,12 @@ pub fn quoted(text: &str) -> String {
 }
 
 /// A start value in the unit and of the type of its variable, as TOML.
-fn start_value(start: &Start, variable: &Variable) -> Result<String, Error> {
+fn start_value(start: &StartValue, variable: &Variable) -> Result<String, Error> {
     Ok(toml(&start_number(start, variable)?, variable))
 }
 
 /// A start value in the unit of its variable.
-fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error> {
+fn start_number(start: &StartValue, variable: &Variable) -> Result<ssp::Value, Error> {
     let (mut factor, mut offset) = (1.0, 0.0);
     if let Some(from) = &start.unit {
         let to = unit(start.connector_unit.as_deref(), variable);
@@ -358,11 +359,11 @@ fn start_number(start: &Start, variable: &Variable) -> Result<ssp::Value, Error>
             let a = variable.scale(given);
             let message = || format!("[{}] is no unit of [{to}]", from.name);
             (factor, offset) =
-                Unit::conversion(&a, &b).ok_or_else(|| error_at(&start.place, message()))?;
+                Unit::conversion(&a, &b).ok_or_else(|| error_at(&start.position, message()))?;
         }
     }
     start.converted(factor, offset).ok_or_else(|| {
-        error_at(&start.place, "expected a number for a conversion or transformation, found none")
+        error_at(&start.position, "expected a number for a conversion or transformation, found none")
     })
 }
 

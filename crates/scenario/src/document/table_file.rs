@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use diagnostics::Spanned;
-use recording::table::{Dialect, Gaps};
+use recording::table::{Dialect, GapRule};
 use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
@@ -19,7 +19,7 @@ pub(crate) struct TableFile<'a> {
     pub time: Option<&'a Spanned<String>>,
     pub time_unit: Option<&'a Spanned<String>>,
     pub origin: Option<&'a Spanned<f64>>,
-    pub gaps: Gaps,
+    pub gaps: GapRule,
     pub dialect: Dialect,
     pub columns: &'a BTreeMap<Spanned<String>, Spanned<Column>>,
 }
@@ -55,7 +55,7 @@ macro_rules! table_file {
             /// Rows where a column has no value: an empty cell, `NaN`, `NA` or `-`. A column can have a rule of its own.
             #[serde(default)]
             #[schemars(example = &"hold")]
-            pub gaps: recording::table::Gaps,
+            pub gaps: recording::table::GapRule,
             /// Letter between the cells of a CSV file; detected without it.
             #[schemars(example = &";")]
             pub separator: Option<recording::table::Separator>,
@@ -132,7 +132,7 @@ pub struct Column {
     pub delay: Option<Spanned<f64>>,
     /// Rows without a value; the rule of the table without it.
     #[schemars(example = &"interpolate")]
-    pub gaps: Option<Gaps>,
+    pub gaps: Option<GapRule>,
 }
 
 /// A column by its name, or a table.

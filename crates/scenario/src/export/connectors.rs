@@ -3,7 +3,7 @@
 use cosim::system::{Body, InputChain, NodePlan, NumberConnection, System};
 use fmu_import::{Causality, Fmu, Variable};
 use recording::{Column, Direction, Full, NumberIndex, TextIndex};
-use ssp::Kind;
+use ssp::ConnectorKind;
 use ssp::write::DraftConnector;
 use units::Unit;
 
@@ -149,17 +149,17 @@ impl<'a> SystemVariables<'a> {
             });
             let started = starts.iter().any(|it| array_of(fmu, &it.name) == variable.array());
             let kind = match variable.causality {
-                Causality::Input => Kind::Input,
-                _ if is_source => Kind::Output,
-                Causality::Output => Kind::Output,
+                Causality::Input => ConnectorKind::Input,
+                _ if is_source => ConnectorKind::Output,
+                Causality::Output => ConnectorKind::Output,
                 _ if !started => return None,
-                Causality::StructuralParameter => Kind::StructuralParameter,
-                _ => Kind::Parameter,
+                Causality::StructuralParameter => ConnectorKind::StructuralParameter,
+                _ => ConnectorKind::Parameter,
             };
             Some(DraftConnector {
                 name: variable.array().to_owned(),
                 kind,
-                carries: definitions.carries(&node.name, variable)?,
+                data_type: definitions.carries(&node.name, variable)?,
                 unit: self.unit(node, variable, definitions),
                 dimensions: dimensions(fmu, variable),
             })

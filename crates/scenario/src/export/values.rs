@@ -51,8 +51,8 @@ pub(super) fn values(
             true => written.pop()?,
             false => ssp::Value::Array { dimensions, elements: written },
         };
-        let (name, carries) = (connector.name.clone(), connector.carries.clone());
-        Some(DraftValue { name, carries, value })
+        let (name, data_type) = (connector.name.clone(), connector.data_type.clone());
+        Some(DraftValue { name, data_type, value })
     });
     values.collect()
 }

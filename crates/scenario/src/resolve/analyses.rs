@@ -10,8 +10,8 @@ use std::path::PathBuf;
 
 use diagnostics::{Error, Mistakes, Source, Spanned, suggest};
 use expression::SignalUnit;
-use fmu_import::during_plugin;
-use plugin::{ConfigError, Plugin, Request, Signal, Wanted};
+use fmu_import::call_plugin;
+use plugin::{ConfigError, OwnedInputSignal, Plugin, Request, Signal};
 use recording::table::Scaling;
 use recording::{Columns as RunColumns, Full, NumberIndex};
 use units::Unit;
@@ -76,8 +76,8 @@ fn plan(
     let needs = analyser.as_ref().map_or(&[][..], |analyser| &analyser.needs);
     let log = match (&analysis.table, &aliases) {
         (Some(table), Some(aliases)) => {
-            let is_open = |need: &&Wanted| !is_of_run(analysis, &need.name);
-            let open: Vec<Wanted> = needs.iter().filter(is_open).cloned().collect();
+            let is_open = |need: &&OwnedInputSignal| !is_of_run(analysis, &need.name);
+            let open: Vec<OwnedInputSignal> = needs.iter().filter(is_open).cloned().collect();
             let log = log_signals::read_log(scenario, table, aliases.as_ref(), &open, warnings);
             mistakes.take(log)
         }
@@ -160,8 +160,8 @@ fn refuse_run_signal<'a>(
     scenario: &Scenario,
     analysis: &Analysis,
     name: &Spanned<String>,
-    wanted: &'a Wanted,
-) -> Result<&'a Wanted, Error> {
+    wanted: &'a OwnedInputSignal,
+) -> Result<&'a OwnedInputSignal, Error> {
     if analysis.signals.contains_key(name) {
         let message = format!("`{}` comes from the run already", wanted.name);
         return Err(scenario.error(name, message));
@@ -174,7 +174,7 @@ fn find_wanted<'a>(
     scenario: &Scenario,
     analyser: &'a LoadedAnalyser,
     name: &Spanned<String>,
-) -> Result<&'a Wanted, Error> {
+) -> Result<&'a OwnedInputSignal, Error> {
     let known = &analyser.needs;
     if let Some(wanted) = known.iter().find(|wanted| wanted.name == *name.get_ref()) {
         return Ok(wanted);
@@ -238,7 +238,7 @@ impl SourceSignal<'_> {
 
 /// Converts to the unit that the plugin wants. `help` says where a missing unit is declared.
 fn wire(
-    wanted: &Wanted,
+    wanted: &OwnedInputSignal,
     origin: Origin,
     unit: SignalUnit,
     source: SourceSignal,
@@ -251,7 +251,7 @@ fn wire(
         factor,
         offset,
     };
-    let Wanted { name, unit: to, .. } = wanted;
+    let OwnedInputSignal { name, unit: to, .. } = wanted;
     if to.is_empty() {
         let own = if let SignalUnit::Known(_, own) = &unit { own } else { "" };
         return Ok(wired(own, 1.0, 0.0));
@@ -288,7 +288,7 @@ fn check_required(
     let missing = analyser.needs.iter();
     let missing =
         missing.filter(|it| it.required && !given.contains(&&it.name) && !is_wired(&it.name));
-    let errors = missing.map(|Wanted { name, description, unit, .. }| {
+    let errors = missing.map(|OwnedInputSignal { name, description, unit, .. }| {
         let message = format!("`{}` needs a signal `{name}`: {description}", analysis.name.get_ref());
         let unit = if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
         scenario.error(&analysis.name, message).help(format!(
@@ -360,7 +360,7 @@ fn config(
         wired.iter().map(|Wired { name, unit, .. }| Signal { name, unit, time: &[], values: &[] });
     let request = Request { config: &text, signals: signals.collect() };
     let who = format!("analysis `{}`", analysis.name.get_ref());
-    let checked = during_plugin(&who, c"the check of its configuration", || plugin.check(&request));
+    let checked = call_plugin(&who, c"the check of its configuration", || plugin.check(&request));
     let Err(error) = checked else { return Ok(text) };
     config_errors(scenario, analysis, plugin)?;
     // The plugin may miss a signal whose mistake is told already.

@@ -1,7 +1,7 @@
 //! Chooses whether a column of a `[[table]]` is read as number, integer or text, by the inputs that it is connected to.
 
 use fmu_import::description::{Storage, Type};
-use recording::table::Reading;
+use recording::table::ColumnType;
 
 use super::nodes::NodeDraft;
 use super::ports::Port;
@@ -14,19 +14,19 @@ pub(super) fn reading_for(
     column: &str,
     keys: &Column,
     fmus: &[NodeDraft],
-) -> Reading {
+) -> ColumnType {
     let name = format!("{}.{column}", table.name.get_ref());
     let connects = scenario.document.connect.iter().filter(|it| *it.from.get_ref() == name);
     let wanted = connects.filter_map(|connect| {
         let input = input_port(fmus, connect.to.get_ref())?;
         Some(match (input.kind, input.storage) {
-            (Type::String | Type::Binary, _) => Reading::Text,
+            (Type::String | Type::Binary, _) => ColumnType::Text,
             (_, Storage::Int64 | Storage::UInt64)
                 if is_plain(scenario, connect) && !is_scaled(keys) =>
             {
-                Reading::Integer
+                ColumnType::Integer
             }
-            _ => Reading::Number,
+            _ => ColumnType::Number,
         })
     });
     wanted.max_by_key(|reading| *reading as u8).unwrap_or_default()

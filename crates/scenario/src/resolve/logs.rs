@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use ::units::Unit;
 use diagnostics::{Error, Mistakes, Source, Spanned};
-use plugin::Wanted as Need;
-use recording::table::{Reading, Scaling, Table, TableError, Wanted, WantedColumn};
+use plugin::OwnedInputSignal;
+use recording::table::{ColumnRequest, ColumnType, ReadRequest, Scaling, Table, TableError};
 
 use self::columns::{ColumnRequest, ColumnSelection};
 use crate::document::{Aliases, Column, Scenario, TableFile};
@@ -41,7 +41,7 @@ pub(super) struct LogColumn {
 #[derive(Clone, Copy)]
 pub(super) enum AliasRequest<'a> {
     /// What an analysis takes, as far as the file has it; what it needs must be there.
-    Needs(&'a [Need]),
+    Needs(&'a [OwnedInputSignal]),
     /// All, if no column is named.
     All,
 }
@@ -62,7 +62,7 @@ pub(super) fn read(
 }
 
 /// The form in which a column is read, by its name in the scenario and the words about it.
-pub(super) type ReadingRule<'r> = &'r dyn Fn(&str, &Column) -> Reading;
+pub(super) type ReadingRule<'r> = &'r dyn Fn(&str, &Column) -> ColumnType;
 
 /// Reads the columns to play them back, each in its form; two rows may have one time.
 pub(super) fn read_for_playback(
@@ -158,7 +158,7 @@ impl LogReader<'_> {
         &self,
         word: &Spanned<String>,
         path: &Path,
-        wanted: &Wanted,
+        wanted: &ReadRequest,
         selection: &ColumnSelection,
     ) -> Result<Table, Error> {
         Table::read(path, wanted).map_err(|error| {
@@ -168,22 +168,22 @@ impl LogReader<'_> {
         })
     }
 
-    fn wanted(&self, selection: &ColumnSelection) -> Result<Wanted, Error> {
+    fn wanted(&self, selection: &ColumnSelection) -> Result<ReadRequest, Error> {
         let Self { file, reading_rule, .. } = *self;
         let column = |request: &ColumnRequest| {
             let ColumnRequest { name, column, source } = request;
             let Column { gain, offset, sign, delay, gaps, .. } = column;
-            Ok(WantedColumn {
+            Ok(ColumnRequest {
                 name: name.clone(),
                 column: column.column.get_ref().clone(),
-                reading: reading_rule.map_or(Reading::Number, |reading| reading(name, column)),
+                column_type: reading_rule.map_or(ColumnType::Number, |reading| reading(name, column)),
                 gaps: gaps.unwrap_or(file.gaps),
                 scaling: scaling(source, gain, offset, sign)?,
                 delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,
             })
         };
         let time_unit = |(source, word): &(Arc<Source>, Spanned<String>)| time_unit(source, word);
-        Ok(Wanted {
+        Ok(ReadRequest {
             time: selection.time.as_ref().map(|(_, time)| time.get_ref().clone()),
             time_unit: selection.time_unit.as_ref().map(time_unit).transpose()?,
             columns: Mistakes::all(selection.entries.iter().map(column))?,

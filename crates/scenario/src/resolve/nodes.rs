@@ -11,9 +11,9 @@ use cosim::clock::Clock;
 use cosim::signal::Signal;
 use cosim::system::{Body, VariableGroups};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
-use fmu_import::description::{Interval, Storage, Type, Variable};
+use fmu_import::description::{IntervalVariability, Storage, Type, Variable};
 use fmu_import::{Causality, OpenError};
-use recording::table::{Interpolation, Reading};
+use recording::table::{ColumnType, Interpolation};
 use units::Unit;
 
 use super::archives::{FmuCache, archive, archive_notes, open_fmu};
@@ -247,11 +247,11 @@ fn table(
     read.set_interpolation(table.interpolation);
     let mut outputs = Vec::new();
     for (index, LogColumn { name, column, unit, path, .. }) in columns.into_iter().enumerate() {
-        let (kind, storage) = match read.reading(index) {
-            Reading::Number => (Type::Real, Storage::Float64),
-            Reading::Integer if read.is_unsigned(index) => (Type::Integer, Storage::UInt64),
-            Reading::Integer => (Type::Integer, Storage::Int64),
-            Reading::Text => (Type::String, Storage::String),
+        let (kind, storage) = match read.column_type(index) {
+            ColumnType::Number => (Type::Real, Storage::Float64),
+            ColumnType::Integer if read.is_unsigned(index) => (Type::Integer, Storage::UInt64),
+            ColumnType::Integer => (Type::Integer, Storage::Int64),
+            ColumnType::Text => (Type::String, Storage::String),
         };
         outputs.push(Port {
             name,
@@ -314,7 +314,10 @@ fn fmu(
     // Clocks tick in event mode. Those that tick by time need no connection, and are recorded as outputs.
     let can_connect = |index: &usize| match &variables[*index] {
         Variable { kind: Type::Clock, ticks, .. } => {
-            events && ticks.as_ref().is_none_or(|ticks| ticks.interval == Interval::Triggered)
+            events
+                && ticks
+                    .as_ref()
+                    .is_none_or(|ticks| ticks.interval == IntervalVariability::Triggered)
         }
         _ => true,
     };
@@ -394,7 +397,7 @@ fn output_indices(
             Causality::Output => true,
             Causality::Input if variable.kind == Type::Clock => {
                 let ticks = variable.ticks.as_ref();
-                ticks.is_some_and(|ticks| ticks.interval != Interval::Triggered)
+                ticks.is_some_and(|ticks| ticks.interval != IntervalVariability::Triggered)
             }
             // Inputs are recorded in any case, and so are parameters that take values as inputs do.
             Causality::Input => false,

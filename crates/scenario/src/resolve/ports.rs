@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use cosim::assembly::{is_discrete, is_tunable};
 use fmu_import::Variability;
-use fmu_import::description::{Item, Storage, Type, Variable};
+use fmu_import::description::{EnumerationItem, Storage, Type, Variable};
 use units::Unit;
 
 /// The side of a node that a port is on.
@@ -22,7 +22,7 @@ pub(super) struct Port {
     /// Signals and tables deliver numbers that are of no type of FMI.
     pub typed: bool,
     /// Items of an enumeration.
-    pub items: Vec<Item>,
+    pub items: Vec<EnumerationItem>,
     pub unit: Option<String>,
     pub dimension: Option<Unit>,
     /// Of a difference, the offset that its unit has in the description of its FMU and that does not count, in SI units.

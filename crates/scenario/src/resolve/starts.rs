@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use cosim::system::{StartValue, WordPlace};
 use diagnostics::{Mistakes, suggest};
-use fmu_import::description::{Storage, Type, Variable, list};
-use fmu_import::{Causality, Value, Variability, bytes};
+use fmu_import::description::{Storage, Type, Variable, describe_items};
+use fmu_import::{Causality, Value, Variability, from_hex};
 
 use super::parameters::{Parameter, Parameters};
 use crate::document::{Scenario, convert_quantity, self, split_quantity};
@@ -339,7 +339,7 @@ fn start_value(variable: &Variable, value: &toml::Value) -> Result<Value, String
             integer(variable, value.parse().unwrap_or_default())?
         }
         (Type::Binary, toml::Value::String(value)) => {
-            Value::Binary(bytes(value).ok_or_else(|| {
+            Value::Binary(from_hex(value).ok_or_else(|| {
                 format!("`{name}` is Binary, expected two hexadecimal digits for each byte, found {value:?}")
             })?)
         }
@@ -382,7 +382,10 @@ fn enumeration_item(variable: &Variable, value: &toml::Value) -> Result<i64, Str
         _ => None,
     };
     found.map(|item| item.value).ok_or_else(|| {
-        format!("`{name}` is an Enumeration, expected one of {}, found {value}", list(items))
+        format!(
+            "`{name}` is an Enumeration, expected one of {}, found {value}",
+            describe_items(items)
+        )
     })
 }
 

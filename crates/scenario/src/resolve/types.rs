@@ -2,7 +2,7 @@
 
 use cosim::system::AcceptedValues;
 use diagnostics::Error;
-use fmu_import::description::{Type, list};
+use fmu_import::description::{Type, describe_items};
 
 use super::ports::Port;
 use crate::document::{Connect, Convert, Scenario};
@@ -51,7 +51,11 @@ pub(super) fn fit(
     }
     if from.kind == Type::Enumeration && to.kind == from.kind && from.items != to.items {
         let message = format!("cannot connect {names}: the enumerations differ");
-        let help = format!("one has {}, the other {}", list(&from.items), list(&to.items));
+        let help = format!(
+            "one has {}, the other {}",
+            describe_items(&from.items),
+            describe_items(&to.items)
+        );
         return Err(scenario.error(&connect.to, message).help(help));
     }
     Ok(Some(match to.kind {

@@ -49,7 +49,7 @@ fn prefixes_come_before_names_and_mappings() {
     let entry = r#"<ssm:MappingEntry source="k" target="sub.c.j"/>"#;
     let system = good(&nested(&[binding("", &both, entry)], &[], &[]));
     let variables: Vec<_> =
-        system.components[0].starts.iter().map(|x| x.variable.as_str()).collect();
+        system.components[0].start_values.iter().map(|x| x.variable.as_str()).collect();
     assert_eq!((variables, number(&system, "sub.c", "j")), (vec!["j"], 7.0));
 }
 
@@ -139,8 +139,8 @@ fn values_of_all_types_have_places() {
     assert_eq!(value("v"), Value::Array { dimensions: vec![2, 3], elements });
     let elements = ["p", "q r"].map(|x| Value::String(x.into())).to_vec();
     assert_eq!(value("t"), Value::Array { dimensions: vec![2], elements });
-    let place = &start(&system, "sub.c", "i").place;
-    assert!(place.file().ends_with("SystemStructure.ssd") && place.line() > 1);
+    let position = &start(&system, "sub.c", "i").position;
+    assert!(position.file().ends_with("SystemStructure.ssd") && position.line() > 1);
 
     let system = good(&nested(&[], &[], &[binding("", &values, entries)]));
     let value = |name: &str| start(&system, "sub.c", name).value.clone();

@@ -6,9 +6,9 @@ use rand::{RngExt as _, SeedableRng as _};
 use rand_pcg::Pcg64;
 
 use super::*;
-use crate::chain::{Origin, Step, link};
-use crate::place::Text;
-use crate::{BaseUnit, Place, Unit};
+use crate::chain::{ChainOrigin, ChainStep, link};
+use crate::source_position::SourceText;
+use crate::{BaseUnit, SourcePosition, Unit};
 
 fn unit(random: &mut Pcg64) -> Unit {
     let (factor, offset) = (random.random_range(0.1..10.0), random.random_range(-5.0..5.0));
@@ -33,8 +33,8 @@ fn walked(from: &Unit, steps: &[(Unit, Transformation, bool)], x: f64) -> f64 {
 #[test]
 fn a_chain_is_its_steps() {
     let mut random = Pcg64::seed_from_u64(3);
-    let text = Arc::new(Text { path: "x".into(), text: String::new() });
-    let place = Place::new(&text, 0);
+    let text = Arc::new(SourceText { path: "x".into(), text: String::new() });
+    let position = SourcePosition::new(&text, 0);
     for case in 0..2_000 {
         let from = unit(&mut random);
         let steps: Vec<_> = (0..random.random_range(1..6))
@@ -48,15 +48,15 @@ fn a_chain_is_its_steps() {
             .collect();
         let given: Vec<_> = steps
             .iter()
-            .map(|(to, transformation, suppress)| Step {
+            .map(|(to, transformation, suppress)| ChainStep {
                 transformation,
                 suppress: *suppress,
                 to: Some(to),
                 inherits_before: random.random(),
-                place: &place,
+                position: &position,
             })
             .collect();
-        let found = link(Origin::Connector(Some(&from)), &given).expect("a chain");
+        let found = link(ChainOrigin::Connector(Some(&from)), &given).expect("a chain");
         let (last, _, _) = steps.last().expect("a step");
         let conversion = if found.suppress { Some((1.0, 0.0)) } else { from.to(last) };
         let (factor, offset) = conversion.expect("a conversion");

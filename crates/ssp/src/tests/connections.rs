@@ -33,12 +33,14 @@ fn far(units: [&str; 4], rests: [&str; 3]) -> String {
 fn carried(contents: &str) -> f64 {
     let system = good(contents);
     assert_eq!(names(&system), ["p.a.y -> q.b.u"]);
-    let way = &system.connections[0].way;
-    let (factor, offset) = match &way.units {
-        (Some(from), Some(to)) if !way.suppress_unit_conversion => from.to(to).expect("units"),
+    let conversion = &system.connections[0].conversion;
+    let (factor, offset) = match &conversion.units {
+        (Some(from), Some(to)) if !conversion.suppress_unit_conversion => {
+            from.to(to).expect("units")
+        }
         _ => (1.0, 0.0),
     };
-    let (a, b) = factors(&way.transformation);
+    let (a, b) = factors(&conversion.transformation);
     a * (factor + offset) + b
 }
 
@@ -48,9 +50,11 @@ fn transformations_through_three_connections_are_one() {
     let rests = [&rests[0], &rests[1], &rests[2]].map(String::as_str);
     // 1 -> 3 -> 8 -> 8.
     assert_eq!(carried(&far(["", "", "", ""], rests)), 8.0);
-    assert!(good(&far(["", "", "", ""], rests)).connections[0].way.assumes_equal_units);
+    assert!(good(&far(["", "", "", ""], rests)).connections[0].conversion.assumes_equal_units);
     assert!(
-        !good(&far(["", "", "", ""], ["", "", rests[2]])).connections[0].way.assumes_equal_units
+        !good(&far(["", "", "", ""], ["", "", rests[2]])).connections[0]
+            .conversion
+            .assumes_equal_units
     );
     // 1 km = 1000 m -> 2001 m = 2001000 mm -> 6002999 mm = 6002.999 m -> 3005.4995 m.
     let value = carried(&far(["km", "m", "mm", "m"], rests));
@@ -93,14 +97,14 @@ fn tables_are_composed_and_kinds_are_not_mixed() {
         (table("Integer", &[("1", "2"), ("5", "6")]), table("Integer", &[("2", "3"), ("7", "8")]));
     let system = good(&typed("Int64", [&first, "", &second]));
     // 1 -> 2 -> 3, 5 -> 6, 2 -> 3, 7 -> 8, and 9 stays.
-    let way = &system.connections[0].way.transformation;
+    let conversion = &system.connections[0].conversion.transformation;
     for (from, to) in [(1, 3), (5, 6), (2, 3), (7, 8), (9, 9)] {
-        assert_eq!(way.apply(&Value::Integer(from)), Some(Value::Integer(to)));
+        assert_eq!(conversion.apply(&Value::Integer(from)), Some(Value::Integer(to)));
     }
     let not = table("Boolean", &[("true", "false"), ("false", "true")]);
     let system = good(&typed("Boolean", [&not, &not, &not]));
-    let way = &system.connections[0].way.transformation;
-    assert_eq!(way.apply(&Value::Boolean(true)), Some(Value::Boolean(false)));
+    let conversion = &system.connections[0].conversion.transformation;
+    assert_eq!(conversion.apply(&Value::Boolean(true)), Some(Value::Boolean(false)));
 
     let enumeration = table("Enumeration", &[("a", "b")]);
     let message = wrong(&typed(r#"Enumeration name="e""#, [&enumeration, &first, ""]));
@@ -147,9 +151,10 @@ fn connectors_of_the_system_lead_to_components() {
     let inputs: Vec<_> =
         system.inputs.iter().map(|x| (x.connector.name.as_str(), x.to.len())).collect();
     assert_eq!(inputs, [("u", 2), ("p", 1)]);
-    let (port, way) = &system.inputs[0].to[0];
-    assert_eq!((port.variable.as_str(), factors(&way.transformation)), ("u", (2.0, 0.0)));
-    let units = [&way.units.0, &way.units.1].map(|x| x.as_ref().map(|x| x.name.clone()));
+    let (port, conversion) = &system.inputs[0].to[0];
+    assert_eq!((port.variable.as_str(), factors(&conversion.transformation)), ("u", (2.0, 0.0)));
+    let units =
+        [&conversion.units.0, &conversion.units.1].map(|x| x.as_ref().map(|x| x.name.clone()));
     assert_eq!(units, [Some("km".to_owned()), Some("m".to_owned())]);
     assert_eq!(system.outputs[0].from.as_ref().map(|x| x.0.variable.as_str()), Some("y"));
     assert!(system.outputs[1].from.is_none() && system.connections.is_empty());
@@ -199,7 +204,7 @@ fn dictionaries_connect_elements_of_all_levels() {
     };
     let system = opened(&contents).expect("a system");
     assert_eq!(names(&system), ["a.y -> sub.b.u"]);
-    assert_eq!(factors(&system.connections[0].way.transformation), (6.0, 3.0));
+    assert_eq!(factors(&system.connections[0].conversion.transformation), (6.0, 3.0));
     let message = |from: &str, to: &str| {
         opened(&contents.replace(from, to)).expect_err("an error").to_string()
     };

@@ -137,5 +137,5 @@ fn bindings_come_from_inside_of_an_fmu() {
     written(folder.path(), "b.fmu", &bytes);
     let system = open(folder.path(), None).expect("a system");
     assert_eq!(number(&system, "c", "k"), 6.0);
-    assert!(start(&system, "c", "k").place.file().ends_with("b.fmu/resources/v.ssv"));
+    assert!(start(&system, "c", "k").position.file().ends_with("b.fmu/resources/v.ssv"));
 }

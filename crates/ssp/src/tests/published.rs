@@ -50,15 +50,15 @@ fn mapped_parameters_with_factor_and_offset() {
     assert_eq!(names(&system), ["Gain1.y -> Add1.u1"]);
     // 2 * 2 + 10 and 4 * 2 + 5.
     assert_eq!((number(&system, "Gain1", "u"), number(&system, "Gain1", "k")), (14.0, 13.0));
-    assert!(system.components[0].starts.is_empty());
+    assert!(system.components[0].start_values.is_empty());
     assert!(system.components[1].source.ends_with("resources/Gain.fmu"));
     assert_eq!((system.experiment.start, system.experiment.stop), (Some(0.0), Some(1.0)));
     let k = &system.components[1].connectors[2];
     let unit = k.unit.as_ref().and_then(|unit| unit.base).expect("the unit 1");
     assert_eq!((k.name.as_str(), unit.exponents, unit.factor), ("k", [0; 8], 1.0));
-    let place = &start(&system, "Gain1", "k").place;
-    assert!(place.file().ends_with("resources/mappedParameter1.ssv"));
-    assert_eq!((place.line(), place.column()), (8, 7));
+    let position = &start(&system, "Gain1", "k").position;
+    assert!(position.file().ends_with("resources/mappedParameter1.ssv"));
+    assert_eq!((position.line(), position.column()), (8, 7));
 }
 
 #[test]
@@ -73,7 +73,7 @@ fn connections_give_parameters_their_values() {
         (30.0, -1.0, -20.0)
     );
     assert_eq!(value("addI", "k2"), 20.0);
-    assert!(system.components[2].starts.is_empty() && system.connections.is_empty());
+    assert!(system.components[2].start_values.is_empty() && system.connections.is_empty());
     let inputs: Vec<_> =
         system.inputs.iter().map(|x| (x.connector.name.as_str(), x.to.len())).collect();
     assert_eq!(inputs, [("Input_cref", 1), ("Input1", 0), ("T_cref", 1), ("k_cref", 1)]);

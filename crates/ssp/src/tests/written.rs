@@ -8,14 +8,15 @@ use crate::write::{
     Version, pack, parameter_set, structure,
 };
 use crate::{
-    BaseUnit, Dimension, Enumeration, Experiment, Kind, Transformation, Type, Unit, Value, Width,
+    BaseUnit, ConnectorKind, Dimension, Enumeration, Experiment, Transformation, Type, Unit, Value,
+    Width,
 };
 
 const INT16: Type = Type::Integer(Width { bits: 16, signed: true });
 const INT32: Type = Type::Integer(Width { bits: 32, signed: true });
 
-fn connector(name: &str, kind: Kind, carries: Type) -> DraftConnector {
-    DraftConnector { name: name.to_owned(), kind, carries, unit: None, dimensions: Vec::new() }
+fn connector(name: &str, kind: ConnectorKind, data_type: Type) -> DraftConnector {
+    DraftConnector { name: name.to_owned(), kind, data_type, unit: None, dimensions: Vec::new() }
 }
 
 fn colours() -> Type {
@@ -27,12 +28,12 @@ fn draft() -> Draft {
     let base = BaseUnit { exponents: [0, 1, -1, 0, 0, 0, 0, 0], factor: 1.0 / 3.6, offset: 0.0 };
     let speed = DraftConnector {
         unit: Some("km/h".to_owned()),
-        ..connector("v", Kind::Output, Type::Float64)
+        ..connector("v", ConnectorKind::Output, Type::Float64)
     };
-    let names = [("x", Kind::Output), ("u", Kind::Input)];
+    let names = [("x", ConnectorKind::Output), ("u", ConnectorKind::Input)];
     let other = names.map(|(name, kind)| connector(name, kind, Type::Boolean)).to_vec();
-    let mut other = [other, vec![connector("c", Kind::Parameter, colours())]].concat();
-    other.push(connector("w", Kind::Input, Type::Float64));
+    let mut other = [other, vec![connector("c", ConnectorKind::Parameter, colours())]].concat();
+    other.push(connector("w", ConnectorKind::Input, Type::Float64));
     let component = |name: &str, values: Option<&str>, connectors| DraftComponent {
         name: name.to_owned(),
         source: "resources/a.fmu".to_owned(),
@@ -47,7 +48,7 @@ fn draft() -> Draft {
             component("first", Some("resources/first.ssv"), vec![speed]),
             component("second", Some("resources/second.ssv"), other),
         ],
-        connectors: vec![connector("driver.go", Kind::Input, Type::Boolean)],
+        connectors: vec![connector("driver.go", ConnectorKind::Input, Type::Boolean)],
         connections: vec![
             DraftConnection {
                 from: end("first", "v"),
@@ -73,8 +74,8 @@ fn draft() -> Draft {
     }
 }
 
-fn value(name: &str, carries: Type, value: Value) -> DraftValue {
-    DraftValue { name: name.to_owned(), carries, value }
+fn value(name: &str, data_type: Type, value: Value) -> DraftValue {
+    DraftValue { name: name.to_owned(), data_type, value }
 }
 
 fn packed(draft: &Draft, second: &[DraftValue]) -> (tempfile::TempDir, Vec<u8>) {
@@ -112,19 +113,19 @@ fn a_system_is_read_as_it_was_written() {
     assert_eq!(system.name, "a system");
     assert_eq!(system.experiment, draft.experiment);
     let [first, second] = &system.components[..] else { panic!("two components") };
-    assert_eq!(first.starts[0].value, Value::Real(0.1 + 0.2));
+    assert_eq!(first.start_values[0].value, Value::Real(0.1 + 0.2));
     assert_eq!(first.connectors[0].unit.as_deref(), Some(&*draft.units[0]));
-    let read: Vec<_> = second.starts.iter().map(|it| (&*it.variable, &it.value)).collect();
+    let read: Vec<_> = second.start_values.iter().map(|it| (&*it.variable, &it.value)).collect();
     let mut written: Vec<_> = values.iter().map(|it| (&*it.name, &it.value)).collect();
     written.sort_by_key(|(name, _)| *name);
     assert_eq!(read, written);
-    let enumeration = second.connectors.iter().find(|it| it.name == "c").map(|it| &it.carries);
+    let enumeration = second.connectors.iter().find(|it| it.name == "c").map(|it| &it.data_type);
     assert_eq!(enumeration, Some(&Some(colours())));
-    let way = &system.connections[0].way;
-    assert!(way.suppress_unit_conversion);
-    assert_eq!(Some(&way.transformation), draft.connections[0].transformation.as_ref());
-    let (_, way) = &system.inputs[0].to[0];
-    assert_eq!(Some(&way.transformation), draft.connections[1].transformation.as_ref());
+    let conversion = &system.connections[0].conversion;
+    assert!(conversion.suppress_unit_conversion);
+    assert_eq!(Some(&conversion.transformation), draft.connections[0].transformation.as_ref());
+    let (_, conversion) = &system.inputs[0].to[0];
+    assert_eq!(Some(&conversion.transformation), draft.connections[1].transformation.as_ref());
     let (read, written) = (&system.annotations[0], draft.annotation.as_ref().expect("one"));
     assert_eq!((&read.kind, &read.text), (&written.kind, &written.text));
     assert_eq!(read.attributes, written.attributes);
@@ -141,9 +142,11 @@ fn a_system_is_read_as_it_was_written() {
 #[test]
 fn arrays_and_types_of_fmi_3_make_version_2() {
     let mut draft = draft();
-    let array =
-        DraftConnector { dimensions: vec![2, 3], ..connector("k", Kind::Parameter, Type::Float64) };
-    draft.components[1].connectors.extend([array, connector("i", Kind::Parameter, INT16)]);
+    let array = DraftConnector {
+        dimensions: vec![2, 3],
+        ..connector("k", ConnectorKind::Parameter, Type::Float64)
+    };
+    draft.components[1].connectors.extend([array, connector("i", ConnectorKind::Parameter, INT16)]);
     assert_eq!(draft.version(), Version::Two);
     let reals = (0..6).map(|k| Value::Real(f64::from(k) * 0.1)).collect();
     let texts = ["a b", "", "c"].map(|text| Value::String(text.to_owned())).to_vec();
@@ -154,7 +157,8 @@ fn arrays_and_types_of_fmi_3_make_version_2() {
     ];
     let (folder, _) = packed(&draft, &values);
     let system = crate::open(&folder.path().join("a.ssp"), None).expect("a system");
-    let read: Vec<_> = system.components[1].starts.iter().map(|it| it.value.clone()).collect();
+    let read: Vec<_> =
+        system.components[1].start_values.iter().map(|it| it.value.clone()).collect();
     assert_eq!(read, values.map(|it| it.value));
     let found = system.components[1].connectors.iter().find(|it| it.name == "k");
     let dimensions = found.map(|it| it.dimensions.clone());

@@ -42,7 +42,7 @@ pub fn pack(path: &Path, entries: &BTreeMap<String, Content>) -> std::io::Result
 ///
 /// # Errors
 /// When the entries make no system, or a file cannot be written.
-pub fn rehearse(entries: &BTreeMap<String, Content>) -> Result<System, Error> {
+pub fn read_back(entries: &BTreeMap<String, Content>) -> Result<System, Error> {
     let failed = |path: &Path| {
         let path = path.to_owned();
         move |source| Error::Read { path, source }

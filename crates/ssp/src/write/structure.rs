@@ -2,7 +2,7 @@
 
 use super::xml::Document;
 use super::{Draft, DraftAnnotation, DraftComponent, DraftConnection, DraftConnector, types};
-use crate::{BASES, Kind, Transformation, Type, Unit};
+use crate::{BASES, ConnectorKind, Transformation, Type, Unit};
 
 const SPACE: &str = "http://ssp-standard.org/SSP1/";
 
@@ -77,11 +77,11 @@ fn connectors(xml: &mut Document, connectors: &[DraftConnector]) {
     }
     xml.open("ssd:Connectors", &[]);
     for connector in connectors {
-        let kind = Kind::ALL.iter().find(|(_, kind)| *kind == connector.kind);
+        let kind = ConnectorKind::ALL.iter().find(|(_, kind)| *kind == connector.kind);
         let kind = kind.map_or("unspecified", |(word, _)| word);
         xml.open("ssd:Connector", &[("name", &connector.name), ("kind", kind)]);
-        let element = format!("ssc:{}", types::name(&connector.carries));
-        match (&connector.carries, &connector.unit) {
+        let element = format!("ssc:{}", types::name(&connector.data_type));
+        match (&connector.data_type, &connector.unit) {
             (Type::Float64 | Type::Float32, Some(unit)) => xml.empty(&element, &[("unit", unit)]),
             (Type::Enumeration(Some(found)), _) => xml.empty(&element, &[("name", &found.name)]),
             (Type::Binary { mime }, _) => xml.empty(&element, &[("mime-type", mime)]),
@@ -216,6 +216,6 @@ fn annotation(xml: &mut Document, annotation: &DraftAnnotation) {
     let mut attributes = vec![("xmlns", annotation.namespace.as_str())];
     attributes
         .extend(annotation.attributes.iter().map(|(key, value)| (key.as_str(), value.as_str())));
-    xml.texted(&annotation.element, &attributes, &annotation.text);
+    xml.text_element(&annotation.element, &attributes, &annotation.text);
     xml.close();
 }

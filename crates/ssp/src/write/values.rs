@@ -18,9 +18,9 @@ pub fn parameter_set(name: &str, version: Version, values: &[DraftValue]) -> Str
         ],
     );
     xml.open("ssv:Parameters", &[]);
-    for DraftValue { name, carries, value } in values {
+    for DraftValue { name, data_type, value } in values {
         xml.open("ssv:Parameter", &[("name", name)]);
-        typed(&mut xml, carries, value);
+        typed(&mut xml, data_type, value);
         if let Value::Array { dimensions, .. } = value {
             for size in dimensions {
                 xml.empty("ssc:Dimension", &[("size", &size.to_string())]);
@@ -31,12 +31,12 @@ pub fn parameter_set(name: &str, version: Version, values: &[DraftValue]) -> Str
     xml.finish()
 }
 
-fn typed(xml: &mut Document, carries: &Type, value: &Value) {
+fn typed(xml: &mut Document, data_type: &Type, value: &Value) {
     // An enumeration without items has numbers only.
-    let integer = matches!(value, Value::Integer(_)) && matches!(carries, Type::Enumeration(_));
-    let name = if integer { "Integer".to_owned() } else { types::name(carries) };
+    let integer = matches!(value, Value::Integer(_)) && matches!(data_type, Type::Enumeration(_));
+    let name = if integer { "Integer".to_owned() } else { types::name(data_type) };
     let element = format!("ssv:{name}");
-    let spaced = matches!(carries, Type::String | Type::Enumeration(_) | Type::Binary { .. });
+    let spaced = matches!(data_type, Type::String | Type::Enumeration(_) | Type::Binary { .. });
     match value {
         // Texts may have spaces in them, so each stands in an element of its own.
         Value::Array { elements, .. } if spaced => {

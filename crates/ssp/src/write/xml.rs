@@ -41,7 +41,7 @@ impl Document {
     }
 
     /// An element with nothing but a text.
-    pub fn texted(&mut self, name: &str, attributes: &[(&str, &str)], text: &str) {
+    pub fn text_element(&mut self, name: &str, attributes: &[(&str, &str)], text: &str) {
         self.tag(name, attributes, ">");
         let _ = writeln!(self.text, "{}</{name}>", escaped(text, false));
     }

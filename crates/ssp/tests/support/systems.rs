@@ -165,13 +165,13 @@ fn own(random: &mut Pcg64, bytes: &mut Vec<u8>) {
         };
         twin("t") + &twin("t2")
     };
-    let places: Vec<_> =
+    let positions: Vec<_> =
         text.match_indices("<ssd:Elements>").map(|(at, word)| at + word.len()).collect();
-    if places.is_empty() {
+    if positions.is_empty() {
         return;
     }
-    let place = places[random.random_range(0..places.len())];
-    *bytes = [&text[..place], &inside, &text[place..]].concat().into_bytes();
+    let position = positions[random.random_range(0..positions.len())];
+    *bytes = [&text[..position], &inside, &text[position..]].concat().into_bytes();
 }
 
 /// Opens the system in an archive, which has another one inside.

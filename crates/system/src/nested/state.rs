@@ -4,7 +4,7 @@ use cosim::exchange::Memory;
 use cosim::extrapolation::ExtrapolatedInput;
 use cosim::node::{NodeState, state_of};
 use cosim::system::{Body, ChainMemory, InputChain, NodePlan};
-use fmu_export::{Cell, Course, FmiResult, reject};
+use fmu_export::{FmiResult, Lifecycle, VariableValue, reject};
 use fmu_import::CallError;
 use serde::{Deserialize, Serialize};
 
@@ -30,8 +30,8 @@ impl Parts {
 
 /// A state of an instance.
 pub struct Saved {
-    course: Course,
-    values: Vec<Cell>,
+    course: Lifecycle,
+    values: Vec<VariableValue>,
     stale: bool,
     /// Nothing before the initialisation.
     parts: Option<SavedParts>,
@@ -52,8 +52,8 @@ struct SavedParts {
 #[derive(Serialize, Deserialize)]
 struct Bytes {
     guid: String,
-    course: Course,
-    values: Vec<Cell>,
+    course: Lifecycle,
+    values: Vec<VariableValue>,
     stale: bool,
     parts: Option<PartBytes>,
 }

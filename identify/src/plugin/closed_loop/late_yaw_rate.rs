@@ -3,7 +3,7 @@
 #[path = "../../../../crates/drive-doctor/tests/support/real_log.rs"]
 mod real_log;
 
-use plugin::{Analysis, Request, Signal, Silent};
+use plugin::{Analysis, NullHost, Request, Signal};
 use real_log::RealLog;
 use serde_json::Value;
 
@@ -61,7 +61,7 @@ fn found((time, columns): &Columns, window: [f64; 2], wheels: bool) -> Value {
     let signals = used.map(|(name, values)| Signal { name, unit: "", time, values }).collect();
     let request = Request { config: &config, signals };
     Identify::check(&request).unwrap_or_else(|error| panic!("{error}"));
-    let text = Identify::run(&request, &mut Silent).unwrap_or_else(|error| panic!("{error}"));
+    let text = Identify::run(&request, &mut NullHost).unwrap_or_else(|error| panic!("{error}"));
     serde_json::from_str(&text).expect("JSON")
 }
 

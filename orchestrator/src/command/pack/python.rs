@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ::python::{Failure, Interpreter, MODEL_SERVER, MODEL_SERVER_PATH, Raised};
+use ::python::{Interpreter, MODEL_SERVER, MODEL_SERVER_PATH, PythonException, ScriptError};
 use diagnostics::{Error, Source, TextFile};
 use fmu_export::pack::{Version, is_identifier};
 use orchestrator::package::BuildProgress;
-use python_model::Described;
+use python_model::PackedScript;
 
 use super::fmu_package::FmuPackage;
 use crate::command::progress::BuildLine;
@@ -62,7 +62,7 @@ pub fn run(order: &PackOptions) -> Result<u8, Error> {
     let interpreter = Interpreter::choose(None);
     let described = python_model::describe(&interpreter, (folder.path(), &file), class, name)
         .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
-    let Described { mut interface, table, unsaved, python, printed } = described;
+    let PackedScript { mut interface, table, unsaved, python, printed } = described;
     printed.iter().for_each(|line| tell(line));
     let mut building = BuildLine::default();
     let library =
@@ -149,9 +149,9 @@ fn refused(
     order: &PackOptions,
     resources: &BTreeMap<String, Vec<u8>>,
     interpreter: &Interpreter,
-    failure: Failure,
+    failure: ScriptError,
 ) -> Error {
-    let Failure::Raised(Raised { message, file, line, .. }) = failure else {
+    let ScriptError::Exception(PythonException { message, file, line, .. }) = failure else {
         return Error::input(format!("{}: {failure}", order.script.display()));
     };
     let path = |file: &String| order.script.with_file_name(file);

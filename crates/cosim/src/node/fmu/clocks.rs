@@ -1,6 +1,8 @@
 //! Knows when the clocks of an FMU tick, and which ones ticked in a step (FMI 3.0, sections 2.2.9 and 4.2).
 
-use fmu_import::{CallError, Causality, Description, Instance, Interval, IntervalChange, Type};
+use fmu_import::{
+    CallError, Causality, Description, Instance, IntervalQualifier, IntervalVariability, Type,
+};
 use serde::{Deserialize, Serialize};
 
 /// The clocks of an FMU.
@@ -21,7 +23,7 @@ pub(super) struct Clocks {
 struct Timed {
     name: String,
     reference: u32,
-    interval: Interval,
+    interval: IntervalVariability,
     /// Time between two ticks, if it is known [s].
     seconds: Option<f64>,
     shift: f64,
@@ -39,7 +41,7 @@ impl Timed {
     /// The next tick [s]. It is computed, never accumulated.
     fn due(&self) -> Option<f64> {
         match self.interval {
-            Interval::Countdown => self.countdown,
+            IntervalVariability::Countdown => self.countdown,
             _ => Some(self.origin + self.ticks as f64 * self.seconds?),
         }
     }
@@ -66,7 +68,9 @@ impl Clocks {
             let reference = variable.reference;
             match (variable.causality, &variable.ticks) {
                 (Causality::Output, _) => clocks.outputs.push(reference),
-                (Causality::Input, Some(ticks)) if ticks.interval != Interval::Triggered => {
+                (Causality::Input, Some(ticks))
+                    if ticks.interval != IntervalVariability::Triggered =>
+                {
                     clocks.timed.push(Timed {
                         name: variable.name.clone(),
                         reference,
@@ -104,9 +108,9 @@ impl Clocks {
     pub fn start(&mut self, instance: &mut Instance, begin: f64) -> Result<(), CallError> {
         for timed in &mut self.timed {
             timed.origin = begin + timed.shift;
-            if timed.interval == Interval::Calculated {
+            if timed.interval == IntervalVariability::Calculated {
                 let (seconds, change) = instance.interval(timed.reference)?;
-                timed.seconds = (change != IntervalChange::Unknown).then_some(seconds);
+                timed.seconds = (change != IntervalQualifier::Unknown).then_some(seconds);
                 timed.shift = instance.shift(timed.reference)?;
                 timed.origin = begin + timed.shift;
             }
@@ -117,23 +121,31 @@ impl Clocks {
     /// Asks for the intervals that change while the FMU runs, in event mode at a time [s].
     pub fn refresh(&mut self, instance: &mut Instance, time: f64) -> Result<(), CallError> {
         for timed in &mut self.timed {
-            let changes = [Interval::Tunable, Interval::Changing, Interval::Countdown]
-                .contains(&timed.interval);
+            let changes = [
+                IntervalVariability::Tunable,
+                IntervalVariability::Changing,
+                IntervalVariability::Countdown,
+            ]
+            .contains(&timed.interval);
             if !changes {
                 continue;
             }
             let (seconds, change) = instance.interval(timed.reference)?;
-            if change != IntervalChange::Changed {
+            if change != IntervalQualifier::Changed {
                 continue;
             }
             // Zero is a tick at once only for a countdown.
-            let least = if timed.interval == Interval::Countdown { 0.0 } else { f64::MIN_POSITIVE };
+            let least = if timed.interval == IntervalVariability::Countdown {
+                0.0
+            } else {
+                f64::MIN_POSITIVE
+            };
             if !seconds.is_finite() || seconds < least {
                 let what = format!("gave the clock `{}` the interval {seconds} s", timed.name);
                 return Err(CallError::new("fmi3GetIntervalDecimal", what));
             }
             match timed.interval {
-                Interval::Countdown => timed.countdown = Some(time + seconds),
+                IntervalVariability::Countdown => timed.countdown = Some(time + seconds),
                 _ => timed.change(seconds),
             }
         }

@@ -27,7 +27,7 @@ pub(super) struct Events {
 
 impl Events {
     pub fn new(instance: &Instance) -> Self {
-        match instance.has_events() {
+        match instance.uses_event_mode() {
             true => Events { clocks: Clocks::new(instance.description()), ..Events::default() },
             false => Events::default(),
         }
@@ -43,7 +43,7 @@ impl Events {
 impl FmuNode {
     /// Handles the first event, which the initialisation ends with.
     pub(super) fn begin_events(&mut self) -> Result<(), CallError> {
-        if !self.instance.has_events() {
+        if !self.instance.uses_event_mode() {
             return Ok(());
         }
         self.events.running = true;
@@ -76,8 +76,8 @@ impl FmuNode {
                 active.clear();
             }
             let updated = self.instance.update_discrete_states(time)?;
-            self.events.next = updated.next;
-            if !updated.again {
+            self.events.next = updated.next_event_time;
+            if !updated.discrete_states_need_update {
                 self.events.clocks.refresh(&mut self.instance, time)?;
                 return self.instance.enter_step_mode();
             }

@@ -118,7 +118,7 @@ impl FmuNode {
 impl TunableParameters for FmuNode {
     /// In event mode, if the FMU has that.
     fn tune(&mut self, values: &[StartValue], time: f64) -> Result<(), CallError> {
-        let with_event = self.instance.has_events();
+        let with_event = self.instance.uses_event_mode();
         if with_event {
             self.instance.enter_event_mode()?;
         }

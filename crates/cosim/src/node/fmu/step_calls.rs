@@ -61,7 +61,7 @@ impl StepCalls {
         step: f64,
         outputs: &mut [f64],
     ) -> Result<(), CallError> {
-        instance.visit(|instance| {
+        instance.batch(|instance| {
             for Call { storage, references, values } in &self.set {
                 let references = &self.references[references.clone()];
                 instance.set_numbers(*storage, references, &inputs[values.clone()])?;

@@ -3,7 +3,7 @@
 //! A group writes and reads all elements of its variables at once. Those that do not travel, and values that wait for an event, are stored
 //! in [`GroupValues`].
 
-use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, hexadecimal};
+use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, to_hex};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
@@ -68,7 +68,7 @@ impl Number for i128 {
         group: &VariableGroup,
         values: &[i128],
     ) -> Result<(), CallError> {
-        instance.set_exact(group.storage, &group.references, values)
+        instance.set_exact_integers(group.storage, &group.references, values)
     }
 
     fn get(
@@ -76,7 +76,7 @@ impl Number for i128 {
         group: &VariableGroup,
         values: &mut [i128],
     ) -> Result<(), CallError> {
-        instance.get_exact(group.storage, &group.references, values)
+        instance.get_exact_integers(group.storage, &group.references, values)
     }
 }
 
@@ -330,7 +330,7 @@ impl TypedValues for FmuNode {
             for (value, place) in values.iter_mut().zip(&group.places) {
                 *value = match stored.get(*place) {
                     Some(Value::String(text)) => text.clone(),
-                    Some(Value::Binary(bytes)) => hexadecimal(bytes),
+                    Some(Value::Binary(bytes)) => to_hex(bytes),
                     Some(other) => other.to_string(),
                     // A clocked text before the first tick.
                     None => String::new(),

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use diagnostics::{Error, shown};
 use fmu_import::{CallError, Fmu, Message, MessageLevel, OpenError};
-use isolation::{Line, Sandbox, Talk};
+use isolation::{Channel, Packet, Sandbox};
 
 use super::protocol::{
     Command, OtherValues, Outcome, Request, Response, SandboxPaths, Setup, StepPolynomials,
@@ -24,24 +24,25 @@ use crate::system::VariableGroups;
 /// When this process has no such host, or that has ended.
 pub fn serve(host: u32) -> Result<(), Error> {
     let wrong = |what: String| Error::input(format!("isolated is for FMUs of a run: {what}"));
-    let (line, note) = isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
-    fmu_import::ignore_requests_to_end();
-    fmu_import::write_notes_to(Some(note));
+    let (channel, note) =
+        isolation::become_guest(host).map_err(|error| wrong(error.to_string()))?;
+    fmu_import::ignore_termination_signals();
+    fmu_import::share_call_notes(Some(note));
     let look = || match isolation::has_host(host) {
         true => Ok(()),
         false => Err(wrong("that has ended".to_owned())),
     };
-    let (mut talk, mut served) = (Talk::default(), None);
+    let (mut talk, mut served) = (Packet::default(), None);
     loop {
-        line.receive(&mut talk, look)?;
+        channel.receive(&mut talk, look)?;
         let request = postcard::from_bytes::<Request>(&talk.bytes);
         let request = request.map_err(|error| wrong(error.to_string()))?;
         if let Command::Exit = request.command {
             // The run is over, and nobody reads the note any more.
-            fmu_import::write_notes_to(None);
-            fmu_import::complete(Some(0));
+            fmu_import::share_call_notes(None);
+            fmu_import::set_final_exit_code(Some(0));
             drop(served);
-            let late = fmu_import::late_messages();
+            let late = fmu_import::messages_while_freed();
             late.iter().for_each(|it| eprintln!("{}", shown(&format!("warning: {it}"))));
             return Ok(());
         }
@@ -50,24 +51,24 @@ pub fn serve(host: u32) -> Result<(), Error> {
         let messages = served.as_mut().map(|served| served.node.messages());
         let mut messages = messages.unwrap_or_default();
         if end {
-            let changed = fmu_import::changed_surroundings().into_iter();
+            let changed = fmu_import::process_state_changes().into_iter();
             messages.extend(changed.map(|what| Message::new(MessageLevel::Warning, "", &what)));
         }
         let response = Response { outcome, messages };
-        send(&line, &talk, &response, look)?;
+        send(&channel, &talk, &response, look)?;
     }
 }
 
 fn send(
-    line: &Line,
-    talk: &Talk,
+    channel: &Channel,
+    talk: &Packet,
     response: &Response,
     look: impl FnMut() -> Result<(), Error>,
 ) -> Result<(), Error> {
     let bytes = postcard::to_stdvec(response).map_err(|error| Error::input(error.to_string()))?;
     let shown = matches!(response.outcome, Ok(Outcome::Outputs(_)));
     let numbers = if shown { talk.numbers.as_slice() } else { &[] };
-    line.send((numbers, &bytes), look)
+    channel.send(numbers, &bytes, look)
 }
 
 /// A node, its saved states by number, and how much it shows.
@@ -193,7 +194,7 @@ impl Served {
 /// Makes the node, in a sandbox if it is to be in one.
 fn open(setup: Setup) -> Result<(Served, Outcome), Refusal> {
     let early = |error: OpenError| Refusal::Early(CallError::new("opening", error.to_string()));
-    let shut = |SandboxPaths { read, write }| isolation::shut(&Sandbox { read, write });
+    let shut = |SandboxPaths { read, write }| isolation::enter_sandbox(&Sandbox { read, write });
     let lacks = setup.sandbox.map(shut).unwrap_or_default();
     let fmu = Arc::new(Fmu::reopen(&setup.fmu).map_err(early)?);
     let VariableGroups { numbers, texts } = &setup.outputs;
@@ -206,7 +207,7 @@ fn open(setup: Setup) -> Result<(Served, Outcome), Refusal> {
     let mut node = FmuNode::new(&fmu, &setup.name, setup.log, setup.inputs, setup.outputs)?;
     node.prepare(setup.experiment, setup.starts)?;
     // The runtime of an FMU may have taken the signals.
-    fmu_import::ignore_requests_to_end();
+    fmu_import::ignore_termination_signals();
     let outcome = Outcome::Opened {
         can_save: node.can_save(),
         takes_input_derivatives: node.takes_input_derivatives(),

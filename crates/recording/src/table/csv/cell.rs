@@ -1,6 +1,6 @@
-//! Reads the number, the gap or the time of day in a cell.
+//! Parses a cell: a number, a gap or a time of day.
 
-use super::super::wanted::Decimal;
+use super::super::read_request::Decimal;
 
 /// The content of a cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,31 +72,35 @@ pub(super) fn hint(text: &str, decimal: Decimal) -> &'static str {
 
 /// What a cell tells about the decimal mark of its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mark {
+pub(super) enum DecimalEvidence {
     Nothing,
     Decimal(Decimal),
     /// One comma before three digits: a decimal mark, or a separator of thousands.
     Either,
 }
 
-pub(super) fn mark(text: &str) -> Mark {
+pub(super) fn decimal_evidence(text: &str) -> DecimalEvidence {
     let number = text.trim().trim_start_matches(['+', '-']);
     if !number.starts_with(|c: char| c.is_ascii_digit() || c == ',') {
-        return Mark::Nothing;
+        return DecimalEvidence::Nothing;
     }
     let Some((before, after)) = number.split_once(',') else {
         // `1.500` is rarely meant as thousands.
         let is_decimal = number.matches('.').count() == 1;
-        return if is_decimal { Mark::Decimal(Decimal::Point) } else { Mark::Nothing };
+        return if is_decimal {
+            DecimalEvidence::Decimal(Decimal::Point)
+        } else {
+            DecimalEvidence::Nothing
+        };
     };
     let thousands =
         after.len() == 3 && after.bytes().all(|b| b.is_ascii_digit()) && before.len() <= 3;
     if after.contains([',', '.']) {
-        Mark::Decimal(Decimal::Point)
+        DecimalEvidence::Decimal(Decimal::Point)
     } else if thousands && !before.starts_with('0') && !before.is_empty() && !before.contains('.') {
-        Mark::Either
+        DecimalEvidence::Either
     } else {
-        Mark::Decimal(Decimal::Comma)
+        DecimalEvidence::Decimal(Decimal::Comma)
     }
 }
 
@@ -175,22 +179,23 @@ mod tests {
 
     #[test]
     fn a_comma_is_a_decimal_mark_unless_three_digits_follow_it() {
-        let (comma, point) = (Mark::Decimal(Decimal::Comma), Mark::Decimal(Decimal::Point));
+        let (comma, point) =
+            (DecimalEvidence::Decimal(Decimal::Comma), DecimalEvidence::Decimal(Decimal::Point));
         for (text, expected) in [
             ("1,5", comma),
             ("0,125", comma),
             ("-,125", comma),
-            ("1,500", Mark::Either),
-            ("-12,345", Mark::Either),
+            ("1,500", DecimalEvidence::Either),
+            ("-12,345", DecimalEvidence::Either),
             ("1234,567", comma),
             ("1.234,567", comma),
             ("1,234.5", point),
             ("1,234,567", point),
             ("1.5", point),
-            ("15", Mark::Nothing),
-            ("left, right", Mark::Nothing),
+            ("15", DecimalEvidence::Nothing),
+            ("left, right", DecimalEvidence::Nothing),
         ] {
-            assert_eq!(mark(text), expected, "{text}");
+            assert_eq!(decimal_evidence(text), expected, "{text}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! Says why a CSV file cannot be read.
+//! Defines the errors of CSV files.
 
 use std::path::PathBuf;
 

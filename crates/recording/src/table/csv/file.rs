@@ -1,4 +1,4 @@
-//! Holds a CSV file: its titles and units, and goes through its rows.
+//! Iterates over the rows of a CSV file whose titles and units are known.
 
 use std::borrow::Cow;
 use std::cell::Cell as Shared;
@@ -15,8 +15,8 @@ use super::text::Text;
 use super::{line, reader};
 use crate::table::foreign::foreign;
 use crate::table::names::{Heading, Names};
+use crate::table::read_request::{Decimal, Dialect, Separator};
 use crate::table::title::Title;
-use crate::table::wanted::{Decimal, Dialect, Separator};
 use crate::table::{ColumnTitle, TableError};
 
 /// What is looked at to find the titles and the units has at most so many bytes [B].
@@ -35,7 +35,7 @@ pub(super) struct CsvFile<'a> {
 }
 
 /// Takes the first byte of a row and its cells, and says whether it wants more.
-pub(super) type TakeRow<'t> = &'t mut dyn FnMut(u64, &ByteRecord) -> bool;
+pub(super) type RowCallback<'t> = &'t mut dyn FnMut(u64, &ByteRecord) -> bool;
 
 impl<'a> CsvFile<'a> {
     /// Finds the titles and the units.
@@ -183,12 +183,12 @@ impl<'a> CsvFile<'a> {
 
     /// Goes through the rows until `take` wants no more, and warns of a last one that was cut off, which is left out. So are rows
     /// without any content.
-    pub fn rows(&self, take: TakeRow) -> Result<Option<String>, CsvError> {
+    pub fn rows(&self, take: RowCallback) -> Result<Option<String>, CsvError> {
         let unreadable = |source| CsvError::Read { path: self.path.to_owned(), source };
         let (last, begin) = (Shared::new(b'\n'), self.layout.rows_begin as u64);
         let is_blank = self.layout.separator == Separator::Blank;
         let from = self.text.open_at(begin).map_err(unreadable)?;
-        let text = Watched { from, last: &last, is_blank };
+        let text = LastByteReader { from, last: &last, is_blank };
         let mut reader = reader(text, self.layout.separator);
         let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
         let expected = self.layout.titles.len();
@@ -241,8 +241,8 @@ impl<'a> CsvFile<'a> {
             let found = "only a header";
             return Err(CsvError::Empty { path: self.path.to_owned(), found });
         }
-        let titles = titles.told(self, "with the titles again");
-        Ok(titles.or_else(|| repeated.told(self, "like the row before, cell by cell,")))
+        let titles = titles.warning(self, "with the titles again");
+        Ok(titles.or_else(|| repeated.warning(self, "like the row before, cell by cell,")))
     }
 
     /// Whether a row has the titles again, as where a logger began anew.
@@ -291,7 +291,7 @@ impl SkippedRows {
         self.count += 1;
     }
 
-    fn told(&self, file: &CsvFile, what: &str) -> Option<String> {
+    fn warning(&self, file: &CsvFile, what: &str) -> Option<String> {
         let (count, path) = (self.count, file.path.display());
         let rows = if count == 1 { "row" } else { "rows" };
         (count > 0).then(|| {
@@ -317,13 +317,13 @@ fn head(text: &Text) -> io::Result<Vec<u8>> {
 }
 
 /// Remembers the last byte that was read, and makes blanks of tabulators where both separate.
-struct Watched<'l, R> {
+struct LastByteReader<'l, R> {
     from: R,
     last: &'l Shared<u8>,
     is_blank: bool,
 }
 
-impl<R: io::Read> io::Read for Watched<'_, R> {
+impl<R: io::Read> io::Read for LastByteReader<'_, R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         let count = self.from.read(into)?;
         if self.is_blank {

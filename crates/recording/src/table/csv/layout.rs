@@ -1,10 +1,10 @@
-//! Tells where titles, units and rows stand in a CSV file.
+//! Detects the layout of a CSV file: lines of titles, units and rows.
 
 use super::line::{self, Line, count, lines};
 use super::profile::{HeaderLine, Profile, profile};
 use super::region::Region;
+use crate::table::read_request::{Dialect, Separator, UnitRow};
 use crate::table::title::{Title, unit, unit_word};
-use crate::table::wanted::{Dialect, Separator, UnitRow};
 
 /// Where titles, units and rows stand.
 #[derive(Debug)]
@@ -43,11 +43,11 @@ pub(super) fn find(head: &[u8], wanted: &[&str], dialect: &Dialect) -> Option<La
         (Some(said), regular) => {
             (said, regular.map_or_else(|| widest(&lines[said..=said], &separators).1, |it| it.1))
         }
-        (None, None) => wordiest(&lines, &separators, wanted, 0)
-            .or_else(|| (!lines.is_empty()).then(|| notes_or_titles(&lines, &separators)))?,
+        (None, None) => line_with_most_requested(&lines, &separators, wanted, 0)
+            .or_else(|| (!lines.is_empty()).then(|| first_widest_line(&lines, &separators)))?,
         (None, Some(regular)) => {
             let found = count(&lines[regular.0].titles(regular.1), wanted);
-            wordiest(&lines, &separators, wanted, found).unwrap_or(regular)
+            line_with_most_requested(&lines, &separators, wanted, found).unwrap_or(regular)
         }
     };
     let mut layout = Layout::at(&lines, place, wanted);
@@ -69,7 +69,7 @@ fn region(lines: &[Line], separators: &[Separator]) -> Option<Region> {
 }
 
 /// The first of the lines with the most wanted titles, if these are more than so many.
-fn wordiest(
+fn line_with_most_requested(
     lines: &[Line],
     separators: &[Separator],
     wanted: &[&str],
@@ -89,7 +89,7 @@ fn wordiest(
 }
 
 /// The first of the widest lines without comments, or with them where there are no others.
-fn notes_or_titles(lines: &[Line], separators: &[Separator]) -> (usize, Separator) {
+fn first_widest_line(lines: &[Line], separators: &[Separator]) -> (usize, Separator) {
     let rows: Vec<usize> = (0..lines.len()).filter(|it| !lines[*it].is_comment()).collect();
     let all: Vec<usize> = (0..lines.len()).collect();
     let places = if rows.is_empty() { all } else { rows };
@@ -241,7 +241,7 @@ impl Layout {
     }
 
     /// As which format it is read, and what stands in which line.
-    pub fn told(&self) -> String {
+    pub fn description(&self) -> String {
         let name = self.profile.map_or("CSV", |it| it.name);
         let lines = [("units", self.units_line), ("sources", self.sources_line)];
         let mut text = format!("titles in line {}", self.titles_line);

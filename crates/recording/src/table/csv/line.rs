@@ -1,10 +1,10 @@
-//! Takes the lines at the beginning of a CSV file apart.
+//! Splits the first lines of a CSV file into cells.
 
 use std::collections::HashSet;
 
 use super::cell::{Cell, cell, clock};
+use crate::table::read_request::{Decimal, Separator};
 use crate::table::title::Title;
-use crate::table::wanted::{Decimal, Separator};
 
 /// The lines at the beginning of a file among which the titles are looked for.
 pub const HEAD: usize = 400;

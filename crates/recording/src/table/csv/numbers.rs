@@ -1,21 +1,21 @@
-//! Makes numbers and time stamps of the cells of a CSV file.
+//! Converts cells of a CSV file to numbers and time stamps.
 
 use units::Unit;
 
+pub(super) use super::column_builder::CellType;
+use super::column_builder::{CellError, CellPosition, ColumnBuilder, index};
 use super::error::CsvError;
 use super::file::{CsvFile, text};
-pub(super) use super::growing::Form;
-use super::growing::{At, Growing, Wrong, index};
-use crate::table::kept::Kept;
+use crate::table::exact_values::ExactValues;
+use crate::table::read_request::{Decimal, ReadRequest, Separator};
 use crate::table::title::unit_of_time;
-use crate::table::wanted::{Decimal, Separator, Wanted};
 
 /// The cells of some columns, with their file.
 pub(super) struct Cells<'a> {
     file: &'a CsvFile<'a>,
     /// Where the columns are in the file.
     places: &'a [usize],
-    columns: Vec<Growing>,
+    columns: Vec<ColumnBuilder>,
     decimal: Decimal,
     /// What is odd about the rows.
     pub warning: Option<String>,
@@ -26,10 +26,11 @@ impl<'a> Cells<'a> {
     pub fn read(
         file: &'a CsvFile<'a>,
         places: &'a [usize],
-        (given, forms): (Option<Decimal>, &[Form]),
+        (given, forms): (Option<Decimal>, &[CellType]),
     ) -> Result<Self, CsvError> {
-        let form = |k: usize| forms.get(k).copied().unwrap_or(Form::Number);
-        let mut columns: Vec<_> = (0..places.len()).map(|k| Growing::new(form(k), given)).collect();
+        let form = |k: usize| forms.get(k).copied().unwrap_or(CellType::Number);
+        let mut columns: Vec<_> =
+            (0..places.len()).map(|k| ColumnBuilder::new(form(k), given)).collect();
         let warning = file.rows(&mut |begin, record| {
             for (column, place) in columns.iter_mut().zip(places) {
                 column.take(begin, text(&record[*place]));
@@ -48,7 +49,8 @@ impl<'a> Cells<'a> {
 
     fn detected(&self) -> Result<Decimal, CsvError> {
         let commas_separate = self.file.layout.separator == Separator::Comma;
-        let columns = || self.columns.iter().enumerate().filter(|(_, it)| it.form != Form::Text);
+        let columns =
+            || self.columns.iter().enumerate().filter(|(_, it)| it.form != CellType::Text);
         let shows = |decimal| columns().any(|(_, column)| column.shows[index(decimal)]);
         if shows(Decimal::Comma) && !commas_separate {
             return Ok(Decimal::Comma);
@@ -70,28 +72,28 @@ impl<'a> Cells<'a> {
         (self.file.path.to_owned(), self.file.line(begin), title)
     }
 
-    fn wrong(&self, column: usize, Wrong { at, expected, hint }: &Wrong) -> CsvError {
+    fn wrong(&self, column: usize, CellError { at, expected, hint }: &CellError) -> CsvError {
         let (path, line, column) = self.place(at.begin, column);
         CsvError::Cell { path, line, column, expected, text: at.text.trim().to_owned(), hint }
     }
 
     /// The values of a column, and what it keeps beside them; gaps are NaN.
-    pub fn take(&mut self, column: usize) -> Result<(Vec<f64>, Kept), CsvError> {
+    pub fn take(&mut self, column: usize) -> Result<(Vec<f64>, ExactValues), CsvError> {
         if let Some(wrong) = self.columns[column].wrong(self.decimal) {
             return Err(self.wrong(column, wrong));
         }
         let it = &mut self.columns[column];
-        let kept = match it.form {
-            Form::Text => Kept::Texts(std::mem::take(&mut it.texts)),
-            Form::Integer => Kept::Integers(std::mem::take(&mut it.integers)),
-            Form::Number | Form::Time => Kept::Nothing,
+        let exact = match it.form {
+            CellType::Text => ExactValues::Texts(std::mem::take(&mut it.texts)),
+            CellType::Integer => ExactValues::Integers(std::mem::take(&mut it.integers)),
+            CellType::Number | CellType::Time => ExactValues::Nothing,
         };
-        Ok((std::mem::take(&mut it.values), kept))
+        Ok((std::mem::take(&mut it.values), exact))
     }
 
     /// The line of the first gap.
     pub fn first_gap(&self, column: usize) -> Option<String> {
-        let At { begin, .. } = self.columns[column].gap.as_ref()?;
+        let CellPosition { begin, .. } = self.columns[column].gap.as_ref()?;
         Some(format!("line {}", self.file.line(*begin)))
     }
 
@@ -102,37 +104,39 @@ impl<'a> Cells<'a> {
         }
         if let Some(at) = &self.columns[column].gap {
             let hint = "; remove the row or fill the gap";
-            return Err(self.wrong(column, &Wrong { at: at.clone(), expected: "a number", hint }));
+            return Err(
+                self.wrong(column, &CellError { at: at.clone(), expected: "a number", hint })
+            );
         }
         Ok(std::mem::take(&mut self.columns[column].values))
     }
 
     /// The time stamps [s], in rising order.
-    pub fn stamps(&mut self, column: usize, wanted: &Wanted) -> Result<Vec<f64>, CsvError> {
+    pub fn stamps(&mut self, column: usize, request: &ReadRequest) -> Result<Vec<f64>, CsvError> {
         let stamps = match self.columns[column].has_clocks() {
             true => self.take(column)?.0,
             false => {
-                let factor = self.time_factor(column, wanted.time_unit)?;
+                let factor = self.time_factor(column, request.time_unit)?;
                 let mut stamps = self.complete(column)?;
-                self.seconds_are_plausible(column, wanted, &stamps)?;
+                self.seconds_are_plausible(column, request, &stamps)?;
                 if factor != 1.0 {
                     stamps.iter_mut().for_each(|stamp| *stamp *= factor);
                 }
                 stamps
             }
         };
-        self.rising(column, stamps, wanted)
+        self.rising(column, stamps, request)
     }
 
     /// The time stamps [s] of a column of whole seconds and one of nanoseconds.
     pub fn split_stamps(
         &mut self,
         [seconds, nanoseconds]: [usize; 2],
-        wanted: &Wanted,
+        request: &ReadRequest,
     ) -> Result<Vec<f64>, CsvError> {
         let (mut stamps, parts) = (self.complete(seconds)?, self.complete(nanoseconds)?);
         stamps.iter_mut().zip(parts).for_each(|(stamp, part)| *stamp += part * 1e-9);
-        self.rising(seconds, stamps, wanted)
+        self.rising(seconds, stamps, request)
     }
 
     /// Time stamps that rise, or the first line where they do not.
@@ -140,11 +144,11 @@ impl<'a> Cells<'a> {
         &self,
         column: usize,
         mut stamps: Vec<f64>,
-        wanted: &Wanted,
+        request: &ReadRequest,
     ) -> Result<Vec<f64>, CsvError> {
         let rises = |row: usize, pair: &[f64]| match pair[1] == pair[0] {
             // The first row is the value from the left, the second one that from the right.
-            true => wanted.jumps && (row == 0 || stamps[row - 1] < pair[0]),
+            true => request.jumps && (row == 0 || stamps[row - 1] < pair[0]),
             false => pair[1] > pair[0],
         };
         let mut pairs = stamps.windows(2).enumerate();
@@ -166,14 +170,14 @@ impl<'a> Cells<'a> {
     fn seconds_are_plausible(
         &self,
         column: usize,
-        wanted: &Wanted,
+        request: &ReadRequest,
         stamps: &[f64],
     ) -> Result<(), CsvError> {
         /// From this time on [s] it is no year that a log is from: the first one in ms is of 1973, in us and ns likewise.
         const UNITS: [(f64, &str); 3] = [(1e17, "ns"), (1e14, "us"), (1e11, "ms")];
         let place = self.places[column];
         let title = &self.file.layout.titles[place];
-        let is_said = wanted.time_unit.is_some() || self.file.unit(place)?.is_some();
+        let is_said = request.time_unit.is_some() || self.file.unit(place)?.is_some();
         let Some(&first) = stamps.first().filter(|_| !is_said) else { return Ok(()) };
         let unit = UNITS.iter().find(|(least, _)| first >= *least);
         match unit.filter(|_| unit_of_time(&title.plain).is_none()) {

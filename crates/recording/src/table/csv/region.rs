@@ -1,11 +1,11 @@
-//! Finds the rows of numbers of a CSV file, and the lines above them that belong to them.
+//! Detects the region of numeric rows of a CSV file, and the header lines above it.
 //!
 //! The titles are not known by their words but by what follows them: the last lines are rows, and what stands above all of these, as
 //! wide as they are, are titles and what explains them. Notes about the drive stand apart, or are narrower.
 
 use super::layout::{is_explanation, is_units};
 use super::line::{Line, is_gap, is_number, width};
-use crate::table::wanted::Separator;
+use crate::table::read_request::Separator;
 
 /// So many lines at the end are looked at for the last row; others are footers.
 const FOOTERS: usize = 50;

@@ -1,14 +1,14 @@
-//! Counts the columns of a CSV file.
+//! Surveys the columns of a CSV file.
 
 use std::path::Path;
 
-use super::cell::{Cell, Mark, cell, clock, mark};
+use super::cell::{Cell, DecimalEvidence, cell, clock, decimal_evidence};
 use super::file::{CsvFile, text};
 use super::text_at;
 use crate::survey::{Channel, Survey, Tally};
 use crate::table::TableError;
+use crate::table::read_request::{Decimal, Dialect, Separator};
 use crate::table::title::unit_of_time;
-use crate::table::wanted::{Decimal, Dialect, Separator};
 
 /// So many rows tell the decimal mark.
 const SAMPLE: usize = 10_000;
@@ -64,7 +64,7 @@ pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
     })?;
     let time = format!("`{}`, unless another column is named", channels[time].name);
     channels.retain(|it| !it.name.is_empty());
-    let format = file.layout.told();
+    let format = file.layout.description();
     let warnings = warning.into_iter().chain(file.left_out()).collect();
     Ok(Survey { format, time, channels, left_out: Vec::new(), warnings })
 }
@@ -76,7 +76,9 @@ fn decimal(file: &CsvFile) -> Result<Decimal, TableError> {
     let (mut rows, mut decimal) = (0, Decimal::Point);
     file.rows(&mut |_, record| {
         rows += 1;
-        let comma = |content: &[u8]| mark(&text(content)) == Mark::Decimal(Decimal::Comma);
+        let comma = |content: &[u8]| {
+            decimal_evidence(&text(content)) == DecimalEvidence::Decimal(Decimal::Comma)
+        };
         if record.iter().any(comma) {
             decimal = Decimal::Comma;
         }

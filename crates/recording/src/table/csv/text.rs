@@ -47,7 +47,7 @@ impl Text {
         head.drain(..skip);
         let rest = io::Cursor::new(head).chain(raw);
         Ok(match wide {
-            Some(lowest_first) => Box::new(Wide::new(rest, lowest_first)),
+            Some(lowest_first) => Box::new(Utf16Reader::new(rest, lowest_first)),
             None => Box::new(rest),
         })
     }
@@ -68,7 +68,7 @@ fn first(from: &mut dyn Read) -> io::Result<Vec<u8>> {
 }
 
 /// Text in UTF-16, read as UTF-8.
-struct Wide<R> {
+struct Utf16Reader<R> {
     from: R,
     lowest_first: bool,
     /// The first half of a letter beyond 16 bits.
@@ -77,7 +77,7 @@ struct Wide<R> {
     given: usize,
 }
 
-impl<R: Read> Wide<R> {
+impl<R: Read> Utf16Reader<R> {
     fn new(from: R, lowest_first: bool) -> Self {
         Self { from, lowest_first, high: None, ready: Vec::new(), given: 0 }
     }
@@ -103,7 +103,7 @@ impl<R: Read> Wide<R> {
     }
 }
 
-impl<R: Read> Read for Wide<R> {
+impl<R: Read> Read for Utf16Reader<R> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
         if self.given == self.ready.len() {
             self.fill()?;

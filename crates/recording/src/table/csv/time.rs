@@ -1,4 +1,4 @@
-//! Finds the columns of the time of a CSV file.
+//! Finds the time columns of a CSV file.
 
 use super::file::CsvFile;
 use crate::table::TableError;

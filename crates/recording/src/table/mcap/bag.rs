@@ -1,4 +1,4 @@
-//! Hands over the messages of a recording: an MCAP file, the database of a ROS 2 bag, or the files of a bag one behind the other.
+//! Iterates over the messages of a recording: an MCAP file, the database of a ROS 2 bag, or all files of a bag.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use ::mcap::records::MessageHeader;
 use ::mcap::{Channel, MAGIC, Schema};
-use ros_bag::{Database, Files};
+use ros_bag::{BagFiles, Database};
 use tempfile::NamedTempFile;
 
 use super::file::{Channels, Mcap, TakeMessage};
@@ -25,19 +25,19 @@ pub struct Bag {
     pub channels: Channels,
     /// What is missing in it.
     pub warnings: Vec<String>,
-    files: Vec<Storage>,
+    files: Vec<BagFile>,
 }
 
 /// A file with messages.
-struct Storage {
-    content: Content,
+struct BagFile {
+    content: BagStorage,
     /// The channel of the recording for each of the file.
     ids: HashMap<i64, u16>,
     /// The file itself, where it was packed.
     _unpacked: Option<NamedTempFile>,
 }
 
-enum Content {
+enum BagStorage {
     Mcap(Mcap),
     Database(Database),
 }
@@ -66,7 +66,7 @@ pub fn is(path: &Path) -> std::io::Result<bool> {
     Ok(head.starts_with(MAGIC)
         || ros_bag::is_database(&head)
         || ros_bag::is_ros1_bag(&head)
-        || packed && ros_bag::is_packed(&head))
+        || packed && ros_bag::is_compressed(&head))
 }
 
 impl Bag {
@@ -78,7 +78,7 @@ impl Bag {
         let wrong = |error: ros_bag::Error| bag(path, error.to_string());
         let files = match ros_bag::bag_folder(path) {
             Some(folder) => ros_bag::files(folder).map_err(wrong)?,
-            None => Files { files: vec![path.to_owned()], warnings: Vec::new() },
+            None => BagFiles { files: vec![path.to_owned()], warnings: Vec::new() },
         };
         let mut bag = Bag {
             path: path.to_owned(),
@@ -98,14 +98,18 @@ impl Bag {
         Ok(bag)
     }
 
-    fn add(&mut self, path: &Path, known: &mut HashMap<Identity, u16>) -> Result<(), TableError> {
+    fn add(
+        &mut self,
+        path: &Path,
+        known: &mut HashMap<ChannelIdentity, u16>,
+    ) -> Result<(), TableError> {
         let wrong = |error: ros_bag::Error| bag(path, error.to_string());
         let open =
             |source| TableError::from(RecordingError::Read { path: path.to_owned(), source });
         let mut begin = head(path).map_err(open)?;
         let mut unpacked = None;
-        if ros_bag::is_packed(&begin) {
-            let file = ros_bag::unpacked_file(path).map_err(wrong)?;
+        if ros_bag::is_compressed(&begin) {
+            let file = ros_bag::decompress_file(path).map_err(wrong)?;
             begin = head(file.path()).map_err(open)?;
             unpacked = Some(file);
         }
@@ -119,11 +123,11 @@ impl Bag {
                 self.warnings.push(format!("{}: {text}", path.display()));
             }
             let channels = channels.into_iter().map(|(id, it)| (i64::from(id), it)).collect();
-            (Content::Mcap(mcap), channels, "MCAP")
+            (BagStorage::Mcap(mcap), channels, "MCAP")
         } else if ros_bag::is_database(&begin) {
             let database = Database::open(at).map_err(wrong)?;
             let channels: Vec<_> = database.topics.iter().map(channel).collect();
-            (Content::Database(database), channels, "SQLite (rosbag2)")
+            (BagStorage::Database(database), channels, "SQLite (rosbag2)")
         } else if ros_bag::is_ros1_bag(&begin) {
             let cure = "it is a bag of ROS 1, which is not read: `pip install rosbags`, then `rosbags-convert --src OLD.bag --dst NEW` \
                         makes a bag of ROS 2 of it, which is read";
@@ -134,7 +138,7 @@ impl Bag {
         let mut ids = HashMap::new();
         for (id, channel) in channels {
             let next = self.channels.len();
-            let number = *known.entry(Identity::new(&channel)).or_insert_with(|| {
+            let number = *known.entry(ChannelIdentity::new(&channel)).or_insert_with(|| {
                 // An MCAP file has at most 65,536 channels, and its numbers stay as they are.
                 let number = u16::try_from(id).ok().filter(|id| !self.channels.contains_key(id));
                 let number = number.unwrap_or_else(|| free(&self.channels, next));
@@ -145,7 +149,7 @@ impl Bag {
             ids.insert(id, number);
         }
         self.format = format.to_owned();
-        self.files.push(Storage { content, ids, _unpacked: unpacked });
+        self.files.push(BagFile { content, ids, _unpacked: unpacked });
         Ok(())
     }
 
@@ -159,18 +163,18 @@ impl Bag {
         take: &mut TakeMessage,
     ) -> Result<(), TableError> {
         let mut more = true;
-        for Storage { content, ids, .. } in self.files.iter() {
+        for BagFile { content, ids, .. } in self.files.iter() {
             if !more {
                 break;
             }
             let id = |of_file: i64| ids.get(&of_file).copied().filter(|id| wanted(*id));
             match content {
-                Content::Mcap(mcap) => mcap.messages(&mut |header, data| {
+                BagStorage::Mcap(mcap) => mcap.messages(&mut |header, data| {
                     let Some(channel_id) = id(header.channel_id.into()) else { return Ok(true) };
                     more = take(&MessageHeader { channel_id, ..*header }, data)?;
                     Ok(more)
                 })?,
-                Content::Database(database) => {
+                BagStorage::Database(database) => {
                     let is_wanted = |topic| id(topic).is_some();
                     let result = database.messages(&is_wanted, &mut |topic, time, data| {
                         let Some(channel_id) = id(topic) else { return Ok(true) };
@@ -182,12 +186,12 @@ impl Bag {
                             log_time: time,
                             publish_time: time,
                         };
-                        more = take(&header, data).map_err(Stop::Taker)?;
+                        more = take(&header, data).map_err(VisitError::Taker)?;
                         Ok(more)
                     });
                     result.map_err(|stop| match stop {
-                        Stop::Bag(error) => bag(&self.path, error.to_string()),
-                        Stop::Taker(error) => error,
+                        VisitError::Bag(error) => bag(&self.path, error.to_string()),
+                        VisitError::Taker(error) => error,
                     })?;
                 }
             }
@@ -197,14 +201,14 @@ impl Bag {
 }
 
 /// Why messages of a database are no more handed over.
-enum Stop {
+enum VisitError {
     Bag(ros_bag::Error),
     Taker(TableError),
 }
 
-impl From<ros_bag::Error> for Stop {
+impl From<ros_bag::Error> for VisitError {
     fn from(error: ros_bag::Error) -> Self {
-        Stop::Bag(error)
+        VisitError::Bag(error)
     }
 }
 
@@ -214,14 +218,14 @@ fn bag(path: &Path, what: String) -> TableError {
 
 /// What makes channels one, of several files or of several publishers.
 #[derive(PartialEq, Eq, Hash)]
-struct Identity {
+struct ChannelIdentity {
     topic: String,
     encoding: String,
     schema: Option<(String, Vec<u8>)>,
     metadata: BTreeMap<String, String>,
 }
 
-impl Identity {
+impl ChannelIdentity {
     fn new(channel: &Channel) -> Self {
         let encoding = channel.message_encoding.clone();
         // Of ROS they are properties of the publishers.
@@ -230,7 +234,7 @@ impl Identity {
             None => channel.metadata.clone(),
         };
         let schema = channel.schema.as_ref().map(|it| (it.name.clone(), it.data.to_vec()));
-        Identity { topic: channel.topic.clone(), encoding, schema, metadata }
+        ChannelIdentity { topic: channel.topic.clone(), encoding, schema, metadata }
     }
 }
 

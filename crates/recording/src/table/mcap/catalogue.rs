@@ -1,4 +1,4 @@
-//! Finds the channel of a column, and lists what is in a recording when there is none.
+//! Resolves a column to its channel and field, and lists what a recording has instead.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ::mcap::Channel;
 
 use super::bag::Bag;
-use super::field::Reader;
+use super::field::MessageReader;
 use super::{RecordingError, TableError};
 
 /// The channels of a file, with what can be asked for in each: a recording may have a hundred thousand columns.
@@ -88,7 +88,7 @@ pub fn titles(file: &Bag) -> Vec<(String, Option<String>)> {
     let samples = samples(file, &channels);
     let mut titles = Vec::new();
     for channel in channels {
-        let Ok(Some(reader)) = Reader::new(channel) else { continue };
+        let Ok(Some(reader)) = MessageReader::new(channel) else { continue };
         let message = samples.get(&channel.id).and_then(|sample| reader.read(sample).ok());
         for path in reader.list(message.as_ref()) {
             let unit = reader.find(&path).ok().and_then(|field| reader.unit(&field));
@@ -119,7 +119,7 @@ pub fn sampled(
 
 fn fields(channel: &Channel, samples: &BTreeMap<u16, Vec<u8>>) -> Vec<String> {
     let topic = &channel.topic;
-    let Ok(Some(reader)) = Reader::new(channel) else {
+    let Ok(Some(reader)) = MessageReader::new(channel) else {
         return vec![format!("{topic} (encoding {})", channel.message_encoding)];
     };
     let message = samples.get(&channel.id).and_then(|sample| reader.read(sample).ok());

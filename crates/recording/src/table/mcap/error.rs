@@ -1,4 +1,4 @@
-//! Says why an MCAP recording cannot be played back.
+//! Defines the errors of recordings of messages.
 
 use std::path::PathBuf;
 
@@ -58,7 +58,7 @@ pub enum RecordingError {
         "the time of the recording {} is `header.stamp`, `log_time` or `publish_time`, found `{found}`; no column of it is \
          the time", path.display()
     )]
-    Stamp {
+    TimeSource {
         /// The file.
         path: PathBuf,
         /// The word of the scenario.
@@ -157,7 +157,7 @@ impl RecordingError {
     #[must_use]
     pub fn word(&self) -> Option<&str> {
         match self {
-            RecordingError::Stamp { found: word, .. }
+            RecordingError::TimeSource { found: word, .. }
             | RecordingError::Ambiguous { column: word, .. }
             | RecordingError::Encoding { column: word, .. }
             | RecordingError::NotANumber { column: word, .. } => Some(word),

@@ -1,17 +1,17 @@
-//! Finds values in messages: in protobuf and messages of ROS by the schema that comes with them, in JSON by the names.
+//! Decodes fields of messages: protobuf and ROS by their schemas, JSON by names.
 
 use mcap::Channel;
 use prost_reflect::{
     DescriptorPool, DynamicMessage, FieldDescriptor, Kind, MessageDescriptor, Value,
 };
-use ros_bag::{Definition, Encoding, Language, Listing, NoWay, Way};
+use ros_bag::{Definition, Encoding, FieldListing, FieldPath, Language, PathError};
 use serde_json::Value as Json;
 
-pub use crate::table::logged::Cell;
+pub use crate::table::log::ChannelValue;
 
 /// How messages of a channel are read.
 #[derive(Debug)]
-pub enum Reader {
+pub enum MessageReader {
     /// By this description.
     Protobuf(MessageDescriptor),
     /// As they are.
@@ -22,7 +22,7 @@ pub enum Reader {
 
 /// A message that has been read.
 #[derive(Debug)]
-pub enum Message {
+pub enum DecodedMessage {
     /// With its description.
     Protobuf(DynamicMessage),
     /// As it is.
@@ -33,16 +33,16 @@ pub enum Message {
 
 /// A row of a message: most messages are one.
 #[derive(Debug)]
-pub struct Row<'m> {
+pub struct MessageRow<'m> {
     /// What tells it from other rows, where a message has several.
     pub key: Option<&'m str>,
     /// The time at which it was measured, where it says so [ns].
     pub stamp: Option<i128>,
-    content: Content<'m>,
+    content: RowContent<'m>,
 }
 
 #[derive(Debug)]
-enum Content<'m> {
+enum RowContent<'m> {
     Protobuf(&'m DynamicMessage),
     Json(&'m Json),
     Ros(&'m ros_bag::Value),
@@ -50,18 +50,18 @@ enum Content<'m> {
 
 /// The way to a number in the messages of a channel.
 #[derive(Debug)]
-pub enum Field {
+pub enum MessageField {
     /// Fields of messages, and indices in lists.
-    Protobuf(Vec<Step>),
+    Protobuf(Vec<PathStep>),
     /// Names with dots in between.
     Json(String),
     /// Fields of structures, and indices in lists.
-    Ros(Way),
+    Ros(FieldPath),
 }
 
 /// A step on the way through a protobuf message.
 #[derive(Debug)]
-pub enum Step {
+pub enum PathStep {
     /// To a field.
     Into(FieldDescriptor),
     /// To an element of a list, from 0 on.
@@ -70,7 +70,7 @@ pub enum Step {
 
 /// Why there is no way to a number.
 #[derive(Debug, PartialEq, Eq)]
-pub enum Dead {
+pub enum FieldError {
     /// No field is called that.
     Missing,
     /// What is there is no number but this.
@@ -80,21 +80,21 @@ pub enum Dead {
 /// Messages in messages are listed down to this depth: a message may contain its own kind.
 const DEEPEST: usize = 5;
 
-impl Reader {
+impl MessageReader {
     /// Nothing for encodings that cannot be read.
     ///
     /// # Errors
     /// With what is wrong with the channel's schema.
     pub fn new(channel: &Channel) -> Result<Option<Self>, String> {
         match channel.message_encoding.as_str() {
-            "json" => Ok(Some(Reader::Json)),
+            "json" => Ok(Some(MessageReader::Json)),
             "protobuf" => {
                 let schema = channel.schema.as_ref().ok_or("it has no schema")?;
                 let pool = DescriptorPool::decode(&*schema.data);
                 let pool = pool.map_err(|error| format!("its schema cannot be read: {error}"))?;
                 let message = pool.get_message_by_name(&schema.name);
                 let missing = || format!("its schema has no message `{}`", schema.name);
-                Ok(Some(Reader::Protobuf(message.ok_or_else(missing)?)))
+                Ok(Some(MessageReader::Protobuf(message.ok_or_else(missing)?)))
             }
             encoding => match Encoding::of(encoding) {
                 Some(encoding) => Ok(Some(ros(channel, encoding)?)),
@@ -104,14 +104,14 @@ impl Reader {
     }
 
     /// The way to a value, as far as one can tell without a message.
-    pub fn find(&self, path: &str) -> Result<Field, Dead> {
+    pub fn find(&self, path: &str) -> Result<MessageField, FieldError> {
         match self {
-            Reader::Json => Ok(Field::Json(path.to_owned())),
-            Reader::Protobuf(message) => way(message, path).map(Field::Protobuf),
-            Reader::Ros(definition, _) => match definition.find(path) {
-                Ok(way) => Ok(Field::Ros(way)),
-                Err(NoWay::Missing) => Err(Dead::Missing),
-                Err(NoWay::Other(found)) => Err(Dead::Other(found)),
+            MessageReader::Json => Ok(MessageField::Json(path.to_owned())),
+            MessageReader::Protobuf(message) => way(message, path).map(MessageField::Protobuf),
+            MessageReader::Ros(definition, _) => match definition.find(path) {
+                Ok(way) => Ok(MessageField::Ros(way)),
+                Err(PathError::Missing) => Err(FieldError::Missing),
+                Err(PathError::Other(found)) => Err(FieldError::Other(found)),
             },
         }
     }
@@ -120,69 +120,71 @@ impl Reader {
     ///
     /// # Errors
     /// With what is wrong with it.
-    pub fn read(&self, data: &[u8]) -> Result<Message, String> {
+    pub fn read(&self, data: &[u8]) -> Result<DecodedMessage, String> {
         match self {
-            Reader::Protobuf(kind) => DynamicMessage::decode(kind.clone(), data)
-                .map(Message::Protobuf)
+            MessageReader::Protobuf(kind) => DynamicMessage::decode(kind.clone(), data)
+                .map(DecodedMessage::Protobuf)
                 .map_err(|error| format!("it does not fit its schema: {error}")),
-            Reader::Json => serde_json::from_slice(data)
-                .map(Message::Json)
+            MessageReader::Json => serde_json::from_slice(data)
+                .map(DecodedMessage::Json)
                 .map_err(|error| format!("it is no JSON: {error}")),
-            Reader::Ros(definition, encoding) => {
-                definition.read(*encoding, &ros_bag::unpacked(data)?).map(Message::Ros)
+            MessageReader::Ros(definition, encoding) => {
+                definition.read(*encoding, &ros_bag::decompress(data)?).map(DecodedMessage::Ros)
             }
         }
     }
 
     /// The rows of a message.
-    pub fn rows<'m>(&self, message: &'m Message) -> Vec<Row<'m>> {
-        let one = |content| vec![Row { key: None, stamp: None, content }];
+    pub fn rows<'m>(&self, message: &'m DecodedMessage) -> Vec<MessageRow<'m>> {
+        let one = |content| vec![MessageRow { key: None, stamp: None, content }];
         match (self, message) {
-            (_, Message::Protobuf(message)) => one(Content::Protobuf(message)),
-            (_, Message::Json(json)) => one(Content::Json(json)),
-            (Reader::Ros(definition, _), Message::Ros(value)) => {
+            (_, DecodedMessage::Protobuf(message)) => one(RowContent::Protobuf(message)),
+            (_, DecodedMessage::Json(json)) => one(RowContent::Json(json)),
+            (MessageReader::Ros(definition, _), DecodedMessage::Ros(value)) => {
                 let rows = definition.rows(value).into_iter();
                 let row = |row: ros_bag::Row<'m>| {
                     let stamp = definition.stamp(&row);
-                    Row { key: row.key, stamp, content: Content::Ros(row.value) }
+                    MessageRow { key: row.key, stamp, content: RowContent::Ros(row.value) }
                 };
                 rows.map(row).collect()
             }
-            (_, Message::Ros(value)) => one(Content::Ros(value)),
+            (_, DecodedMessage::Ros(value)) => one(RowContent::Ros(value)),
         }
     }
 
     /// Whether messages say when they were measured.
     pub fn has_stamp(&self) -> bool {
-        matches!(self, Reader::Ros(definition, _) if definition.has_stamp())
+        matches!(self, MessageReader::Ros(definition, _) if definition.has_stamp())
     }
 
     /// The unit of a field, where the type of the message tells.
-    pub fn unit(&self, field: &Field) -> Option<&'static str> {
+    pub fn unit(&self, field: &MessageField) -> Option<&'static str> {
         match (self, field) {
-            (Reader::Ros(definition, _), Field::Ros(way)) => definition.unit(way),
+            (MessageReader::Ros(definition, _), MessageField::Ros(way)) => definition.unit(way),
             _ => None,
         }
     }
 
     /// What a row of a message of ROS has; without one what the definition promises.
-    pub fn listing(&self, row: Option<&Row>) -> Option<Listing> {
-        let Reader::Ros(definition, _) = self else { return None };
+    pub fn listing(&self, row: Option<&MessageRow>) -> Option<FieldListing> {
+        let MessageReader::Ros(definition, _) = self else { return None };
         let row = row.and_then(|row| match row.content {
-            Content::Ros(value) => Some(ros_bag::Row { key: row.key, value }),
+            RowContent::Ros(value) => Some(ros_bag::Row { key: row.key, value }),
             _ => None,
         });
         Some(definition.list(row.as_ref()))
     }
 
     /// The numbers of a message by their paths, of ROS its texts, too; without a message those that the schema promises.
-    pub fn list(&self, message: Option<&Message>) -> Vec<String> {
+    pub fn list(&self, message: Option<&DecodedMessage>) -> Vec<String> {
         let mut paths = Vec::new();
         match (self, message) {
-            (Reader::Protobuf(kind), _) => list(kind, "", DEEPEST, &mut paths),
-            (Reader::Json, Some(Message::Json(json))) => list_json(json, "", &mut paths),
-            (Reader::Json, _) => {}
-            (Reader::Ros(..), message) => {
+            (MessageReader::Protobuf(kind), _) => list(kind, "", DEEPEST, &mut paths),
+            (MessageReader::Json, Some(DecodedMessage::Json(json))) => {
+                list_json(json, "", &mut paths)
+            }
+            (MessageReader::Json, _) => {}
+            (MessageReader::Ros(..), message) => {
                 let rows = message.map_or_else(Vec::new, |message| self.rows(message));
                 let listings = match rows.is_empty() {
                     true => vec![self.listing(None)],
@@ -196,29 +198,29 @@ impl Reader {
     }
 }
 
-fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<Step>, Dead> {
+fn way(message: &MessageDescriptor, path: &str) -> Result<Vec<PathStep>, FieldError> {
     let (mut steps, mut message) = (Vec::new(), Some(message.clone()));
     let mut names = path.split('.').peekable();
     while let Some(name) = names.next() {
         let found = message.as_ref().and_then(|message| message.get_field_by_name(name));
-        let field = found.ok_or(Dead::Missing)?;
+        let field = found.ok_or(FieldError::Missing)?;
         let kind = field.kind();
         let list = field.is_list();
         if field.is_map() {
-            return Err(Dead::Other("a map".to_owned()));
+            return Err(FieldError::Other("a map".to_owned()));
         }
-        steps.push(Step::Into(field));
+        steps.push(PathStep::Into(field));
         if list {
             let place = names
                 .next()
-                .ok_or_else(|| Dead::Other("a list: add an index, as in `.0`".to_owned()))?;
-            steps.push(Step::At(place.parse().map_err(|_| Dead::Missing)?));
+                .ok_or_else(|| FieldError::Other("a list: add an index, as in `.0`".to_owned()))?;
+            steps.push(PathStep::At(place.parse().map_err(|_| FieldError::Missing)?));
         }
         let last = names.peek().is_none();
         message = match kind {
-            Kind::Message(_) if last => return Err(Dead::Other("a message".to_owned())),
+            Kind::Message(_) if last => return Err(FieldError::Other("a message".to_owned())),
             Kind::Message(message) => Some(message),
-            Kind::Bytes if last => return Err(Dead::Other("bytes".to_owned())),
+            Kind::Bytes if last => return Err(FieldError::Other("bytes".to_owned())),
             _ => None,
         };
     }
@@ -258,10 +260,10 @@ fn list_json(json: &Json, path: &str, paths: &mut Vec<String>) {
     }
 }
 
-impl Row<'_> {
+impl MessageRow<'_> {
     /// The length of a list of ROS.
     pub fn length(&self, way: &[usize]) -> Option<usize> {
-        let Content::Ros(value) = self.content else { return None };
+        let RowContent::Ros(value) = self.content else { return None };
         match value.get(way)? {
             ros_bag::Value::List(list) => Some(list.len()),
             ros_bag::Value::Long(count) => Some(*count),
@@ -270,11 +272,11 @@ impl Row<'_> {
     }
 }
 
-impl Field {
+impl MessageField {
     /// What tells the row of this field from others.
     pub fn key(&self) -> Option<&str> {
         match self {
-            Field::Ros(way) => way.key.as_deref(),
+            MessageField::Ros(way) => way.key.as_deref(),
             _ => None,
         }
     }
@@ -283,28 +285,28 @@ impl Field {
     ///
     /// # Errors
     /// When there is none.
-    pub fn value(&self, row: &Row) -> Result<Cell, Dead> {
+    pub fn value(&self, row: &MessageRow) -> Result<ChannelValue, FieldError> {
         match (self, &row.content) {
-            (Field::Protobuf(steps), Content::Protobuf(message)) => field(message, steps),
-            (Field::Json(path), Content::Json(json)) => json_value(json, path),
-            (Field::Ros(way), Content::Ros(value)) => ros_value(value, &way.steps),
-            _ => Err(Dead::Missing),
+            (MessageField::Protobuf(steps), RowContent::Protobuf(message)) => field(message, steps),
+            (MessageField::Json(path), RowContent::Json(json)) => json_value(json, path),
+            (MessageField::Ros(way), RowContent::Ros(value)) => ros_value(value, &way.steps),
+            _ => Err(FieldError::Missing),
         }
     }
 }
 
 /// How messages of ROS are read; a bag without definitions has those that are known here.
-fn ros(channel: &Channel, encoding: Encoding) -> Result<Reader, String> {
+fn ros(channel: &Channel, encoding: Encoding) -> Result<MessageReader, String> {
     let schema = channel.schema.as_ref().ok_or("it has no schema")?;
     if schema.data.is_empty() && schema.encoding.is_empty() {
-        let known = Definition::known(&schema.name).map_err(|_| {
+        let known = Definition::standard(&schema.name).map_err(|_| {
             format!(
                 "the bag has no definition of `{}`, as those of releases before ROS 2 Iron, and it is not one of the usual \
                  messages; `ros2 bag convert` makes a bag with definitions where the package of that message is installed",
                 schema.name
             )
         });
-        return Ok(Reader::Ros(Box::new(known?), encoding));
+        return Ok(MessageReader::Ros(Box::new(known?), encoding));
     }
     let language = Language::of(&schema.encoding).ok_or_else(|| {
         format!(
@@ -319,65 +321,65 @@ fn ros(channel: &Channel, encoding: Encoding) -> Result<Reader, String> {
             false => format!("its schema cannot be read: {error}"),
         }
     })?;
-    Ok(Reader::Ros(Box::new(definition), encoding))
+    Ok(MessageReader::Ros(Box::new(definition), encoding))
 }
 
-fn ros_value(value: &ros_bag::Value, steps: &[usize]) -> Result<Cell, Dead> {
+fn ros_value(value: &ros_bag::Value, steps: &[usize]) -> Result<ChannelValue, FieldError> {
     use ros_bag::Value;
     for length in 0..steps.len() {
         if let Some(Value::Long(count)) = value.get(&steps[..length]) {
-            return Err(Dead::Other(format!(
+            return Err(FieldError::Other(format!(
                 "in a list of {count} elements, of which those of up to {} are read",
                 ros_bag::LONGEST
             )));
         }
     }
     match value.get(steps) {
-        Some(Value::Integer(integer)) => Ok(Cell::Integer(*integer)),
-        Some(Value::Real(number)) => Ok(Cell::Number(*number)),
-        Some(Value::Text(text)) => Ok(Cell::Text(text.clone())),
-        _ => Err(Dead::Missing),
+        Some(Value::Integer(integer)) => Ok(ChannelValue::Integer(*integer)),
+        Some(Value::Real(number)) => Ok(ChannelValue::Number(*number)),
+        Some(Value::Text(text)) => Ok(ChannelValue::Text(text.clone())),
+        _ => Err(FieldError::Missing),
     }
 }
 
-fn field(message: &DynamicMessage, steps: &[Step]) -> Result<Cell, Dead> {
-    let [Step::Into(field), rest @ ..] = steps else { return Err(Dead::Missing) };
+fn field(message: &DynamicMessage, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
+    let [PathStep::Into(field), rest @ ..] = steps else { return Err(FieldError::Missing) };
     if field.supports_presence() && !message.has_field(field) {
-        return Err(Dead::Missing);
+        return Err(FieldError::Missing);
     }
     value(&message.get_field(field), rest)
 }
 
-fn value(found: &Value, steps: &[Step]) -> Result<Cell, Dead> {
+fn value(found: &Value, steps: &[PathStep]) -> Result<ChannelValue, FieldError> {
     Ok(match (found, steps) {
         (Value::Message(message), _) => return field(message, steps),
-        (Value::List(list), [Step::At(place), rest @ ..]) => {
-            return value(list.get(*place).ok_or(Dead::Missing)?, rest);
+        (Value::List(list), [PathStep::At(place), rest @ ..]) => {
+            return value(list.get(*place).ok_or(FieldError::Missing)?, rest);
         }
-        (Value::F64(value), _) => Cell::Number(*value),
-        (Value::F32(value), _) => Cell::Number(f64::from(*value)),
-        (Value::I32(value) | Value::EnumNumber(value), _) => Cell::Integer((*value).into()),
-        (Value::U32(value), _) => Cell::Integer((*value).into()),
-        (Value::I64(value), _) => Cell::Integer((*value).into()),
-        (Value::U64(value), _) => Cell::Integer((*value).into()),
-        (Value::Bool(value), _) => Cell::Integer((*value).into()),
-        (Value::String(text), _) => Cell::Text(text.clone()),
-        _ => return Err(Dead::Missing),
+        (Value::F64(value), _) => ChannelValue::Number(*value),
+        (Value::F32(value), _) => ChannelValue::Number(f64::from(*value)),
+        (Value::I32(value) | Value::EnumNumber(value), _) => ChannelValue::Integer((*value).into()),
+        (Value::U32(value), _) => ChannelValue::Integer((*value).into()),
+        (Value::I64(value), _) => ChannelValue::Integer((*value).into()),
+        (Value::U64(value), _) => ChannelValue::Integer((*value).into()),
+        (Value::Bool(value), _) => ChannelValue::Integer((*value).into()),
+        (Value::String(text), _) => ChannelValue::Text(text.clone()),
+        _ => return Err(FieldError::Missing),
     })
 }
 
-fn json_value(json: &Json, path: &str) -> Result<Cell, Dead> {
-    match place(json, path).ok_or(Dead::Missing)? {
+fn json_value(json: &Json, path: &str) -> Result<ChannelValue, FieldError> {
+    match place(json, path).ok_or(FieldError::Missing)? {
         Json::Number(number) => match (number.as_i64(), number.as_u64()) {
-            (Some(integer), _) => Ok(Cell::Integer(integer.into())),
-            (_, Some(integer)) => Ok(Cell::Integer(integer.into())),
-            _ => number.as_f64().map(Cell::Number).ok_or(Dead::Missing),
+            (Some(integer), _) => Ok(ChannelValue::Integer(integer.into())),
+            (_, Some(integer)) => Ok(ChannelValue::Integer(integer.into())),
+            _ => number.as_f64().map(ChannelValue::Number).ok_or(FieldError::Missing),
         },
-        Json::Bool(value) => Ok(Cell::Integer((*value).into())),
-        Json::Null => Ok(Cell::Number(f64::NAN)),
-        Json::String(text) => Ok(Cell::Text(text.clone())),
-        Json::Array(_) => Err(Dead::Other("a list: add an index, as in `.0`".to_owned())),
-        Json::Object(_) => Err(Dead::Other("an object".to_owned())),
+        Json::Bool(value) => Ok(ChannelValue::Integer((*value).into())),
+        Json::Null => Ok(ChannelValue::Number(f64::NAN)),
+        Json::String(text) => Ok(ChannelValue::Text(text.clone())),
+        Json::Array(_) => Err(FieldError::Other("a list: add an index, as in `.0`".to_owned())),
+        Json::Object(_) => Err(FieldError::Other("an object".to_owned())),
     }
 }
 

@@ -1,4 +1,4 @@
-//! Goes through the records of an MCAP file, also of one whose writer was killed.
+//! Iterates over the records of an MCAP file, also of one whose writer was killed.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use mcap::records::{MessageHeader, op};
 use mcap::{Channel, MAGIC, McapError};
 
 use super::{RecordingError, TableError};
-use crate::records::{self, Content, Damage, Frame, LARGEST, Proof, Records};
+use crate::records::{self, ChecksumStatus, Content, Damage, Frame, LARGEST, Records};
 
 /// The channels by their numbers, which is the order in which most writers add them.
 pub type Channels = BTreeMap<u16, Arc<Channel<'static>>>;
@@ -17,7 +17,7 @@ pub type Channels = BTreeMap<u16, Arc<Channel<'static>>>;
 /// Takes a message and says whether it wants more.
 pub type TakeMessage<'a> = dyn FnMut(&MessageHeader, &[u8]) -> Result<bool, TableError> + 'a;
 /// Takes the opcode and the content of a record and says whether it wants more.
-type TakeRecord<'a> = records::Take<'a, TableError>;
+type TakeRecord<'a> = records::RecordCallback<'a, TableError>;
 
 /// An MCAP file.
 #[derive(Debug)]
@@ -29,21 +29,21 @@ pub struct Mcap {
 }
 
 /// Why a walk through the records ended early.
-enum Stop {
+enum VisitError {
     Damage(Damage),
     /// The taker wants no more, for this reason.
     Taker(TableError),
 }
 
-impl From<Damage> for Stop {
+impl From<Damage> for VisitError {
     fn from(damage: Damage) -> Self {
-        Stop::Damage(damage)
+        VisitError::Damage(damage)
     }
 }
 
-impl From<std::io::Error> for Stop {
+impl From<std::io::Error> for VisitError {
     fn from(error: std::io::Error) -> Self {
-        Stop::Damage(Damage::Io(error))
+        VisitError::Damage(Damage::Io(error))
     }
 }
 
@@ -61,7 +61,7 @@ impl Mcap {
         if !summary.is_empty() {
             return Ok(summary);
         }
-        let mut known = Known::default();
+        let mut known = ChannelRegistry::default();
         self.records(&mut |opcode, data| {
             known.add(opcode, data).map_err(|error| self.damaged(error))?;
             Ok(true)
@@ -76,7 +76,7 @@ impl Mcap {
             let none = Damage::Expected { expected: "a footer at the end of the file", at };
             let ending = records.ending()?.ok_or(none)?;
             let (summary, _) = records.summary(&ending)?;
-            let mut known = Known::default();
+            let mut known = ChannelRegistry::default();
             records::each(ending.data_end, &summary, &mut |opcode, data| {
                 known.add(opcode, data).map(|()| true)
             })?;
@@ -102,12 +102,12 @@ impl Mcap {
     /// end.
     pub fn records(&self, take: &mut TakeRecord) -> Result<(), TableError> {
         self.walk(take).map_err(|stop| match stop {
-            Stop::Damage(damage) => self.damaged(damage).into(),
-            Stop::Taker(error) => error,
+            VisitError::Damage(damage) => self.damaged(damage).into(),
+            VisitError::Taker(error) => error,
         })
     }
 
-    fn walk(&self, take: &mut TakeRecord) -> Result<(), Stop> {
+    fn walk(&self, take: &mut TakeRecord) -> Result<(), VisitError> {
         let mut records = Records::open(&self.path)?;
         let (mut sum, mut ours, mut at) = (crc32fast::Hasher::new(), false, MAGIC.len() as u64);
         if !records.has_magic(0)? {
@@ -119,7 +119,7 @@ impl Mcap {
                 return Ok(());
             }
             if frame.opcode == op::DATA_END && records.holds(&frame) {
-                let proof = records.prove_sum(at, sum.finalize())?;
+                let proof = records.verify_sum(at, sum.finalize())?;
                 return Ok(insist(ours, "data", at, proof)?);
             }
             let end = frame.end().filter(|_| records.holds(&frame)).ok_or(Damage::Cut(at))?;
@@ -152,29 +152,34 @@ impl Mcap {
 }
 
 /// Hands over a record, or the records of a chunk, after comparing its checksum.
-fn hand_over(frame: &Frame, body: &[u8], ours: bool, take: &mut TakeRecord) -> Result<bool, Stop> {
-    let form = || Stop::from(Damage::Form(frame.opcode));
+fn hand_over(
+    frame: &Frame,
+    body: &[u8],
+    ours: bool,
+    take: &mut TakeRecord,
+) -> Result<bool, VisitError> {
+    let form = || VisitError::from(Damage::Form(frame.opcode));
     match frame.opcode {
         op::CHUNK => {
             let (header, _) = records::ChunkHeader::parse(body).ok_or_else(form)?;
             insist(ours, "chunk", frame.at, header.proof())?;
             records::unpack(frame, body, &mut |opcode, data| {
-                take(opcode, data).map_err(Stop::Taker)
+                take(opcode, data).map_err(VisitError::Taker)
             })
         }
         op::ATTACHMENT => {
             let content = Content::parse(frame.opcode, body);
             let Some(Content::Attachment(attachment)) = content else { return Err(form()) };
-            insist(ours, "attachment", frame.at, attachment.prove(frame.at)?)?;
-            take(frame.opcode, body).map_err(Stop::Taker)
+            insist(ours, "attachment", frame.at, attachment.verify(frame.at)?)?;
+            take(frame.opcode, body).map_err(VisitError::Taker)
         }
-        opcode => take(opcode, body).map_err(Stop::Taker),
+        opcode => take(opcode, body).map_err(VisitError::Taker),
     }
 }
 
 /// What this program writes has checksums.
-fn insist(ours: bool, what: &'static str, at: u64, proof: Proof) -> Result<(), Damage> {
-    let missing = ours && proof == Proof::Missing;
+fn insist(ours: bool, what: &'static str, at: u64, proof: ChecksumStatus) -> Result<(), Damage> {
+    let missing = ours && proof == ChecksumStatus::Missing;
     if missing { Err(Damage::Unproven { what, at }) } else { Ok(()) }
 }
 
@@ -186,12 +191,12 @@ fn is_torn(records: &Records, frame: &Frame) -> bool {
 
 /// Schemas and channels that have been read.
 #[derive(Default)]
-struct Known {
+struct ChannelRegistry {
     known: ChannelAccumulator<'static>,
     numbers: Vec<u16>,
 }
 
-impl Known {
+impl ChannelRegistry {
     fn add(&mut self, opcode: u8, data: &[u8]) -> Result<(), Damage> {
         if !matches!(opcode, op::SCHEMA | op::CHANNEL) {
             return Ok(());

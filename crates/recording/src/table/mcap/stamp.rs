@@ -1,4 +1,4 @@
-//! Chooses the times of a topic: those at which it was measured, recorded or published.
+//! Chooses the time stamp of a topic: header, log or publish time.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use super::RecordingError;
 
 /// The time stamp that counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stamp {
+pub enum TimeSource {
     /// When it was measured, as the message says: `header.stamp`, or `stamp`.
     Header,
     /// When it was recorded.
@@ -17,16 +17,16 @@ pub enum Stamp {
     Publish,
 }
 
-impl Stamp {
+impl TimeSource {
     /// Nothing where each topic has the one that fits it.
     pub fn of(path: &Path, word: Option<&str>) -> Result<Option<Self>, RecordingError> {
         match word {
             None => Ok(None),
-            Some("header.stamp") => Ok(Some(Stamp::Header)),
-            Some("log_time") => Ok(Some(Stamp::Log)),
-            Some("publish_time") => Ok(Some(Stamp::Publish)),
+            Some("header.stamp") => Ok(Some(TimeSource::Header)),
+            Some("log_time") => Ok(Some(TimeSource::Log)),
+            Some("publish_time") => Ok(Some(TimeSource::Publish)),
             Some(found) => {
-                Err(RecordingError::Stamp { path: path.to_owned(), found: found.to_owned() })
+                Err(RecordingError::TimeSource { path: path.to_owned(), found: found.to_owned() })
             }
         }
     }
@@ -34,32 +34,36 @@ impl Stamp {
     /// Its name, and that of another one.
     pub fn names(self) -> (&'static str, &'static str) {
         match self {
-            Stamp::Header => ("header.stamp", "log_time"),
-            Stamp::Log => ("log_time", "publish_time"),
-            Stamp::Publish => ("publish_time", "log_time"),
+            TimeSource::Header => ("header.stamp", "log_time"),
+            TimeSource::Log => ("log_time", "publish_time"),
+            TimeSource::Publish => ("publish_time", "log_time"),
         }
     }
 }
 
 /// All times of a row [ns].
 #[derive(Debug, Clone, Copy)]
-pub struct Times {
+pub struct MessageTimes {
     pub log: i128,
     pub publish: i128,
     /// When it was measured, if it says so.
     pub header: Option<i128>,
 }
 
-impl Times {
+impl MessageTimes {
     pub fn new(header: &MessageHeader, measured: Option<i128>) -> Self {
-        Times { log: header.log_time.into(), publish: header.publish_time.into(), header: measured }
+        MessageTimes {
+            log: header.log_time.into(),
+            publish: header.publish_time.into(),
+            header: measured,
+        }
     }
 
-    pub fn get(&self, stamp: Stamp) -> Option<i128> {
+    pub fn get(&self, stamp: TimeSource) -> Option<i128> {
         match stamp {
-            Stamp::Header => self.header,
-            Stamp::Log => Some(self.log),
-            Stamp::Publish => Some(self.publish),
+            TimeSource::Header => self.header,
+            TimeSource::Log => Some(self.log),
+            TimeSource::Publish => Some(self.publish),
         }
     }
 }
@@ -69,7 +73,7 @@ const NEAR: i128 = 1_000_000_000;
 
 /// Judges, one row after another, whether the times of measurement can be those of a topic beside others that have none.
 #[derive(Debug, Clone, Default)]
-pub struct Judge {
+pub struct HeaderStampCheck {
     rows: u64,
     missing: bool,
     last: Option<i128>,
@@ -79,8 +83,8 @@ pub struct Judge {
     repeated: Option<[u64; 2]>,
 }
 
-impl Judge {
-    pub fn take(&mut self, times: &Times) {
+impl HeaderStampCheck {
+    pub fn take(&mut self, times: &MessageTimes) {
         self.rows += 1;
         let Some(header) = times.header else {
             self.missing = true;

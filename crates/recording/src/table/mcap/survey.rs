@@ -1,4 +1,4 @@
-//! Counts the fields of a recording of messages.
+//! Surveys the fields of a recording of messages.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -6,9 +6,9 @@ use std::path::Path;
 use ::mcap::Channel as Topic;
 
 use super::bag::Bag;
-use super::field::{Cell, Dead, Field, Reader, Row};
+use super::field::{ChannelValue, FieldError, MessageField, MessageReader, MessageRow};
 use super::seconds;
-use super::stamp::{Judge, Times};
+use super::stamp::{HeaderStampCheck, MessageTimes};
 use crate::survey::{Channel, Survey, Tally};
 use crate::table::TableError;
 
@@ -16,29 +16,29 @@ use crate::table::TableError;
 const MOST_KEYS: usize = 1000;
 
 /// The fields of a channel of the recording.
-struct Track {
-    reader: Reader,
+struct TopicTally {
+    reader: MessageReader,
     topic: String,
     units: HashMap<String, String>,
     /// What the program calls the variable of a field.
     names: HashMap<String, String>,
     /// The rows of its messages, by what tells them apart; nothing before the first message.
-    rows: HashMap<Option<String>, Rows>,
+    rows: HashMap<Option<String>, RowTally>,
 }
 
 /// The rows of one kind.
-struct Rows {
-    fields: Vec<Counted>,
+struct RowTally {
+    fields: Vec<FieldTally>,
     /// Lists that may have any length: path, way, length in the first message, and another length that was found.
     lists: Vec<(String, Vec<usize>, usize, Option<usize>)>,
     left_out: Vec<String>,
-    judge: Judge,
+    stamp_check: HeaderStampCheck,
 }
 
 /// A field, and what was counted of it over both times.
-struct Counted {
+struct FieldTally {
     steps: Vec<usize>,
-    field: Field,
+    field: MessageField,
     name: String,
     unit: Option<String>,
     by_log: Tally,
@@ -46,8 +46,8 @@ struct Counted {
     by_header: Option<Tally>,
 }
 
-impl Track {
-    fn new(channel: &Topic, reader: Reader) -> Self {
+impl TopicTally {
+    fn new(channel: &Topic, reader: MessageReader) -> Self {
         let topic = channel.topic.clone();
         let about = |of: &'static str| {
             let entries = channel.metadata.iter();
@@ -59,10 +59,14 @@ impl Track {
         let node = topic.trim_start_matches('/').rsplit_once('/').map(|it| it.0.to_owned());
         let name = |(field, variable)| Some((field, format!("{}.{variable}", node.as_ref()?)));
         let (units, names) = (about("unit:").collect(), about("fmi:").filter_map(name).collect());
-        Track { reader, topic, units, names, rows: HashMap::new() }
+        TopicTally { reader, topic, units, names, rows: HashMap::new() }
     }
 
-    fn take(&mut self, times: &dyn Fn(Option<i128>) -> Times, data: &[u8]) -> Result<(), String> {
+    fn take(
+        &mut self,
+        times: &dyn Fn(Option<i128>) -> MessageTimes,
+        data: &[u8],
+    ) -> Result<(), String> {
         let message = self.reader.read(data)?;
         let rows = self.reader.rows(&message);
         for row in &rows {
@@ -82,7 +86,7 @@ impl Track {
     }
 
     /// The fields of the first row of its kind.
-    fn first(&self, row: &Row, message: &super::field::Message) -> Rows {
+    fn first(&self, row: &MessageRow, message: &super::field::DecodedMessage) -> RowTally {
         let (mut lists, mut left_out) = (Vec::new(), Vec::new());
         let paths: Vec<(String, Vec<usize>)> = match self.reader.listing(Some(row)) {
             Some(listing) => {
@@ -104,15 +108,20 @@ impl Track {
             let unit = self.units.get(&path).cloned();
             let unit = unit.or_else(|| self.reader.unit(&field).map(str::to_owned));
             let by_header = self.reader.has_stamp().then(Tally::default);
-            Some(Counted { steps, field, name, unit, by_log: Tally::default(), by_header })
+            Some(FieldTally { steps, field, name, unit, by_log: Tally::default(), by_header })
         });
-        Rows { fields: fields.collect(), lists, left_out, judge: Judge::default() }
+        RowTally {
+            fields: fields.collect(),
+            lists,
+            left_out,
+            stamp_check: HeaderStampCheck::default(),
+        }
     }
 }
 
-impl Rows {
-    fn take(&mut self, row: &Row, times: &Times) {
-        self.judge.take(times);
+impl RowTally {
+    fn take(&mut self, row: &MessageRow, times: &MessageTimes) {
+        self.stamp_check.take(times);
         for (_, way, count, other) in &mut self.lists {
             if other.is_none() {
                 *other = row.length(way).filter(|length| length != count);
@@ -129,7 +138,7 @@ impl Rows {
 
     /// The channels, and what is left out.
     fn finish(self, topic: &str, channels: &mut Vec<Channel>, left_out: &mut Vec<String>) {
-        let Rows { fields, lists, left_out: own, judge } = self;
+        let RowTally { fields, lists, left_out: own, stamp_check } = self;
         let told = |what: &String| format!("{what} of `{topic}`");
         left_out.extend(own.iter().map(told));
         let changing: Vec<_> = lists
@@ -141,11 +150,11 @@ impl Rows {
                 "`{path}` of `{topic}`: a list whose length changes, such as from {count} to {other}"
             ));
         }
-        if let Some(why) = judge.objection() {
+        if let Some(why) = stamp_check.objection() {
             left_out.push(format!("the times header.stamp of `{topic}`: {why}"));
         }
-        let right = judge.is_right();
-        for Counted { steps, name, unit, by_log, by_header, .. } in fields {
+        let right = stamp_check.is_right();
+        for FieldTally { steps, name, unit, by_log, by_header, .. } in fields {
             if changing.iter().any(|(_, way, ..)| steps.starts_with(way)) {
                 continue;
             }
@@ -155,11 +164,11 @@ impl Rows {
     }
 }
 
-fn count(tally: &mut Tally, stamp: f64, value: &Result<Cell, Dead>) {
+fn count(tally: &mut Tally, stamp: f64, value: &Result<ChannelValue, FieldError>) {
     match value {
-        Ok(Cell::Number(number)) => tally.number(stamp, *number),
-        Ok(Cell::Integer(integer)) => tally.number(stamp, *integer as f64),
-        Ok(Cell::Text(text)) => tally.text(stamp, text),
+        Ok(ChannelValue::Number(number)) => tally.number(stamp, *number),
+        Ok(ChannelValue::Integer(integer)) => tally.number(stamp, *integer as f64),
+        Ok(ChannelValue::Text(text)) => tally.text(stamp, text),
         Err(_) => tally.nothing(),
     }
 }
@@ -170,9 +179,9 @@ pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
     let (mut tracks, mut left_out) = (HashMap::new(), Vec::new());
     for (id, channel) in &file.channels {
         let topic = &channel.topic;
-        match Reader::new(channel) {
+        match MessageReader::new(channel) {
             Ok(Some(reader)) => {
-                tracks.insert(*id, Track::new(channel, reader));
+                tracks.insert(*id, TopicTally::new(channel, reader));
             }
             Ok(None) => left_out.push(format!(
                 "`{topic}` is left out: its encoding is {}",
@@ -185,7 +194,7 @@ pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
     let mut unread: HashMap<u16, (u64, String)> = HashMap::new();
     file.messages(&|id| ids.contains(&id), &mut |header, data| {
         let Some(track) = tracks.get_mut(&header.channel_id) else { return Ok(true) };
-        if let Err(what) = track.take(&|measured| Times::new(header, measured), data) {
+        if let Err(what) = track.take(&|measured| MessageTimes::new(header, measured), data) {
             unread.entry(header.channel_id).or_insert((0, what)).0 += 1;
         }
         Ok(true)
@@ -200,7 +209,7 @@ pub fn mcap_tallies(path: &Path) -> Result<Survey, TableError> {
     let (mut channels, mut stamped) = (Vec::new(), Vec::new());
     for track in tracks.into_values() {
         for rows in track.rows.into_values() {
-            stamped.extend(rows.judge.before().filter(|_| rows.judge.is_right()));
+            stamped.extend(rows.stamp_check.before().filter(|_| rows.stamp_check.is_right()));
             rows.finish(&track.topic, &mut channels, &mut left_out);
         }
     }

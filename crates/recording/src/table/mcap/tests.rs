@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
 
-use super::super::{Dialect, Gaps, Table, TableError, UnitRow, Wanted};
+use super::super::{Dialect, GapRule, ReadRequest, Table, TableError, UnitRow};
 
 /// A file that is removed again.
 struct Scrap(PathBuf);
@@ -30,8 +30,9 @@ impl Scrap {
     }
 
     fn read(&self, time: Option<&str>, columns: &[&str]) -> Result<Table, TableError> {
-        let wanted = Wanted { time: time.map(str::to_owned), ..Wanted::plain("", columns) };
-        Table::read(&self.0, &wanted)
+        let request =
+            ReadRequest { time: time.map(str::to_owned), ..ReadRequest::plain("", columns) };
+        Table::read(&self.0, &request)
     }
 
     fn error(&self, column: &str) -> String {
@@ -71,8 +72,8 @@ fn words_about_csv_are_refused() {
         put(file, topic, [1; 2], br#"{"x":1}"#);
     });
     let dialect = Dialect { unit_row: Some(UnitRow::Below(true)), ..Dialect::default() };
-    let wanted = Wanted { time: None, dialect, ..Wanted::plain("", &["/x.x"]) };
-    let error = Table::read(&scrap.0, &wanted).expect_err("it is MCAP").to_string();
+    let request = ReadRequest { time: None, dialect, ..ReadRequest::plain("", &["/x.x"]) };
+    let error = Table::read(&scrap.0, &request).expect_err("it is MCAP").to_string();
     assert!(error.contains("is MCAP: `unit_row` is about CSV files"), "{error}");
 }
 
@@ -89,9 +90,9 @@ fn a_message_without_a_value_is_a_gap_of_its_channel() {
     let refused = scrap.error("/x.x");
     assert!(refused.contains("`/x.x` has no value in 3 rows of "), "{refused}");
     assert!(refused.contains("the first one in message 1 of `/x`: say `gaps"), "{refused}");
-    let mut wanted = Wanted { time: None, ..Wanted::plain("", &["/x.x", "/y.y"]) };
-    wanted.columns[0].gaps = Gaps::Interpolate;
-    let table = Table::read(&scrap.0, &wanted).expect("it has a rule");
+    let mut request = ReadRequest { time: None, ..ReadRequest::plain("", &["/x.x", "/y.y"]) };
+    request.columns[0].gaps = GapRule::Interpolate;
+    let table = Table::read(&scrap.0, &request).expect("it has a rule");
     assert_eq!(table.times(), [vec![1.0, 2.0, 3.0], vec![0.0, 1.0, 2.0, 3.0, 4.0]]);
     assert_eq!(table.column(0), [1.0, 2.0, 3.0]);
     assert!(table.warnings()[0].contains("from 1 s to 3 s: outside of it `/x.x` has no value"));

@@ -2,8 +2,8 @@
 
 use diagnostics::Error;
 use fmu_import::Causality;
-use fmu_import::description::{Item, Type, Variable};
-use ssp::{Connector, Input, Kind, Output, Port, Way};
+use fmu_import::description::{EnumerationItem, Type, Variable};
+use ssp::{Connector, ConnectorKind, Input, Output, Port, SignalConversion};
 use units::Unit;
 
 use super::{PartSettings, Writer, conversion_keys, error_at, parse_unit, quoted};
@@ -21,7 +21,7 @@ impl Writer<'_> {
         settings: &PartSettings,
         Input { connector, to }: &Input,
     ) -> Result<(), Error> {
-        if matches!(connector.kind, Kind::Parameter | Kind::StructuralParameter) {
+        if matches!(connector.kind, ConnectorKind::Parameter | ConnectorKind::StructuralParameter) {
             return Ok(());
         }
         let mut targets = Vec::new();
@@ -47,7 +47,10 @@ impl Writer<'_> {
         }
         let from = quoted(&format!("{}.{}", settings.name, connector.name));
         for (port, way, target) in &targets {
-            let way = Way { units: (None, way.units.1.clone()), ..Way::clone(way) };
+            let way = SignalConversion {
+                units: (None, way.units.1.clone()),
+                ..SignalConversion::clone(way)
+            };
             let words = conversion_keys(&way, &own, target)?;
             let to = quoted(&format!("{}.{}", self.names[port.component], port.variable));
             self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
@@ -73,7 +76,8 @@ impl Writer<'_> {
             return Ok(());
         };
         self.write_connector(settings, connector, "output", has_unit);
-        let way = Way { units: (way.units.0.clone(), None), ..Way::clone(way) };
+        let way =
+            SignalConversion { units: (way.units.0.clone(), None), ..SignalConversion::clone(way) };
         let words = conversion_keys(&way, &source, &own)?;
         let from = quoted(&format!("{}.{}", self.names[port.component], port.variable));
         let to = quoted(&format!("{}.{}", settings.name, connector.name));
@@ -82,19 +86,19 @@ impl Writer<'_> {
     }
 
     /// The variable of a component at the end of a way.
-    fn find_variable(&self, port: &Port, way: &Way) -> Result<&Variable, Error> {
+    fn find_variable(&self, port: &Port, way: &SignalConversion) -> Result<&Variable, Error> {
         self.variable(port).ok_or_else(|| {
             let component = &self.system.components[port.component];
             let message = format!(
                 "expected a variable of `{}`, found `{}`, which its FMU does not have",
                 component.name, port.variable
             );
-            error_at(&way.place, message)
+            error_at(&way.position, message)
         })
     }
 
     fn leave_out(&mut self, settings: &PartSettings, connector: &Connector, reason: &str) {
-        let Connector { name, place, .. } = connector;
+        let Connector { name, position: place, .. } = connector;
         self.notes.push(format!(
             "{place}: the connector `{}.{name}` is left out: {reason}",
             settings.name
@@ -114,8 +118,11 @@ impl Writer<'_> {
             return None;
         }
         let mut own = Variable { name: connector.name.clone(), ..inner.clone() };
-        if let Some(ssp::Type::Enumeration(Some(named))) = &connector.carries {
-            let item = |(name, value): &(String, i64)| Item { name: name.clone(), value: *value };
+        if let Some(ssp::Type::Enumeration(Some(named))) = &connector.data_type {
+            let item = |(name, value): &(String, i64)| EnumerationItem {
+                name: name.clone(),
+                value: *value,
+            };
             own.items = named.items.iter().map(item).collect();
         }
         let Some(unit) = connector.unit.as_deref().filter(|_| inner.kind == Type::Real) else {
@@ -128,7 +135,7 @@ impl Writer<'_> {
                 Some((own, true))
             }
             _ => {
-                let (place, name) = (&connector.place, &connector.name);
+                let (place, name) = (&connector.position, &connector.name);
                 self.notes.push(format!(
                     "{place}: `{}.{name}` is in [{}], the unit of the FMU, since its own unit [{}] is none that this program knows by this name",
                     settings.name,
@@ -147,7 +154,7 @@ impl Writer<'_> {
         kind: &str,
         has_unit: bool,
     ) {
-        self.begin(&connector.place);
+        self.begin(&connector.position);
         let name = quoted(&format!("{}.{}", settings.name, connector.name));
         self.line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
         if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {

@@ -2,7 +2,7 @@
 
 use diagnostics::Error;
 use fmu_import::description::{Type, Variable};
-use ssp::{Transformation, Way};
+use ssp::{SignalConversion, Transformation};
 use units::Unit;
 
 use super::error_at;
@@ -13,7 +13,7 @@ fn numbers(of: Type) -> bool {
 
 /// What stands in a connection besides its ends.
 pub(super) fn conversion_keys(
-    way: &Way,
+    way: &SignalConversion,
     source: &Variable,
     target: &Variable,
 ) -> Result<String, Error> {
@@ -26,14 +26,14 @@ pub(super) fn conversion_keys(
         (Type::Integer, Type::Real) => "\nconvert = \"integer_to_real\"",
         (a, b) => {
             let message = format!("expected connectors of one type, found {a:?} and {b:?}");
-            return Err(error_at(&way.place, message));
+            return Err(error_at(&way.position, message));
         }
     };
     if !numbers(target.kind) {
         return match way.transformation.is_identity() {
             true => Ok(String::new()),
             false => {
-                Err(error_at(&way.place, "expected numbers for a transformation, found texts"))
+                Err(error_at(&way.position, "expected numbers for a transformation, found texts"))
             }
         };
     }
@@ -51,7 +51,7 @@ pub(super) fn conversion_keys(
             let item = |variable: &Variable, name: &str| {
                 let found = variable.items.iter().find(|item| item.name == *name);
                 found.map(|item| item.value as f64).ok_or_else(|| {
-                    error_at(&way.place, format!("`{}` has no item `{name}`", variable.name))
+                    error_at(&way.position, format!("`{}` has no item `{name}`", variable.name))
                 })
             };
             let mapped = map.iter().map(|(a, b)| Ok([item(source, a)?, item(target, b)?]));
@@ -83,7 +83,7 @@ pub(super) fn parse_unit(unit: &ssp::Unit) -> Option<Unit> {
 
 /// Factor and offset between the units of both ends; a unit that nobody knows is left as it is.
 pub(super) fn conversion(
-    way: &Way,
+    way: &SignalConversion,
     source: &Variable,
     target: &Variable,
 ) -> Result<(f64, f64), Error> {
@@ -102,7 +102,7 @@ pub(super) fn conversion(
         let message = format!(
             "`{one}` [{from}] and `{other}` [{to}]: one is a difference (relativeQuantity), the other a point on a scale with a shifted zero: connect two of one sort, or set suppressUnitConversion"
         );
-        return Err(error_at(&way.place, message));
+        return Err(error_at(&way.position, message));
     }
     let found = Unit::conversion(&a, &b).ok_or_else(|| {
         let message = format!(
@@ -110,11 +110,11 @@ pub(super) fn conversion(
             a.dimension(),
             b.dimension()
         );
-        error_at(&way.place, message)
+        error_at(&way.position, message)
     })?;
     match way.assumes_equal_units && found != same {
         true => Err(error_at(
-            &way.place,
+            &way.position,
             format!(
                 "expected equal units at both ends, found [{from}] and [{to}]: give the connectors between them units"
             ),

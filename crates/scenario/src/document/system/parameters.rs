@@ -3,7 +3,7 @@
 use diagnostics::Error;
 use fmu_import::description::{Type, Variable};
 use fmu_import::{Causality, Value, Variability};
-use ssp::{Connection, Start, System};
+use ssp::{Connection, StartValue, System};
 
 use super::{conversion, error_at, toml};
 
@@ -33,10 +33,11 @@ pub(super) fn value(
     source: &Variable,
     target: &Variable,
 ) -> Result<String, Error> {
-    let Connection { from, to, way } = connection;
+    let Connection { from, to, conversion: way } = connection;
     let known = is_fixed(source);
     let component = system.components.get(from.component);
-    let bound = component.and_then(|it| it.starts.iter().find(|it| it.variable == from.variable));
+    let bound =
+        component.and_then(|it| it.start_values.iter().find(|it| it.variable == from.variable));
     if let Some(bound) = bound.filter(|_| known && is_parameter(source)) {
         let value = super::start_number(bound, source)?;
         return start_value(connection, value, source, target);
@@ -44,7 +45,7 @@ pub(super) fn value(
     match source.start_value().filter(|_| known) {
         Some(value) => start_value(connection, ssp_value(&value, source), source, target),
         None => Err(error_at(
-            &way.place,
+            &way.position,
             format!(
                 "expected a constant or a parameter for the parameter `{}`, found `{}`, which is {:?}: its FMU computes it when all parameters are set already; bind the value in a ParameterBinding",
                 to.variable, from.variable, source.causality
@@ -59,18 +60,18 @@ fn start_value(
     source: &Variable,
     target: &Variable,
 ) -> Result<String, Error> {
-    let way = &connection.way;
+    let way = &connection.conversion;
     let (factor, offset) = conversion(way, source, target)?;
-    let start = Start {
+    let start = StartValue {
         variable: connection.to.variable.clone(),
         value,
         unit: None,
         connector_unit: None,
         transformation: way.transformation.clone(),
-        place: way.place.clone(),
+        position: way.position.clone(),
     };
     let value = start.converted(factor, offset).ok_or_else(|| {
-        error_at(&way.place, "expected a number for a conversion or transformation, found none")
+        error_at(&way.position, "expected a number for a conversion or transformation, found none")
     })?;
     Ok(toml(&value, target))
 }

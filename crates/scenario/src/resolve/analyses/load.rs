@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 use diagnostics::{Error, Spanned};
-use fmu_import::during_plugin;
-use plugin::{Plugin, Wanted};
+use fmu_import::call_plugin;
+use plugin::{OwnedInputSignal, Plugin};
 use python::analysis::Script;
 
 use crate::build_request::BuildRequest;
@@ -18,7 +18,7 @@ pub(super) struct LoadedAnalyser {
     pub analyser: Analyser,
     /// The library or the script.
     pub path: PathBuf,
-    pub needs: Vec<Wanted>,
+    pub needs: Vec<OwnedInputSignal>,
 }
 
 impl LoadedAnalyser {
@@ -55,9 +55,9 @@ pub(super) fn load(
     };
     let path = absolute(&path);
     let who = format!("the plugin {}", path.display());
-    let loaded = during_plugin(&who, c"loading its library", || Plugin::load(&path));
+    let loaded = call_plugin(&who, c"loading its library", || Plugin::load(&path));
     let plugin = loaded.map_err(|error| scenario.error(word, error.to_string()))?;
-    let needs = plugin.needs().to_vec();
+    let needs = plugin.inputs().to_vec();
     Ok(LoadedAnalyser { analyser: Analyser::Plugin(plugin), path, needs })
 }
 
@@ -90,13 +90,13 @@ fn script(
         let error = scenario.error(word, format!("the script does not load: {failure}"));
         error.help("another Python is named by the environment variable TRACKSIDE_PYTHON")
     })?;
-    let need = |name: &str, unit: &str, required| Wanted {
+    let need = |name: &str, unit: &str, required| OwnedInputSignal {
         name: name.to_owned(),
         unit: unit.to_owned(),
         description: "the script lists it in `signals`".to_owned(),
         required,
     };
-    let needs = match loaded.wanted() {
+    let needs = match loaded.requested_units() {
         Some(units) => units.iter().map(|(name, unit)| need(name, unit, true)).collect(),
         None => {
             let columns = analysis.table.iter().flat_map(|table| table.columns.keys());

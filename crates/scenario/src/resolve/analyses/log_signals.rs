@@ -2,7 +2,7 @@
 
 use diagnostics::{Error, Mistakes};
 use expression::SignalUnit;
-use plugin::Wanted;
+use plugin::OwnedInputSignal;
 
 use super::super::logs::{self, AliasRequest, Log, LogColumn};
 use super::{SourceSignal, wire};
@@ -17,12 +17,12 @@ pub fn read_log(
     scenario: &Scenario,
     table: &AnalysisTable,
     aliases: Option<&Aliases>,
-    needs: &[Wanted],
+    needs: &[OwnedInputSignal],
     warnings: &mut Vec<String>,
 ) -> Result<Log, Error> {
     let mut log =
         logs::read(scenario, table.file(), aliases, AliasRequest::Needs(needs), warnings)?;
-    keep_during(scenario, table, &mut log)?;
+    keep_time_ranges(scenario, table, &mut log)?;
     let number = needs.iter().any(|need| need.name == LOG);
     if number && log.columns.iter().all(|column| column.name != LOG) {
         log.table.number_logs(LOG);
@@ -31,7 +31,11 @@ pub fn read_log(
 }
 
 /// Leaves out the rows that the scenario does not want.
-fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Result<(), Error> {
+fn keep_time_ranges(
+    scenario: &Scenario,
+    table: &AnalysisTable,
+    log: &mut Log,
+) -> Result<(), Error> {
     let Some(first) = table.during.first() else { return Ok(()) };
     for word in &table.during {
         let [from, until] = *word.get_ref();
@@ -42,7 +46,7 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
         }
     }
     let stretches: Vec<_> = table.during.iter().map(|word| *word.get_ref()).collect();
-    log.table.keep_during(&stretches).map_err(|(column, [begin, end])| {
+    log.table.keep_time_ranges(&stretches).map_err(|(column, [begin, end])| {
         let message = format!(
             "expected rows within `during`, found none of `{column}`, which goes from {begin} s to {end} s"
         );
@@ -51,7 +55,7 @@ fn keep_during(scenario: &Scenario, table: &AnalysisTable, log: &mut Log) -> Res
 }
 
 /// The columns of the log, in the units that the analysis wants.
-pub fn wire_columns(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec<Wired> {
+pub fn wire_columns(log: &Log, needs: &[OwnedInputSignal], mistakes: &mut Mistakes) -> Vec<Wired> {
     let mut wired = Vec::new();
     for (index, column) in log.columns.iter().enumerate() {
         let wanted = needs.iter().find(|it| it.name == column.name);
@@ -66,7 +70,7 @@ pub fn wire_columns(log: &Log, needs: &[Wanted], mistakes: &mut Mistakes) -> Vec
 }
 
 /// A column of a log, in the unit that the plugin wants.
-fn wire_column(wanted: &Wanted, index: usize, of: &LogColumn) -> Result<Wired, Error> {
+fn wire_column(wanted: &OwnedInputSignal, index: usize, of: &LogColumn) -> Result<Wired, Error> {
     let LogColumn { column: Column { column, unit: word, .. }, source: file, unit, .. } = of;
     let span = word.as_ref().unwrap_or(column).span();
     let source = SourceSignal { file, span, name: column.get_ref() };

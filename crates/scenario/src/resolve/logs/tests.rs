@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use diagnostics::{Error, PrintableError, Source};
-use plugin::Wanted as Need;
+use plugin::OwnedInputSignal;
 
 use super::{AliasRequest, Log, aliases, read, read_for_playback};
 use crate::document::Scenario;
@@ -64,8 +64,8 @@ impl Folder {
     }
 }
 
-fn needs() -> Vec<Need> {
-    let need = |(name, required): (&str, bool)| Need {
+fn needs() -> Vec<OwnedInputSignal> {
+    let need = |(name, required): (&str, bool)| OwnedInputSignal {
         name: name.to_owned(),
         unit: String::new(),
         description: String::new(),
@@ -171,7 +171,7 @@ fn a_table_that_is_played_back_takes_all_aliases_of_its_file() {
         read_for_playback(
             &scenario,
             words,
-            &|_, _| recording::table::Reading::Number,
+            &|_, _| recording::table::ColumnType::Number,
             &mut Vec::new(),
         )
     };

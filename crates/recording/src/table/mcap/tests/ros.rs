@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::super::{Reading, Table, Wanted};
+use super::super::super::{ColumnType, ReadRequest, Table};
 use super::{File, MS, Scrap, put, recording};
 use crate::table::{survey, titles};
 
@@ -104,10 +104,11 @@ fn messages_have_the_times_at_which_they_were_measured() {
 #[test]
 fn texts_and_integers_are_read_as_they_are() {
     let scrap = drive("texts");
-    let mut wanted = Wanted { time: None, ..Wanted::plain("", &["/count.data", "/count.state"]) };
-    wanted.columns[0].reading = Reading::Integer;
-    wanted.columns[1].reading = Reading::Text;
-    let mut table = Table::read(&scrap.0, &wanted).expect("it is sound");
+    let mut request =
+        ReadRequest { time: None, ..ReadRequest::plain("", &["/count.data", "/count.state"]) };
+    request.columns[0].column_type = ColumnType::Integer;
+    request.columns[1].column_type = ColumnType::Text;
+    let mut table = Table::read(&scrap.0, &request).expect("it is sound");
     let last = table.times()[0][11];
     assert_eq!(table.integer(0, 0.0), Some(u64::MAX.into()));
     assert_eq!(table.integer(0, last), Some(i128::from(u64::MAX) - 11));

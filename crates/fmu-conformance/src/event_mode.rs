@@ -1,0 +1,108 @@
+//! Checks event mode: it runs where it is claimed, and is refused elsewhere (FMI 3.0, section 4.2.1).
+
+use std::sync::Arc;
+
+use fmu_import::{CallError, Instance};
+use roxmltree::Document;
+
+use super::Rank::{BreaksStandard, NotRobust};
+use super::behaviour::all_finite;
+use super::test_driver::{FAR, STEPS, TestDriver};
+use super::{Check, Rule, RuleError, RuleResult, THREE, not_applicable, violated};
+
+pub(super) const RULES: &[Rule] = &[
+    Rule {
+        name: "event-mode",
+        rank: BreaksStandard,
+        sentence: "a simulation with event mode comes to its end",
+        versions: THREE,
+        check: Check::RunsOne(event_mode),
+    },
+    Rule {
+        name: "event-mode-refused",
+        rank: NotRobust,
+        sentence: "event mode is refused by an FMU that has none",
+        versions: THREE,
+        check: Check::RunsOne(refused),
+    },
+];
+
+/// How often discrete states may ask for one more update at one time.
+const UPDATES: usize = 1000;
+
+fn has_event_mode(xml: &str) -> bool {
+    let Ok(document) = Document::parse(xml) else { return false };
+    let root = document.root_element();
+    let interface = root.children().find(|node| node.has_tag_name("CoSimulation"));
+    let flag = interface.and_then(|node| node.attribute("hasEventMode"));
+    matches!(flag.map(str::trim), Some("true" | "1"))
+}
+
+fn event_mode(driver: &TestDriver) -> RuleResult {
+    if !has_event_mode(&driver.xml) {
+        return not_applicable("hasEventMode is not set");
+    }
+    driver.note("fmi3InstantiateCoSimulation with eventModeUsed");
+    let mut instance = Instance::with_event_mode(Arc::clone(&driver.library), "conform")?;
+    driver.set_up(&mut instance, FAR)?;
+    instance.enter_initialization()?;
+    driver.note("fmi3ExitInitializationMode with eventModeUsed");
+    instance.exit_initialization()?;
+    let (mut events, mut ended) = (1, update(driver, &mut instance, 0.0)?);
+    let mut rows = Vec::new();
+    for tick in 0..STEPS {
+        if ended {
+            break;
+        }
+        driver.set_inputs(&mut instance, 0, 0)?;
+        driver.note(&format!("fmi3DoStep at t = {} s", driver.time(tick.into())));
+        let advance = match instance.advance(driver.time(tick.into()), driver.step()) {
+            Err(CallError { terminated: Some(_), .. }) => break,
+            advance => advance?,
+        };
+        rows.push(driver.row(&mut instance, driver.time((tick + 1).into()))?);
+        if advance.event {
+            driver.note("fmi3EnterEventMode");
+            instance.enter_event_mode()?;
+            ended = update(driver, &mut instance, f64::from(tick) + 1.0)?;
+            events += 1;
+        }
+    }
+    all_finite(driver, &rows)?;
+    driver.note("fmi3Terminate");
+    instance.terminate()?;
+    Ok(format!("{} steps, {events} times in event mode", rows.len()))
+}
+
+/// Updates discrete states until they rest, leaves event mode, and says whether the FMU asks for the end.
+fn update(driver: &TestDriver, instance: &mut Instance, tick: f64) -> Result<bool, RuleError> {
+    let time = driver.time(tick);
+    for _ in 0..UPDATES {
+        driver.note("fmi3UpdateDiscreteStates");
+        let update = match instance.update_discrete_states(time) {
+            Err(CallError { terminated: Some(_), .. }) => return Ok(true),
+            update => update?,
+        };
+        if !update.discrete_states_need_update {
+            driver.note("fmi3EnterStepMode");
+            instance.enter_step_mode()?;
+            return Ok(false);
+        }
+    }
+    violated(format!(
+        "fmi3UpdateDiscreteStates asks for more than {UPDATES} updates at t = {time} s"
+    ))
+}
+
+fn refused(driver: &TestDriver) -> RuleResult {
+    if has_event_mode(&driver.xml) {
+        return not_applicable("hasEventMode is set");
+    }
+    driver.note("fmi3InstantiateCoSimulation with eventModeUsed");
+    match Instance::with_event_mode(Arc::clone(&driver.library), "conform") {
+        Ok(_) => violated(
+            "expected no instance with eventModeUsed, found one, although hasEventMode is not set",
+        ),
+        Err(_) => Ok(String::new()),
+    }
+}

@@ -1,0 +1,98 @@
+//! Makes the set, step and get calls of one communication step as a batch, whose process state is restored once.
+//!
+//! The note names each call, as ever: that is one word in memory. How numbers are rounded and which locale is set is looked at after
+//! the last call: nothing of ours depends on it in between.
+
+use super::Instance;
+use super::process_end::call_notes_are_shared;
+use super::process_state::{
+    ProcessStateChanges, describe_changes, restore_process_state_after_step,
+};
+use crate::{CallError, Storage};
+
+/// An instance in the middle of a step.
+#[derive(Debug)]
+pub struct CallBatch<'a>(&'a mut Instance);
+
+impl CallBatch<'_> {
+    /// As [`Instance::set_numbers`].
+    ///
+    /// # Errors
+    /// See [`Instance`].
+    #[inline]
+    pub fn set_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &[f64],
+    ) -> Result<(), CallError> {
+        self.0.set_numbers(storage, references, values)
+    }
+
+    /// As [`Instance::step`].
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when the step ends early.
+    #[inline]
+    pub fn step(&mut self, time: f64, step: f64) -> Result<(), CallError> {
+        self.0.step(time, step)
+    }
+
+    /// As [`Instance::get_numbers`].
+    ///
+    /// # Errors
+    /// See [`Instance`]; also when a value is an integer that `f64` does not hold.
+    #[inline]
+    pub fn get_numbers(
+        &mut self,
+        storage: Storage,
+        references: &[u32],
+        values: &mut [f64],
+    ) -> Result<(), CallError> {
+        self.0.get_numbers(storage, references, values)
+    }
+}
+
+impl Instance {
+    /// Makes the calls of one step. What one of them changes around itself is put back after the last one, so the numbers in between
+    /// may only be copied.
+    ///
+    /// # Errors
+    /// Those of the calls.
+    #[inline]
+    pub fn batch(
+        &mut self,
+        calls: impl FnOnce(&mut CallBatch<'_>) -> Result<(), CallError>,
+    ) -> Result<(), CallError> {
+        // Another process reads the notes, each of which is copied to it.
+        if self.is_lost() || call_notes_are_shared() {
+            return calls(&mut CallBatch(self));
+        }
+        let (before, asks) = self.steps.begin();
+        // The instance stays where it is, and with it the activity: whoever makes the calls has a `CallBatch` only.
+        let (outer, called) = (self.activity.enter(), self.mailbox.enter());
+        self.in_batch = true;
+        let done = calls(&mut CallBatch(self));
+        self.in_batch = false;
+        drop((called, outer));
+        let changes = restore_process_state_after_step(before.as_ref(), asks);
+        self.activity.end_call();
+        if changes != 0 {
+            self.tell_step(changes);
+        }
+        done
+    }
+
+    /// Tells what the calls of a step changed.
+    #[cold]
+    fn tell_step(&self, changes: ProcessStateChanges) {
+        let call = super::named!(
+            self.library,
+            c"fmi2DoStep or a call beside it",
+            c"fmi3DoStep or a call beside it"
+        );
+        if let Some(news) = self.activity.unreported(changes) {
+            self.mailbox.warn(describe_changes(news, call));
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Makes calls that only FMI 3.0 has: configuration mode, directional and adjoint derivatives, output derivatives.
+
+use std::ffi::CStr;
+
+use super::functions::VersionFunctions;
+use super::phase::Phase;
+use super::{Call, Component, Instance, Library, Status};
+use crate::{CallError, Storage, Version};
+
+type GetDerivative = unsafe extern "C" fn(
+    Component,
+    *const u32,
+    usize,
+    *const u32,
+    usize,
+    *const f64,
+    usize,
+    *mut f64,
+    usize,
+) -> Status;
+type OutputDerivatives =
+    unsafe extern "C" fn(Component, *const u32, usize, *const i32, *mut f64, usize) -> Status;
+
+/// A variable by its reference, with the number of its elements.
+pub type ArrayVariable = (u32, usize);
+
+impl Library {
+    /// A function of FMI 3.0 that the library may lack.
+    ///
+    /// # Safety
+    /// The function of this name must be of type `T`.
+    unsafe fn optional<T: Copy>(&self, call: &'static CStr) -> Result<T, CallError> {
+        let name = call.to_str().unwrap_or_default();
+        if self.description().version == Version::Two {
+            return Err(CallError::new(name, "is not called: the FMU is one of FMI 2.0"));
+        }
+        // SAFETY: the caller vouches for the type.
+        let found = unsafe { self.handle.get::<T>(name) };
+        found.map(|found| *found).map_err(|_| CallError::new(name, "is not there"))
+    }
+}
+
+impl Instance {
+    /// Makes a call that takes nothing, and notes the phase that it leads to.
+    fn change(&mut self, call: &'static CStr, phase: Phase) -> Result<(), CallError> {
+        // SAFETY: FMI 3.0 gives these functions no arguments but the instance.
+        let function = unsafe { self.library.optional::<Call>(call) }?;
+        self.call(call, function)?;
+        self.phase = phase;
+        Ok(())
+    }
+
+    /// Lets `set` give structural parameters their values; nothing is called for FMI 2.0, which has none.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also those of `set`.
+    pub fn configure(
+        &mut self,
+        set: impl FnOnce(&mut Self) -> Result<(), CallError>,
+    ) -> Result<(), CallError> {
+        if let VersionFunctions::Fmi2(_) = self.library.own {
+            return Ok(());
+        }
+        self.enter_configuration()?;
+        set(self)?;
+        self.exit_configuration()
+    }
+
+    /// `fmi3EnterConfigurationMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn enter_configuration(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3EnterConfigurationMode", self.phase)
+    }
+
+    /// `fmi3ExitConfigurationMode`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0.
+    pub fn exit_configuration(&mut self) -> Result<(), CallError> {
+        self.change(c"fmi3ExitConfigurationMode", self.phase)
+    }
+
+    /// `fmi3GetDirectionalDerivative`: how the elements of `unknown` change with those of `known`, weighted by `seed`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn directional(
+        &mut self,
+        unknown: ArrayVariable,
+        known: ArrayVariable,
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        self.sensitivity(c"fmi3GetDirectionalDerivative", [unknown, known], seed, unknown.1)
+    }
+
+    /// `fmi3GetAdjointDerivative`: how the elements of `known` change those of `unknown`, weighted by `seed`.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn adjoint(
+        &mut self,
+        unknown: ArrayVariable,
+        known: ArrayVariable,
+        seed: &[f64],
+    ) -> Result<Vec<f64>, CallError> {
+        self.sensitivity(c"fmi3GetAdjointDerivative", [unknown, known], seed, known.1)
+    }
+
+    /// The same of several variables, none of them an array. There are as many values as references.
+    pub(super) fn directional_derivatives_3(
+        &mut self,
+        (known, changes): (&[u32], &[f64]),
+        (unknown, found): (&[u32], &mut [f64]),
+    ) -> Result<(), CallError> {
+        let call = c"fmi3GetDirectionalDerivative";
+        // SAFETY: FMI 3.0 gives the function these arguments.
+        let function = unsafe { self.library.optional::<GetDerivative>(call) }?;
+        let (unknowns, knowns) = (unknown.len(), known.len());
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.fill(call, found, |c, found| unsafe {
+            let (unknown, known) = (unknown.as_ptr(), known.as_ptr());
+            function(c, unknown, unknowns, known, knowns, changes.as_ptr(), knowns, found, unknowns)
+        })
+    }
+
+    fn sensitivity(
+        &mut self,
+        call: &'static CStr,
+        [unknown, known]: [ArrayVariable; 2],
+        seed: &[f64],
+        count: usize,
+    ) -> Result<Vec<f64>, CallError> {
+        // SAFETY: FMI 3.0 gives both functions these arguments.
+        let function = unsafe { self.library.optional::<GetDerivative>(call) }?;
+        let mut found = vec![f64::NAN; count];
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.fill(call, &mut found, |c, found| unsafe {
+            function(
+                c,
+                &raw const unknown.0,
+                1,
+                &raw const known.0,
+                1,
+                seed.as_ptr(),
+                seed.len(),
+                found,
+                count,
+            )
+        })?;
+        Ok(found)
+    }
+
+    /// `fmi3GetOutputDerivatives` of all elements of one output.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
+    pub fn output_derivatives(
+        &mut self,
+        (reference, elements): ArrayVariable,
+        order: i32,
+    ) -> Result<Vec<f64>, CallError> {
+        let call = c"fmi3GetOutputDerivatives";
+        // SAFETY: FMI 3.0 gives the function these arguments.
+        let function = unsafe { self.library.optional::<OutputDerivatives>(call) }?;
+        let mut values = vec![f64::NAN; elements];
+        // SAFETY: the component is alive, and the arrays have the lengths that are stated.
+        self.fill(call, &mut values, |c, values| unsafe {
+            function(c, &raw const reference, 1, &raw const order, values, elements)
+        })?;
+        Ok(values)
+    }
+
+    /// Reads so many values of one variable, which may be another number than it has, and drops them: for those who look whether
+    /// that is refused. The memory is larger than stated, so that an FMU that does not look overwrites nothing.
+    ///
+    /// # Errors
+    /// See [`Instance`]; also for FMI 2.0, which states no numbers.
+    pub fn read_n_values(
+        &mut self,
+        storage: Storage,
+        reference: u32,
+        stated: usize,
+    ) -> Result<(), CallError> {
+        self.library.optional_call(c"fmi3GetFloat64")?;
+        match storage {
+            Storage::String => self.get_n_strings(reference, stated),
+            Storage::Binary => self.get_n_binaries(reference, stated),
+            _ => self.get_n_numbers(storage, reference, stated),
+        }
+    }
+}
+
+impl Library {
+    /// Refuses FMI 2.0.
+    fn optional_call(&self, call: &'static CStr) -> Result<(), CallError> {
+        // SAFETY: the function is not called.
+        unsafe { self.optional::<*const ()>(call) }.map(drop)
+    }
+}

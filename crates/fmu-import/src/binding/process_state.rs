@@ -1,0 +1,146 @@
+//! Restores the process state that a call of foreign code changed: rounding mode, locale, folder, umask, signals.
+
+use std::ffi::{CStr, c_int, c_void};
+use std::sync::{Mutex, PoisonError};
+
+use super::process_end::is_guarded;
+
+unsafe extern "C" {
+    /// Defined in `process_state.c`, as the next four.
+    fn trackside_before(before: *mut ProcessStateSnapshot);
+    fn trackside_after(before: *const ProcessStateSnapshot) -> c_int;
+    fn trackside_after_step(before: *const ProcessStateSnapshot) -> c_int;
+    fn trackside_signals(mask: *mut SignalMask);
+    fn trackside_after_rare(mask: *const SignalMask) -> c_int;
+}
+
+/// What any call may change, as it was before it in a program that is not guarded.
+#[repr(C)]
+pub(super) struct ProcessStateSnapshot {
+    control: u64,
+    locale: *mut c_void,
+    x87: u32,
+}
+
+/// The signals that a thread holds back; room for the `sigset_t` of any system.
+#[repr(C, align(8))]
+struct SignalMask([u8; 128]);
+
+/// What was changed: one bit for each row of [`WORDS`].
+pub(super) type ProcessStateChanges = u32;
+
+/// What was done, and what that would have changed.
+const WORDS: [(&str, &str); 8] = [
+    ("set how numbers are rounded", "the numbers of all other nodes"),
+    ("had tiny numbers flushed to zero", "the numbers of all other nodes"),
+    ("had calculations without a result end the program", "how all other nodes end"),
+    ("set the locale", "how all other nodes read and write numbers"),
+    ("set the current folder", "where all files lie"),
+    ("set the permissions of new files", "all files of the run"),
+    ("held signals back", "how the program can be ended"),
+    ("took handlers of signals away", "what is told of crashes"),
+];
+
+impl ProcessStateSnapshot {
+    /// What is so now; nothing in a guarded program, whose threads all have what it had in the beginning: reading that again would double
+    /// the cost of a call.
+    #[inline]
+    pub(super) fn take() -> Option<Self> {
+        if is_guarded() {
+            return None;
+        }
+        let mut before = ProcessStateSnapshot { control: 0, locale: std::ptr::null_mut(), x87: 0 };
+        // SAFETY: the function writes the structure, which has the same layout there.
+        unsafe { trackside_before(&raw mut before) };
+        Some(before)
+    }
+}
+
+fn address(before: Option<&ProcessStateSnapshot>) -> *const ProcessStateSnapshot {
+    before.map_or(std::ptr::null(), std::ptr::from_ref)
+}
+
+/// Puts back what is different now from before, which is said.
+#[inline]
+pub(super) fn restore_process_state(before: Option<&ProcessStateSnapshot>) -> ProcessStateChanges {
+    // SAFETY: the function reads the structure, or what it noted itself.
+    unsafe { trackside_after(address(before)) }.cast_unsigned()
+}
+
+/// Puts back what is different now after the calls of a step; `asks` says whether the processor is asked.
+#[inline]
+pub(super) fn restore_process_state_after_step(
+    before: Option<&ProcessStateSnapshot>,
+    asks: bool,
+) -> ProcessStateChanges {
+    if asks {
+        return restore_process_state(before);
+    }
+    // SAFETY: as above.
+    unsafe { trackside_after_step(address(before)) }.cast_unsigned()
+}
+
+/// So many steps of an instance lie between two after which the processor is asked: a calculation that ends the program is not seen
+/// otherwise, if it was asked to do so without a library.
+const SELDOM: u8 = 16;
+
+/// Counts the steps of an instance.
+#[derive(Debug, Default)]
+pub(super) struct StepCounter(u8);
+
+impl StepCounter {
+    /// What is so now, and whether the processor is to be asked after the step. Then what another FMU may have left is put back before it.
+    #[inline]
+    pub(super) fn begin(&mut self) -> (Option<ProcessStateSnapshot>, bool) {
+        let before = ProcessStateSnapshot::take();
+        self.0 = (self.0 + 1) % SELDOM;
+        let asks = self.0 == 0;
+        if asks {
+            restore_process_state(before.as_ref());
+        }
+        (before, asks)
+    }
+}
+
+/// Runs a rare call, and puts back what only such a call is looked at for; `alone` says that the process is somebody else's.
+pub(super) fn guard_rare_call<T>(
+    alone: bool,
+    body: impl FnOnce() -> T,
+) -> (T, ProcessStateChanges) {
+    if alone {
+        return (body(), 0);
+    }
+    let mut mask = SignalMask([0; 128]);
+    // SAFETY: the function writes a set of signals, for which there is room.
+    unsafe { trackside_signals(&raw mut mask) };
+    let result = body();
+    // SAFETY: the function reads what the other one wrote.
+    (result, unsafe { trackside_after_rare(&raw const mask) }.cast_unsigned())
+}
+
+/// One sentence for each change, about the call that made it.
+pub(super) fn describe_changes(
+    changes: ProcessStateChanges,
+    call: &CStr,
+) -> impl Iterator<Item = String> {
+    let call = call.to_string_lossy().into_owned();
+    let rows = WORDS.iter().enumerate().filter(move |(bit, _)| changes >> bit & 1 == 1);
+    rows.map(move |(_, (what, whose))| {
+        format!("{call} {what}, which would have changed {whose}: it is put back")
+    })
+}
+
+/// What foreign code of this process changed, until somebody takes it.
+static ALL: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Keeps a sentence for the report of the run.
+pub(super) fn tell(sentence: String) {
+    ALL.lock().unwrap_or_else(PoisonError::into_inner).push(sentence);
+}
+
+/// Takes what is to be told of foreign code that changed what belongs to the whole process, such as how numbers are rounded, which
+/// was put back after the call. Each kind of change is told once for each node and plugin.
+#[must_use]
+pub fn process_state_changes() -> Vec<String> {
+    std::mem::take(&mut ALL.lock().unwrap_or_else(PoisonError::into_inner))
+}

@@ -1,0 +1,155 @@
+//! Decodes the text of a model description: UTF-8, which FMI asks for, or what a byte order mark or the XML declaration says.
+
+use std::path::Path;
+
+use crate::{DESCRIPTION, LONGEST};
+
+/// The first line of a document is looked for within so many bytes.
+const FIRST_LINE: usize = 256;
+
+/// What Windows-1252 has at the bytes 0x80 to 0x9F, where ISO-8859-1 has control characters that nobody writes. As in the WHATWG
+/// standard, five of them are taken as such.
+const WINDOWS_1252: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}',
+    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+];
+
+/// An encoding of descriptions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Encoding {
+    Utf8,
+    Utf16LittleEndian,
+    Utf16BigEndian,
+    Windows1252,
+}
+
+/// A text, and what to tell of its encoding.
+#[derive(Debug)]
+pub(crate) struct DescriptionText {
+    pub text: String,
+    /// It was read otherwise than FMI asks for.
+    pub correction: Option<String>,
+    /// It declares what FMI does not allow, and reads the same.
+    pub problem: Option<String>,
+}
+
+/// The text of the description in the folder of an unpacked archive.
+///
+/// # Errors
+/// When there is none, it is too long, or it is not in the encoding that it declares.
+pub(crate) fn description(folder: &Path) -> Result<DescriptionText, String> {
+    let path = folder.join(DESCRIPTION);
+    let length = std::fs::metadata(&path)
+        .map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => {
+                "expected this file in the archive, found none".to_owned()
+            }
+            _ => error.to_string(),
+        })?
+        .len();
+    if length > LONGEST {
+        return Err(format!("expected at most {LONGEST} bytes, found {length}"));
+    }
+    decode(&std::fs::read(&path).map_err(|error| error.to_string())?)
+}
+
+/// # Errors
+/// When the bytes are not in the encoding that they declare, or in one that is not known.
+pub(crate) fn decode(bytes: &[u8]) -> Result<DescriptionText, String> {
+    let declared = declared(bytes);
+    let (encoding, label) = match (shown(bytes), &declared) {
+        (Some(encoding), _) => (encoding, encoding.name()),
+        (None, Some(label)) => (labelled(label)?, label.as_str()),
+        (None, None) => (Encoding::Utf8, "UTF-8"),
+    };
+    let text = match encoding {
+        Encoding::Utf8 => utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))?.to_owned(),
+        Encoding::Windows1252 => bytes.iter().copied().map(letter).collect(),
+        Encoding::Utf16LittleEndian => utf16(bytes, u16::from_le_bytes)?,
+        Encoding::Utf16BigEndian => utf16(bytes, u16::from_be_bytes)?,
+    };
+    let found = format!("line 1: expected the encoding UTF-8, found {label}");
+    let (correction, problem) = match encoding {
+        Encoding::Utf8 if label.to_lowercase().starts_with("utf-16") => (
+            Some(format!("line 1: it declares {label}, and its bytes are UTF-8: read as UTF-8")),
+            None,
+        ),
+        Encoding::Utf8 => (None, None),
+        // Most tools that declare it write letters of ASCII alone.
+        Encoding::Windows1252 if bytes.is_ascii() => (None, Some(found)),
+        _ => (Some(format!("{found}: read as {label}")), None),
+    };
+    Ok(DescriptionText { text, correction, problem })
+}
+
+impl Encoding {
+    fn name(self) -> &'static str {
+        match self {
+            Encoding::Utf8 => "UTF-8",
+            Encoding::Utf16LittleEndian | Encoding::Utf16BigEndian => "UTF-16",
+            Encoding::Windows1252 => "windows-1252",
+        }
+    }
+}
+
+/// The encoding that the first bytes show: by a byte order mark, or in UTF-16 by the zero beside the first `<`.
+fn shown(bytes: &[u8]) -> Option<Encoding> {
+    match bytes {
+        [0xef, 0xbb, 0xbf, ..] => Some(Encoding::Utf8),
+        [0xff, 0xfe, ..] | [b'<', 0, ..] => Some(Encoding::Utf16LittleEndian),
+        [0xfe, 0xff, ..] | [0, b'<', ..] => Some(Encoding::Utf16BigEndian),
+        _ => None,
+    }
+}
+
+/// The encoding of this name in a text whose first line can be read byte by byte: that has no wide letters, whatever it says.
+fn labelled(label: &str) -> Result<Encoding, String> {
+    match label.to_lowercase().as_str() {
+        "utf-8" | "utf8" | "utf-16" | "utf-16le" | "utf-16be" => Ok(Encoding::Utf8),
+        "iso-8859-1" | "iso8859-1" | "latin1" | "latin-1" | "us-ascii" | "ascii"
+        | "windows-1252" | "cp1252" => Ok(Encoding::Windows1252),
+        _ => Err(format!(
+            "line 1: expected the encoding UTF-8, found {label}, which is not read here: export the FMU with UTF-8"
+        )),
+    }
+}
+
+/// The encoding that the first line of a text of single bytes declares.
+fn declared(bytes: &[u8]) -> Option<String> {
+    let start = String::from_utf8_lossy(&bytes[..bytes.len().min(FIRST_LINE)]);
+    let (line, _) = start.strip_prefix("<?xml")?.split_once("?>")?;
+    let (_, value) = line.split_once("encoding")?;
+    let value = value.trim_start().strip_prefix('=')?.trim_start();
+    let quote = value.chars().next().filter(|it| matches!(it, '"' | '\''))?;
+    value[1..].split_once(quote).map(|(label, _)| label.trim().to_owned())
+}
+
+fn letter(byte: u8) -> char {
+    match byte {
+        0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
+        byte => char::from(byte),
+    }
+}
+
+/// Says which byte is no UTF-8, and what an old exporter will have meant by it.
+fn utf8(bytes: &[u8]) -> Result<&str, String> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let place = error.valid_up_to();
+        let line = 1 + bytes[..place].iter().filter(|byte| **byte == b'\n').count();
+        let (byte, meant) = (bytes[place], letter(bytes[place]));
+        format!(
+            "line {line}: expected UTF-8, found the byte 0x{byte:02X}, which is `{meant}` in ISO-8859-1: export the FMU with UTF-8, \
+             or declare the encoding in the first line, <?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>"
+        )
+    })
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, String> {
+    let (pairs, rest) = bytes.as_chunks::<2>();
+    let units = pairs.iter().map(|pair| unit(*pair)).skip_while(|unit| *unit == 0xfeff);
+    let text: Result<String, _> = char::decode_utf16(units).collect();
+    text.ok().filter(|_| rest.is_empty()).ok_or_else(|| {
+        "expected a text in UTF-16, as its first bytes show, found half a letter: export the FMU with UTF-8"
+            .to_owned()
+    })
+}

@@ -1,0 +1,133 @@
+//! Exchanges packets of numbers and bytes with the process at the other end, in turns.
+
+use std::sync::atomic::Ordering::SeqCst;
+use std::time::{Duration, Instant};
+
+use rustix::thread::futex::{self, Flags, Timespec};
+
+use crate::memory::Memory;
+
+/// Who waits longer than this sleeps: being woken takes some ten microseconds.
+const AWAKE: Duration = Duration::from_micros(100);
+/// So often does a side look before it lets others have the core.
+const SPINS: usize = 50;
+/// A sleeper looks this often whether there is somebody to wait for.
+const NAP: Timespec = Timespec { tv_sec: 0, tv_nsec: 10_000_000 };
+
+/// Nobody has more to say at once [bytes].
+const LONGEST: usize = 1 << 30;
+
+/// A message: what travels at once.
+#[derive(Debug, Default, Clone, PartialEq)]
+pub struct Packet {
+    /// Numbers, at most as many as the channel was made for.
+    pub numbers: Vec<f64>,
+    /// Bytes, as many as there are.
+    pub bytes: Vec<u8>,
+}
+
+/// One end of a channel; the host begins.
+#[derive(Debug)]
+pub struct Channel {
+    memory: Memory,
+    /// 0 for the host, 1 for the guest.
+    side: usize,
+}
+
+impl Channel {
+    pub(crate) fn new(memory: Memory, side: usize) -> Self {
+        Channel { memory, side }
+    }
+
+    /// The part of the memory that stays as it is while the two exchange messages, for what the guest is doing.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    /// Sends, when it is this side's turn, and gives the turn to the other side. `look` is called now and then while this side waits.
+    ///
+    /// # Errors
+    /// With that of `look`. The channel is of no use then.
+    ///
+    /// # Panics
+    /// When there are more numbers than the channel was made for.
+    pub fn send<E>(
+        &self,
+        numbers: &[f64],
+        bytes: &[u8],
+        mut look: impl FnMut() -> Result<(), E>,
+    ) -> Result<(), E> {
+        assert!(numbers.len() <= self.memory.numbers, "the line is made for fewer numbers");
+        let mut rest = self.memory.write(numbers, bytes);
+        self.ring();
+        while !rest.is_empty() {
+            self.wait(&mut look)?;
+            rest = self.memory.write(numbers, rest);
+            self.ring();
+        }
+        Ok(())
+    }
+
+    /// Waits until it is this side's turn, and takes what the other side sent; false when that is nonsense.
+    ///
+    /// # Errors
+    /// With that of `look`, which is called now and then. The channel is of no use then.
+    pub fn receive<E>(
+        &self,
+        packet: &mut Packet,
+        mut look: impl FnMut() -> Result<(), E>,
+    ) -> Result<bool, E> {
+        packet.bytes.clear();
+        loop {
+            self.wait(&mut look)?;
+            match self.memory.read(&mut packet.numbers, &mut packet.bytes) {
+                None => return Ok(false),
+                Some(true) if packet.bytes.len() > LONGEST => return Ok(false),
+                Some(false) => return Ok(true),
+                Some(true) => self.ring(),
+            }
+        }
+    }
+
+    /// Gives the turn to the other side.
+    fn ring(&self) {
+        let turn = self.memory.turn();
+        turn.store(turn.load(SeqCst).wrapping_add(1), SeqCst);
+        if self.memory.asleep(1 - self.side).load(SeqCst) != 0 {
+            // Whoever sleeps looks by itself, too.
+            let _ = futex::wake(turn, Flags::empty(), 1);
+        }
+    }
+
+    fn wait<E>(&self, look: &mut impl FnMut() -> Result<(), E>) -> Result<(), E> {
+        let mine = || self.memory.turn().load(SeqCst) as usize % 2 == self.side;
+        let begin = Instant::now();
+        loop {
+            for _ in 0..SPINS {
+                if mine() {
+                    return Ok(());
+                }
+                std::hint::spin_loop();
+            }
+            // On a busy machine the other side may wait for this core.
+            rustix::thread::sched_yield();
+            if begin.elapsed() > AWAKE {
+                break;
+            }
+        }
+        let (turn, asleep) = (self.memory.turn(), self.memory.asleep(self.side));
+        loop {
+            asleep.store(1, SeqCst);
+            let seen = turn.load(SeqCst);
+            if seen as usize % 2 == self.side {
+                asleep.store(0, SeqCst);
+                return Ok(());
+            }
+            let _ = futex::wait(turn, Flags::empty(), seen, Some(&NAP));
+            asleep.store(0, SeqCst);
+            if !mine() {
+                look()?;
+            }
+        }
+    }
+}

@@ -1,0 +1,384 @@
+//! Implements co-simulation of a script: each call of the importer is a request to its process.
+
+mod state;
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use fmu_export::abi::Status;
+use fmu_export::resources::folder;
+use fmu_export::{
+    Categories, CoSimulation, FmiError, FmiResult, Kind, Lifecycle, State, Value, VariableValue,
+    log, reject, warn,
+};
+use python::{Interpreter, MODEL_SERVER_PATH, Process, ScriptError};
+
+use crate::INTERFACE;
+use crate::interface::{CATEGORIES, Interface, PRINTED, Role, ScriptVariable};
+use crate::script::{self, SERVE};
+use crate::value_codec::{read, write};
+use state::ScriptState;
+
+/// Steps that differ by less than this share are the same step: masters compute it as the difference of two times.
+const STEP_TOLERANCE: f64 = 1e-9;
+
+/// What the process is asked; the numbers are those of `fmu.py`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Question {
+    /// A new object, with these values, begins a run.
+    Initialise = 1,
+    /// A step, with these inputs.
+    Step = 2,
+    /// Inputs and parameters have these values.
+    Update = 3,
+    /// A copy of all that the object goes on from.
+    Save = 4,
+    /// An object that goes on from there.
+    Restore = 5,
+    /// The end of a run.
+    Terminate = 6,
+}
+
+/// A script as an instance. Its process starts with it, and again after a failure.
+pub struct ScriptInstance {
+    resources: PathBuf,
+    pub(crate) interface: Interface,
+    /// The places of variables by who determines them.
+    inputs: Vec<usize>,
+    external: Vec<usize>,
+    outputs: Vec<usize>,
+    pub(crate) lifecycle: Lifecycle,
+    /// The value of each variable, by reference.
+    pub(crate) values: Vec<VariableValue>,
+    /// Whether an input or a parameter was written since outputs were read.
+    pub(crate) stale: bool,
+    /// Whether a parameter was written that the script does not know of.
+    pub(crate) unsent_parameters: bool,
+    /// Whether the process has an object of this run.
+    pub(crate) initialised: bool,
+    process: Option<Process>,
+    /// The contents of a question, kept for the next one.
+    message: Vec<u8>,
+}
+
+/// Whether Python's module `warnings` wrote a line: `cruise.py:26: UserWarning: it is steep`.
+fn is_warning(line: &str) -> bool {
+    let mut parts = line.splitn(3, ": ");
+    let place = parts.next().and_then(|place| place.rsplit_once(':'));
+    let category = parts.next().filter(|_| parts.next().is_some());
+    place.is_some_and(|(_, number)| number.parse::<u32>().is_ok())
+        && category.is_some_and(|it| it.ends_with("Warning") && !it.contains(char::is_whitespace))
+}
+
+impl ScriptInstance {
+    /// An instance of the FMU with this folder of resources.
+    ///
+    /// # Errors
+    /// When the resources are not those of the FMU with this identity, or the script does not load here.
+    pub fn open(identifier: &str, resources: &Path) -> FmiResult<Self> {
+        let path = resources.join(INTERFACE);
+        let wrong = |what: &dyn std::fmt::Display| format!("{}: {what}", path.display());
+        let text = std::fs::read_to_string(&path).or_else(|error| reject(wrong(&error)))?;
+        let interface: Interface =
+            serde_json::from_str(&text).or_else(|error| reject(wrong(&error)))?;
+        if interface.guid != identifier {
+            return reject(format!("expected GUID {}, found {identifier}", interface.guid));
+        }
+        let mut instance = ScriptInstance {
+            resources: resources.to_owned(),
+            inputs: interface.inputs(),
+            external: interface.external(),
+            outputs: interface.outputs(),
+            lifecycle: Lifecycle::default(),
+            values: interface.variables.iter().map(|it| it.start.clone()).collect(),
+            interface,
+            stale: true,
+            unsent_parameters: false,
+            initialised: false,
+            process: None,
+            message: Vec::new(),
+        };
+        instance.process()?;
+        Ok(instance)
+    }
+
+    /// The process, which is started when there is none.
+    fn process(&mut self) -> FmiResult<&mut Process> {
+        let process = match self.process.take() {
+            Some(process) => process,
+            None => self.start()?,
+        };
+        Ok(self.process.insert(process))
+    }
+
+    /// Starts Python and loads the script.
+    fn start(&self) -> FmiResult<Process> {
+        let Interface { script, class, python, .. } = &self.interface;
+        let interpreter = Interpreter::choose(Some(Path::new(python)));
+        let [server, path] =
+            [MODEL_SERVER_PATH, script.as_str()].map(|name| self.resources.join(name));
+        let arguments = [server.as_os_str(), SERVE.as_ref(), path.as_os_str(), class.as_ref()];
+        let refused = |failure: &ScriptError| {
+            let python = interpreter.path.display();
+            let message =
+                format!("the script does not load in {python} ({}): {failure}", interpreter.reason);
+            FmiError { status: Status::Error, message }
+        };
+        let mut process =
+            Process::start(&interpreter, arguments).map_err(|failure| refused(&failure))?;
+        let answer = process.answer(self.patience()).map(<[u8]>::to_vec);
+        // What it printed so far goes with the first call: the importer gets nothing of an instance that is only being made.
+        let answer = answer.map_err(|failure| refused(&failure))?;
+        match script::has_variables(&answer, &self.interface.variables) {
+            true => Ok(process),
+            false => reject(format!(
+                "{script} has other variables here than when it was packed: they must not depend on the machine"
+            )),
+        }
+    }
+
+    fn patience(&self) -> Duration {
+        Duration::try_from_secs_f64(self.interface.patience).unwrap_or(Duration::MAX / 4)
+    }
+
+    /// Asks the process, and gives what it answers to `take`.
+    ///
+    /// # Errors
+    /// When the script raises an exception, or there is no answer.
+    pub(crate) fn ask<T>(
+        &mut self,
+        question: Question,
+        contents: &[&[u8]],
+        take: impl FnOnce(&mut Self, &[u8]) -> FmiResult<T>,
+    ) -> FmiResult<T> {
+        let patience = self.patience();
+        self.process()?;
+        let Some(mut process) = self.process.take() else { return reject("there is no process") };
+        let answer = process.ask(question as u8, contents, patience).map(|_| ());
+        for line in process.take_lines() {
+            if is_warning(&line) { warn(line) } else { log(PRINTED, line) }
+        }
+        let done = match answer {
+            Ok(()) => take(self, process.contents()),
+            Err(ScriptError::Terminated(message)) => {
+                Err(FmiError { status: Status::Discard, message })
+            }
+            Err(failure) => {
+                if matches!(failure, ScriptError::Ended(_)) {
+                    self.initialised = false;
+                    self.lifecycle.fail(Status::Error);
+                    return reject(failure.to_string());
+                }
+                reject(failure.to_string())
+            }
+        };
+        self.process = Some(process);
+        done
+    }
+
+    /// Asks a question with these values, and reads outputs from the answer.
+    fn ask_for_outputs(&mut self, question: Question, numbers: &[f64], all: bool) -> FmiResult {
+        let mut message = std::mem::take(&mut self.message);
+        message.clear();
+        numbers.iter().for_each(|number| message.extend(number.to_le_bytes()));
+        write(if all { &self.external } else { &self.inputs }, &self.values, &mut message);
+        let done = self
+            .ask(question, &[&message], |own, answer| read(&own.outputs, answer, &mut own.values));
+        self.message = message;
+        if all && done.is_ok() {
+            self.unsent_parameters = false;
+        }
+        done
+    }
+
+    fn check_set<T: Value>(&self, reference: u32, value: &T) -> FmiResult {
+        let script_variable = self.script_variable(reference)?;
+        let ScriptVariable { name, role, start, min, max } = script_variable;
+        if start.kind() != T::KIND {
+            return other_type(script_variable, T::KIND);
+        }
+        let state = self.lifecycle.state;
+        let before = matches!(state, State::Instantiated | State::Initialization);
+        let may = match role {
+            Role::Input | Role::Tunable => before || state == State::StepComplete,
+            Role::Parameter => before,
+            Role::Output => false,
+        };
+        if !may {
+            return reject(format!("{name} cannot be set in the state {state:?}"));
+        }
+        // Inputs come from other models, whose transients may leave the limits.
+        let limits = min.unwrap_or(f64::NEG_INFINITY)..=max.unwrap_or(f64::INFINITY);
+        match value.number().filter(|number| *role != Role::Input && !limits.contains(number)) {
+            Some(number) => {
+                let (low, high) = limits.into_inner();
+                reject(format!("{name} = {number} is outside of {low} .. {high}"))
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn script_variable(&self, reference: u32) -> FmiResult<&ScriptVariable> {
+        self.interface.variables.get(reference as usize).ok_or_else(|| FmiError {
+            status: Status::Error,
+            message: format!("no variable has the value reference {reference}"),
+        })
+    }
+}
+
+fn other_type<T>(script_variable: &ScriptVariable, expected: Kind) -> FmiResult<T> {
+    reject(format!(
+        "{} is of type {:?}, not {expected:?}",
+        script_variable.name,
+        script_variable.start.kind()
+    ))
+}
+
+impl CoSimulation for ScriptInstance {
+    type State = ScriptState;
+
+    fn log_categories() -> Categories {
+        CATEGORIES
+    }
+
+    fn instantiate(identifier: &str, resources: Option<&str>) -> FmiResult<Self> {
+        match resources.and_then(folder) {
+            Some(folder) => Self::open(identifier, &folder),
+            None => {
+                reject(format!("expected the place of the folder `resources`, found {resources:?}"))
+            }
+        }
+    }
+
+    fn lifecycle(&mut self) -> &mut Lifecycle {
+        &mut self.lifecycle
+    }
+
+    fn time_reference(&self) -> Option<u32> {
+        u32::try_from(self.values.len()).ok()
+    }
+
+    fn reset(&mut self) -> FmiResult {
+        self.values = self.interface.variables.iter().map(|it| it.start.clone()).collect();
+        (self.stale, self.unsent_parameters, self.initialised) = (true, false, false);
+        Ok(())
+    }
+
+    fn enter_initialization(&mut self) -> FmiResult {
+        self.stale = true;
+        Ok(())
+    }
+
+    fn exit_initialization(&mut self) -> FmiResult {
+        self.refresh()
+    }
+
+    fn refresh(&mut self) -> FmiResult {
+        match self.lifecycle.state {
+            _ if !self.stale => return Ok(()),
+            State::Initialization => {
+                self.ask_for_outputs(Question::Initialise, &[self.lifecycle.now], true)?;
+                self.initialised = true;
+            }
+            State::StepComplete if self.interface.direct => {
+                self.ask_for_outputs(Question::Update, &[], true)?;
+            }
+            _ => return Ok(()),
+        }
+        self.stale = false;
+        Ok(())
+    }
+
+    fn do_step(&mut self, time: f64, step: f64) -> FmiResult {
+        self.lifecycle.check_step(time, step)?;
+        let usual = self.interface.step;
+        if !self.interface.variable_step && (step - usual).abs() > STEP_TOLERANCE * usual {
+            return reject(format!("expected steps of {usual} s, found one of {step} s"));
+        }
+        let told = match self.unsent_parameters {
+            true => self.ask_for_outputs(Question::Update, &[], true),
+            false => Ok(()),
+        };
+        let done = told.and_then(|()| self.ask_for_outputs(Question::Step, &[time, step], false));
+        let Err(FmiError { status, message }) = done else {
+            self.lifecycle.now = time + step;
+            self.stale = false;
+            return Ok(());
+        };
+        self.lifecycle.terminated = status == Status::Discard;
+        self.lifecycle.state =
+            if self.lifecycle.terminated { State::StepFailed } else { State::Error };
+        Err(FmiError { status, message: format!("step of {step} s from {time} s: {message}") })
+    }
+
+    fn terminate(&mut self) -> FmiResult {
+        match self.initialised {
+            true => self.ask(Question::Terminate, &[], |_, _| Ok(())),
+            false => Ok(()),
+        }
+    }
+
+    fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {
+        let value = self.values.get_mut(reference as usize).and_then(VariableValue::read);
+        match value {
+            Some(value) => Ok(value),
+            None => other_type(self.script_variable(reference)?, T::KIND),
+        }
+    }
+
+    fn set<T: Value>(&mut self, references: &[u32], values: &[T]) -> FmiResult {
+        let mut all = references.iter().zip(values);
+        all.try_for_each(|(reference, value)| self.check_set(*reference, value))?;
+        for (reference, value) in references.iter().zip(values) {
+            let place = *reference as usize;
+            self.values[place].write(value);
+            self.stale = true;
+            self.unsent_parameters |= self.interface.variables[place].role != Role::Input;
+        }
+        Ok(())
+    }
+
+    fn set_input_derivatives(&mut self, _: &[u32], _: &[i32], _: &[f64]) -> FmiResult {
+        reject("derivatives of inputs are not supported")
+    }
+
+    fn directional_derivative(&mut self, _: &[u32], _: &[u32], _: &[f64]) -> FmiResult<Vec<f64>> {
+        reject("a directional derivative is not supported")
+    }
+
+    fn save(&mut self) -> FmiResult<ScriptState> {
+        self.save_state()
+    }
+
+    fn restore(&mut self, state: &ScriptState) -> FmiResult {
+        self.restore_state(state)
+    }
+
+    fn serialize(&mut self, state: &ScriptState) -> FmiResult<Vec<u8>> {
+        self.state_to_bytes(state)
+    }
+
+    fn deserialize(&mut self, bytes: &[u8]) -> FmiResult<ScriptState> {
+        self.state_from_bytes(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_of_python_are_told_from_other_lines() {
+        assert!(is_warning("/a b/cruise.py:26: UserWarning: it is: steep"));
+        assert!(is_warning("<string>:1: DeprecationWarning: old"));
+        for line in [
+            "Warning: steep",
+            "cruise.py:26: steep",
+            "a: UserWarning: b",
+            "x:1: two Warning: b",
+            "",
+        ] {
+            assert!(!is_warning(line), "{line}");
+        }
+    }
+}
