@@ -1,10 +1,7 @@
-//! Names the scalars of an algorithm: plain, several at once ([`SimdBatch`]), or with derivatives ([`Tangent`], [`DualSVec64`]).
+//! Names the scalars of an algorithm: plain, several at once (`SimdBatch`), or with derivatives (`Tangent`, [`DualSVec64`]).
 //!
-//! Sums of products of `f64`, [`SimdBatch`] and [`Tangent`] are fused, as one rounding each, on every machine alike, and their functions
-//! are those of [`elementary`].
-//!
-//! [`SimdBatch`]: crate::simd_batch::SimdBatch
-//! [`Tangent`]: crate::tangent::Tangent
+//! Sums of products of `f64`, `SimdBatch` and `Tangent` are fused, as one rounding each, on every machine alike, and their functions
+//! are those of this crate.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
@@ -107,7 +104,7 @@ impl Scalar for f64 {
 
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        elementary::sin_cos(self)
+        crate::sin_cos(self)
     }
 }
 

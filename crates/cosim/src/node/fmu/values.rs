@@ -3,7 +3,7 @@
 //! A group writes and reads all elements of its variables at once. Those that do not travel, and values that wait for an event, are stored
 //! in [`GroupValues`].
 
-use fmu_import::{CallError, Causality, Instance, Storage, Value, bytes, to_hex};
+use fmu_import::{CallError, Causality, Instance, Storage, Value, from_hex, to_hex};
 use serde::{Deserialize, Serialize};
 
 use super::FmuNode;
@@ -361,7 +361,7 @@ fn described_starts(instance: &Instance, group: &VariableGroup) -> Vec<Value> {
 /// What a text of the row is for the FMU.
 fn text_value(group: &VariableGroup, value: &str) -> Result<Value, CallError> {
     match group.storage {
-        Storage::Binary => bytes(value).map(Value::Binary).ok_or_else(|| {
+        Storage::Binary => from_hex(value).map(Value::Binary).ok_or_else(|| {
             let what = "is not called: expected two hexadecimal digits for each byte";
             CallError::new("fmi3SetBinary", format!("{what}, found {value:?}"))
         }),

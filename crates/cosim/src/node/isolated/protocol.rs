@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::path::PathBuf;
 
-use fmu_import::{Message, Place};
+use fmu_import::{FmuLocation, Message};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::Clock;
@@ -15,7 +15,7 @@ use crate::system::{StartValue, VariableGroups};
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Setup {
     pub name: String,
-    pub fmu: Place,
+    pub fmu: FmuLocation,
     pub log: bool,
     pub inputs: VariableGroups,
     pub outputs: VariableGroups,
