@@ -93,8 +93,8 @@ fn prediction_errors_recover_unequal_tires() {
         assert!(svi.trusted && svi.diagnosis.k_hat < 0.7, "{svi:?}");
         assert!(svi.status == Status::Converged && svi.elbo_trace.is_sorted(), "{svi:?}");
         for (name, mean) in &posterior.mean {
-            let off = (svi.mean[name] - mean) / estimate.std[&name];
-            let ratio = svi.std[name] / estimate.std[&name];
+            let off = (svi.mean[name] - mean) / estimate.std[name];
+            let ratio = svi.std[name] / estimate.std[name];
             assert!(off.abs() < 0.2 && (0.85..1.15).contains(&ratio), "{name}: {off} {ratio}");
         }
     }
