@@ -8,7 +8,7 @@ use html_page::{Axis, Plot, escape};
 use numerics::text::{significant, with_std};
 use vehicle::Body;
 
-use crate::assessment::{ParameterAssessment, ModelAssessment, Trace};
+use crate::assessment::{ModelAssessment, ParameterAssessment, Trace};
 use crate::names::{class, words};
 
 /// The size of a figure [px].
@@ -93,7 +93,8 @@ fn lateral(html: &mut String, judged: &[ModelAssessment]) {
 }
 
 fn open_loop(html: &mut String, judged: &[ModelAssessment], horizon: f64) {
-    let of = |it: &ModelAssessment| it.open_loop.iter().find(|score| score.horizon == horizon).copied();
+    let of =
+        |it: &ModelAssessment| it.open_loop.iter().find(|score| score.horizon == horizon).copied();
     let scores: Vec<_> = judged.iter().filter_map(|it| Some((&it.name, of(it)?))).collect();
     let _ = writeln!(
         html,

@@ -6,7 +6,7 @@ use drive_prediction::score::BAND;
 use html_page::{Axis, Plot, escape};
 use numerics::text::significant;
 
-use crate::assessment::{SideslipScore, SideslipTrace, ParameterInterval};
+use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
 use crate::names::{class, words};
 
 /// The size of a figure [px].

@@ -8,7 +8,7 @@ use numerics::text::significant;
 use crate::blocks::{Blocks, Fit, split};
 use crate::case::{Case, G};
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::{Motion, moves};
 use crate::statistics::quantile;
 
