@@ -6,13 +6,13 @@ mod car;
 mod closed_loop;
 mod curve;
 mod doctor;
-mod uncertain_value;
 mod prediction;
 mod rules;
 mod shared;
 pub mod stretches;
 mod study;
 mod tires;
+mod uncertain_value;
 
 use std::collections::BTreeMap;
 

@@ -6,14 +6,14 @@
     reason = "units stand in brackets, which rustdoc takes for links"
 )]
 
+pub mod assessment;
 pub mod config;
 pub mod design;
-pub mod posterior_draws;
-pub mod assessment;
 pub mod loads;
 pub mod names;
 pub mod page;
 mod plugin;
+pub mod posterior_draws;
 pub mod prior_from_file;
 pub mod sobol;
 pub mod start_values;

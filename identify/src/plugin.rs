@@ -22,11 +22,11 @@ use tire_inference::settings::Method;
 use tire_inference::synthetic::Excitation;
 
 use crate::config::{Config, Sensitivity};
-use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::page::{self, Page};
+use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::start_values;
 use crate::studies::{excitation, sensitivity};
-use crate::summary::{IdentificationSummary, CurveSummary};
+use crate::summary::{CurveSummary, IdentificationSummary};
 
 /// The plugin.
 struct Identify;
@@ -126,7 +126,8 @@ fn go_on(host: &mut dyn Host, share: f64, what: &str) -> Result<(), String> {
 
 /// What was found of these curves as a whole: whether the model fits is what their samples say under the posterior of each.
 fn overall<'a>(curves: Vec<CurveSummary<'a>>) -> IdentificationSummary<'a> {
-    let predictive = |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
+    let predictive =
+        |told: &CurveSummary<'a>| told.estimate.posterior.as_ref()?.predictive.as_ref();
     let checks: Vec<_> =
         curves.iter().filter_map(|told| Some((told.title(), predictive(told)?))).collect();
     let wrong: Vec<_> = checks.iter().filter(|(_, check)| !check.fits).collect();

@@ -43,7 +43,10 @@ pub enum Dependence {
 pub fn of_drives<'a>(node: &'a str, found: &'a Identification) -> [TirePosterior<'a>; 2] {
     [("tire_f", Axle::Front), ("tire_r", Axle::Rear)].map(|(tire, axle)| {
         let (estimate, posterior) = (&found.estimates[axle], &found.posterior[axle]);
-        TirePosterior { tire: Tire { node, tire, estimate, direction: Direction::Lateral }, posterior }
+        TirePosterior {
+            tire: Tire { node, tire, estimate, direction: Direction::Lateral },
+            posterior,
+        }
     })
 }
 

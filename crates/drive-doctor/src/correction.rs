@@ -73,7 +73,11 @@ impl Correction {
 
     /// The key `time_unit` of the table.
     pub(crate) fn time_unit(unit: &str) -> Self {
-        Self { text: format!("time_unit = \"{unit}\""), place: Some(CorrectionTarget::Table), note: None }
+        Self {
+            text: format!("time_unit = \"{unit}\""),
+            place: Some(CorrectionTarget::Table),
+            note: None,
+        }
     }
 
     /// The stretches [s] of a log without these.

@@ -23,7 +23,7 @@ mod understeer_gradient;
 pub use case::{CHANNELS, CarData};
 pub use check::course::COURSE_CLOCK;
 pub use correction::{Correction, CorrectionTarget};
-pub use finding::{Examination, Finding, OpenQuestion, Certainty};
+pub use finding::{Certainty, Examination, Finding, OpenQuestion};
 pub use rolling_radius::RollingRadius;
 pub use steering_map::{SteeringMap, SteeringPoint, steering_map};
 pub use understeer_gradient::UndersteerGradient;

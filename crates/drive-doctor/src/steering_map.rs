@@ -156,7 +156,8 @@ fn mapped(levels: &[Vec<CommandLevel>]) -> SteeringMap {
     });
     let point = |level: &Vec<CommandLevel>| {
         // The side of the play on which a log begins nobody knows.
-        let (known, unknown): (Vec<CommandLevel>, Vec<CommandLevel>) = level.iter().partition(|it| it.side != 0.0);
+        let (known, unknown): (Vec<CommandLevel>, Vec<CommandLevel>) =
+            level.iter().partition(|it| it.side != 0.0);
         let level = if known.is_empty() { unknown } else { known };
         let count = level.len() as f64;
         let middle = |it: &CommandLevel| it.angle + it.side * play.unwrap_or(0.0);

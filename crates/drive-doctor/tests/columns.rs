@@ -3,7 +3,7 @@
 
 use crate::mistake;
 
-use drive_doctor::{Examination, CarData, CorrectionTarget, Certainty, examine};
+use drive_doctor::{CarData, Certainty, CorrectionTarget, Examination, examine};
 use preparation::DriveLog;
 
 /// The log with two channels in each other's column.
@@ -142,8 +142,7 @@ fn a_clean_log_is_not_accused_where_less_is_known_of_the_car() {
     for car in 0..mistake::CARS.len() {
         let (log, known) = mistake::clean(car, 34);
         for wheelbase in [None, known.wheelbase()] {
-            let found =
-                examine(&mistake::log(&log), &CarData { wheelbase, ..CarData::default() });
+            let found = examine(&mistake::log(&log), &CarData { wheelbase, ..CarData::default() });
             assert!(!found.is_ill(), "car {car}, {wheelbase:?}: {found:#?}");
         }
     }

@@ -1,7 +1,7 @@
 //! Asserts that the scale of a yaw rate and the radius of wheels are told of a log that was made with them, and not of one without.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use drive_doctor::{COURSE_CLOCK, Examination, CarData, Certainty, examine};
+use drive_doctor::{COURSE_CLOCK, CarData, Certainty, Examination, examine};
 use preparation::DriveLog;
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};

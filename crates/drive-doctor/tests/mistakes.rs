@@ -6,7 +6,7 @@ use crate::mistake;
 
 use std::sync::LazyLock;
 
-use drive_doctor::{Examination, CorrectionTarget, Certainty, examine};
+use drive_doctor::{Certainty, CorrectionTarget, Examination, examine};
 
 /// Mistakes that the limits of a car hide, with the car: what else is found is seen by `cargo run --example mistakes`.
 const HIDDEN: [(usize, &str); 3] =

@@ -2,7 +2,7 @@
 
 use crate::cars::LOGS;
 use crate::real_log::RealLog;
-use drive_doctor::{Examination, CorrectionTarget, Certainty, examine, steering_map};
+use drive_doctor::{Certainty, CorrectionTarget, Examination, examine, steering_map};
 
 /// The examination of a log of the list; `None` where its file is not at hand.
 fn of(name: &str) -> Option<Examination> {
@@ -41,7 +41,10 @@ fn the_bank_of_the_track_comes_again_lap_by_lap() {
 fn the_late_yaw_rate_of_the_av_21_is_named_by_independent_clocks() {
     let found = of("AV-21").expect("a log of TRACKSIDE_DATA");
     let first = &found.findings[0];
-    assert_eq!((first.check.as_str(), first.sure, first.refuses), ("r_delay", Certainty::Certain, true));
+    assert_eq!(
+        (first.check.as_str(), first.sure, first.refuses),
+        ("r_delay", Certainty::Certain, true)
+    );
     let late = first.value.unwrap_or_default();
     assert!((0.3..0.4).contains(&late), "{first:#?}");
     for clock in ["front wheel speeds", "the course", "steering", "The halves of the log say"] {
@@ -110,7 +113,10 @@ fn the_gain_of_a_gyro_is_told_by_the_course() {
         let scale = found.findings.iter().find(|it| it.check == "r_scale").expect("a scale");
         let [low, high] = scale.interval.unwrap_or_default();
         assert!(low < 0.028 && high > 0.023 && high - low < 0.01, "{scale:#?}");
-        assert_eq!((scale.sure, scale.correction.place), (Certainty::Certain, Some(CorrectionTarget::Column)));
+        assert_eq!(
+            (scale.sure, scale.correction.place),
+            (Certainty::Certain, Some(CorrectionTarget::Column))
+        );
         // Straight on and without force the encoder reads what the car does; only slip makes it read more.
         let radius = found.rolling[0].radius;
         assert!((0.0493..0.0503).contains(&radius), "{:#?}", found.rolling);

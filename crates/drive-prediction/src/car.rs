@@ -21,6 +21,6 @@ pub mod parameters;
 pub mod section;
 
 pub use adaptive_predictor::AdaptivePredictor;
+pub use car_predictor::CarPredictor;
 pub use fit::{FittedCar, fit};
 pub use parameters::{Car, Steering, Variation};
-pub use car_predictor::CarPredictor;

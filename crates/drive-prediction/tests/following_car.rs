@@ -8,7 +8,7 @@ use std::slice;
 use approx::assert_relative_eq;
 use drive_prediction::car::motion::{DriveWithRates, Dual, Inputs, forces};
 use drive_prediction::car::parameters::{COUNT, Parameters, Prior, Vector};
-use drive_prediction::car::{Car, AdaptivePredictor, CarPredictor, fit};
+use drive_prediction::car::{AdaptivePredictor, Car, CarPredictor, fit};
 use drive_prediction::score::{lateral, open_loop};
 use drive_prediction::{EvenDrive, Predictor};
 use preparation::Drive;

@@ -217,7 +217,7 @@ fn course_and_speed_over_ground_make_v_y_better() {
         speed[row] = drive.v_x[row].hypot(drive.v_y[row]);
     }
     let [without, _] = judge(&estimate(&setup(), &fit, &drive.signals(), None), &drive.v_y);
-    let both = drive.signals().with(Channel::AdaptivePredictor, &course).with(Channel::GroundSpeed, &speed);
+    let both = drive.signals().with(Channel::Course, &course).with(Channel::GroundSpeed, &speed);
     let [with, inside] = judge(&estimate(&setup(), &fit, &both, None), &drive.v_y);
     println!("without {without:.4}, with {with:.4} m/s, {inside:.3}");
     assert!(with < without, "{with}, without {without}");

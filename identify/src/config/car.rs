@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use vehicle::{Aero, Body, Differential, Vehicle, Wheel};
 
-use super::uncertain_value::{Air, UncertainValue};
 use super::rules::{self, demand};
+use super::uncertain_value::{Air, UncertainValue};
 
 /// Mass, inertia and lengths of the car, all needed. No key is required by the schema: what is missing is told at once, with its use.
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]

@@ -172,7 +172,8 @@ fn the_verdict_comes_first_and_all_errors_are_shown() {
         tests: vec![test("whiteness of a_y", 1.0), test("whiteness of r", 9.0)],
     };
     let causes = [cause];
-    let overall = IdentificationSummary { model, causes: &causes, ..IdentificationSummary::default() };
+    let overall =
+        IdentificationSummary { model, causes: &causes, ..IdentificationSummary::default() };
     let html = rendered(&Page { overall: Some(&overall), ..Page::default() });
     let text = text_of(&parse(&html));
     let places = [

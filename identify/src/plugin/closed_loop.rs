@@ -30,11 +30,11 @@ use tire_inference::quantity::{PerQuantity, Quantity};
 use vehicle::State;
 
 use crate::config::{ClosedLoop, HoldOut};
-use crate::posterior_draws::{self, Dependence};
 use crate::names::SCATTER_ADDED;
 use crate::page::{self, Drives, Page, Section};
 use crate::plugin::{doctor, drive_log, go_on, leave_start_values};
-use crate::summary::{IdentificationSummary, CurveSummary, forget_absent_peak};
+use crate::posterior_draws::{self, Dependence};
+use crate::summary::{CurveSummary, IdentificationSummary, forget_absent_peak};
 
 /// The signals that are needed: what was measured, and the inputs that acted.
 const SIGNALS: [&str; 6] = ["v_x", "v_y", "r", "a_y", "F_x", "delta"];
@@ -338,8 +338,11 @@ impl ClosedLoopResult<'_> {
                 methods,
             }
         };
-        let replays: Vec<_> =
-            self.validations.iter().map(|it| (it.name.as_str(), &it.recording, &it.replay)).collect();
+        let replays: Vec<_> = self
+            .validations
+            .iter()
+            .map(|it| (it.name.as_str(), &it.recording, &it.replay))
+            .collect();
         let page = Page {
             title: "Tires from closed-loop driving",
             overall: Some(&self.summary()),

@@ -1,7 +1,7 @@
 //! Examines a log before tires are identified from it, or for its own sake, and lets what is found weigh on verdicts.
 
 use drive_doctor::{
-    CHANNELS, Examination, Finding, CarData, CorrectionTarget, SteeringMap, SteeringPoint, examine,
+    CHANNELS, CarData, CorrectionTarget, Examination, Finding, SteeringMap, SteeringPoint, examine,
     steering_map,
 };
 use numerics::text::significant;
@@ -96,7 +96,9 @@ pub(super) fn tell(found: &Examination, overall: &mut IdentificationSummary) {
     let others = found.serious().filter(|it| Some(&it.sentence) != refusal);
     // Lines of a column say what is to be written; advice is a sentence of its own.
     let advice = |it: &Finding| match (it.correction.place, it.channels.as_slice()) {
-        (Some(CorrectionTarget::Column), [channel]) => format!("Column {channel}: {}.", it.correction.text),
+        (Some(CorrectionTarget::Column), [channel]) => {
+            format!("Column {channel}: {}.", it.correction.text)
+        }
         _ => it.correction.text.clone(),
     };
     overall.log.extend(others.map(|it| format!("Log: {} {}", it.sentence, advice(it))));

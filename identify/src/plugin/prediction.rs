@@ -19,8 +19,8 @@ use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
 use super::{doctor, drive_log, go_on, sideslip};
+use crate::assessment::{ModelAssessment, ParameterAssessment, Trace};
 use crate::config::Prediction;
-use crate::assessment::{ParameterAssessment, ModelAssessment, Trace};
 use crate::names::words;
 use crate::page;
 
@@ -247,7 +247,10 @@ fn parts(fitted: &[EvenDrive], held: &[EvenDrive]) -> String {
     format!("Fitted: {fitted}. {judged} Faint numbers are 95 % intervals, from blocks of time.")
 }
 
-fn summary((judged, found): (&[ModelAssessment], &[ParameterAssessment]), held_out: bool) -> Vec<String> {
+fn summary(
+    (judged, found): (&[ModelAssessment], &[ParameterAssessment]),
+    held_out: bool,
+) -> Vec<String> {
     let mut summary = vec![verdict(judged)];
     let is_unknown = |it: &&ParameterAssessment| it.verdict == Verdict::NotIdentifiable;
     let unknown: Vec<&str> = found.iter().filter(is_unknown).map(|it| it.name.as_str()).collect();

@@ -14,8 +14,8 @@ use serde_json::{Map, Value, json};
 use tire_inference::verdict::Verdict;
 
 use super::{doctor, go_on};
+use crate::assessment::{ParameterInterval, SideslipScore, SideslipTrace};
 use crate::config::Prediction;
-use crate::assessment::{SideslipScore, SideslipTrace, ParameterInterval};
 use crate::names::words;
 use crate::page;
 
@@ -205,7 +205,8 @@ fn told(found: &Fit) -> Vec<ParameterInterval> {
     let width = |it: &Interval| (it.ends[1] - it.ends[0]) / (4.0 * it.value.abs());
     let axles = ["front.K", "rear.K"].into_iter().zip(&found.stiffness);
     // A stiffness is known to a tenth or it is not much.
-    let mut all: Vec<ParameterInterval> = axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
+    let mut all: Vec<ParameterInterval> =
+        axles.map(|(name, it)| of(name, it, 1.0 - 3.0 * width(it))).collect();
     let rest = NAMES.iter().zip(&found.intervals).zip(found.learned);
     all.extend(rest.map(|((name, interval), learned)| of(name, interval, learned)));
     all

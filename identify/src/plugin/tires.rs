@@ -21,14 +21,14 @@ use tire_inference::settings::{Method, Settings};
 
 use crate::config::Tires;
 use crate::design::d_optimal;
-use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::loads::{self, AxleLoadEffects, Loads};
 use crate::names::CAR_ADDED;
 use crate::page::{self, Page, Section};
 use crate::plugin::{doctor, drive_log, go_on, leave_start_values, methods, overall, posterior};
+use crate::posterior_draws::{self, Dependence, TirePosterior};
 use crate::start_values::Tire;
 use crate::stretches;
-use crate::summary::{IdentificationSummary, CurveSummary, forget_absent_peak};
+use crate::summary::{CurveSummary, IdentificationSummary, forget_absent_peak};
 use crate::uncertainty_propagation::{
     PropagatedUncertainty, cars_with_other_brake_share, perturbed_cars,
 };
@@ -109,14 +109,21 @@ pub(super) fn tires(
     }
     go_on(host, 0.94, "loads and longitudinal forces")?;
     let mut loads = Loads::fit(&prepared, &pipeline);
-    propagate_uncertainty(config, &pipeline, &uncertainty, &recording, &mut found, &mut loads, host)?;
+    propagate_uncertainty(
+        config,
+        &pipeline,
+        &uncertainty,
+        &recording,
+        &mut found,
+        &mut loads,
+        host,
+    )?;
     for estimate in found.iter_mut().flat_map(|it| &mut it.answer.estimates) {
         forget_absent_peak(&mut estimate.1);
         doctor::cap(&log, &mut estimate.1);
     }
-    let longitudinal = |key: &str| {
-        found.iter().find(|it| it.curve.key == key).map(CurveAnswer::estimate)
-    };
+    let longitudinal =
+        |key: &str| found.iter().find(|it| it.curve.key == key).map(CurveAnswer::estimate);
     let mut loads = loads.told(["front_x", "rear_x"].map(longitudinal));
     doctor::cap_loads(&log, &mut loads);
     let signal = |name: &str| request.signal(name).map(|it| [it.time, it.values]);
@@ -293,7 +300,8 @@ impl TiresResult<'_> {
                 estimate: it.estimate(),
                 direction: it.curve.direction,
             };
-            posteriors.push(TirePosterior { tire, posterior: posterior(&it.answer, it.estimate()) });
+            posteriors
+                .push(TirePosterior { tire, posterior: posterior(&it.answer, it.estimate()) });
         }
         posteriors
     }
@@ -318,16 +326,13 @@ impl TiresResult<'_> {
     }
 
     /// Leaves the page, with facts about the car.
-    fn leave_page(&self, car: &[(String, String)], host: &mut dyn Host) {
-        let section = |it| {
-            let CurveAnswer { curve, settings, answer } = it;
-            Section {
-                name: curve.name,
-                direction: curve.direction,
-                samples: &curve.points.samples,
-                prior: &settings.prior,
-                methods: methods(answer),
-            }
+    fn leave_page<'s>(&'s self, car: &[(String, String)], host: &mut dyn Host) {
+        let section = |it: &'s CurveAnswer<'_>| Section {
+            name: it.curve.name,
+            direction: it.curve.direction,
+            samples: &it.curve.points.samples,
+            prior: &it.settings.prior,
+            methods: methods(&it.answer),
         };
         let page = Page {
             title: "Tires",

@@ -79,7 +79,10 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
     );
     let row = json!(["offset of the steering angle", "0.00520 ± 0.00020 rad", "identified"]);
     assert_eq!(causes["rows"][0], row);
-    let fits = IdentificationSummary { curves: vec![lateral("curve", &front)], ..IdentificationSummary::default() };
+    let fits = IdentificationSummary {
+        curves: vec![lateral("curve", &front)],
+        ..IdentificationSummary::default()
+    };
     assert_eq!(fits.verdict(), "Whether the model fits was not tested.");
     assert!(fits.is_sound() && fits.summary()[1].contains(" of 7 quantities are identified"));
     let test = FitTest {
@@ -89,7 +92,11 @@ fn the_verdict_on_the_model_comes_first_and_then_what_is_not_known() {
         sentence: String::new(),
     };
     let tested = ModelVerdict { tests: vec![test], ..ModelVerdict::default() };
-    let fits = IdentificationSummary { model: tested, curves: Vec::new(), ..IdentificationSummary::default() };
+    let fits = IdentificationSummary {
+        model: tested,
+        curves: Vec::new(),
+        ..IdentificationSummary::default()
+    };
     assert_eq!(fits.verdict(), "The model fits the data.");
 }
 

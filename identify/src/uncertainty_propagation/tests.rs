@@ -116,5 +116,8 @@ fn brakes_that_nobody_knows_are_moved_about_their_rule() {
         let BrakeShare::Fixed(share) = car.brake_front_share else { panic!("{car:?}") };
         assert_relative_eq!(share, front / (front + rear) + by);
     }
-    assert_eq!(cars_with_other_brake_share(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }), None);
+    assert_eq!(
+        cars_with_other_brake_share(&Car { brake_front_share: BrakeShare::Fixed(0.6), ..car }),
+        None
+    );
 }

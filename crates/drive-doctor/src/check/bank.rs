@@ -9,7 +9,7 @@ use units::STANDARD_GRAVITY;
 use crate::blocks::{Blocks, Fit, split};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::{Motion, moves};
 use crate::statistics::quantile;
 

@@ -23,7 +23,7 @@ use super::clocks::behind_yaw_rate;
 use crate::blocks::{Blocks, Fit};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::Motion;
 
 /// Most errors at once.

@@ -7,7 +7,7 @@ use preparation::ColumnKey;
 use crate::blocks::{BLOCKS, Blocks, ONE_CONSTANT, T_95, split};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::{Motion, moves};
 use crate::statistics::{jackknife, quantile};
 
@@ -122,7 +122,8 @@ fn late_acceleration(case: &mut Case, motion: &Motion, clocks: &Clocks) {
     let Some(delay) = turning(motion).filter(|it| it.interval()[1] < -OF_CAR) else { return };
     let mut others = [clocks.wheels, clocks.course].into_iter().flatten();
     let is_early = others.any(|it| it.interval()[1] < -OF_WHEELS);
-    let sure = if is_early || !delay.is_constant() { Certainty::Possible } else { Certainty::Likely };
+    let sure =
+        if is_early || !delay.is_constant() { Certainty::Possible } else { Certainty::Likely };
     let (value, [low, high]) = (-delay.value, delay.interval());
     let [shown, least, most] = [value, -high, -low].map(|x| significant(x, 2));
     case.report(Finding {

@@ -6,7 +6,7 @@ use preparation::ColumnKey;
 use super::clocks::late_course;
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::Motion;
 
 /// The question whether a course is late, where it has no answer.

@@ -7,7 +7,7 @@ use preparation::ColumnKey;
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::Motion;
 use crate::statistics::quantile;
 

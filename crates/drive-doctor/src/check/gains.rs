@@ -7,7 +7,7 @@ use preparation::{ColumnKey, difference_noise};
 use crate::blocks::{Blocks, Fit, T_95, split, trim};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::{Motion, moves};
 use crate::rolling_radius::RollingRadius;
 use crate::statistics::quantile;
@@ -174,7 +174,12 @@ fn is_constant(fit: &Fit) -> bool {
 }
 
 /// ω / v_x = (1 + c a_x) / R of an axle that rolls straight on: a force makes slip, so the radius is that at none.
-fn rolling(case: &Case, motion: &Motion, axle: &'static str, wheels: &[&str]) -> Option<RollingRadius> {
+fn rolling(
+    case: &Case,
+    motion: &Motion,
+    axle: &'static str,
+    wheels: &[&str],
+) -> Option<RollingRadius> {
     let here: Vec<&str> = wheels.iter().copied().filter(|it| case.has(&[it])).collect();
     if here.is_empty() {
         return None;

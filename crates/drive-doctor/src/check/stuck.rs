@@ -7,7 +7,7 @@ use preparation::Signal;
 
 use crate::case::{Case, unit};
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::Motion;
 use crate::statistics::{ends, median_step, quantile};
 

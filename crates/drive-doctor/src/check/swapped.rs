@@ -8,7 +8,7 @@ use super::units::misfit;
 use crate::blocks::{Blocks, split};
 use crate::case::Case;
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::{Motion, moves};
 
 /// Channels that are mistaken for each other.

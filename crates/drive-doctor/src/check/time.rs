@@ -4,7 +4,7 @@ use numerics::text::significant;
 
 use crate::case::Case;
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::statistics::{ends, median, median_step, quantile};
 
 /// Median steps between a gap's ends.

@@ -12,7 +12,7 @@ use relations::Relation;
 
 use crate::case::{CHANNELS, Case};
 use crate::correction::Correction;
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::motion::Motion;
 
 /// Most channels that are wrong at once.

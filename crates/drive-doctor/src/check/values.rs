@@ -5,7 +5,7 @@ use preparation::ColumnKey;
 
 use crate::case::{Case, unit};
 use crate::correction::{Correction, Key};
-use crate::finding::{Finding, Certainty};
+use crate::finding::{Certainty, Finding};
 use crate::statistics::{ends, median_step, quantile};
 
 /// Checks all channels. Spikes and repeats are left out of all that follows.

@@ -7,7 +7,7 @@
 
 use std::f64::consts::PI;
 
-use drive_doctor::{Examination, CarData};
+use drive_doctor::{CarData, Examination};
 use drive_inference::{Drive, Tires};
 use preparation::DriveLog;
 use tire_inference::parameters::TireParameters;

@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-use crate::car::bands::{Bands, EndedPrediction, PredictionError, NormalisedError};
+use crate::car::bands::{Bands, EndedPrediction, NormalisedError, PredictionError};
 use crate::car::fit::FittedCar;
 use crate::car::motion::{DriveWithRates, Dual, LaggedSteering};
-use crate::car::parameters::{LAG, Parameters, VARYING};
 use crate::car::parameter_track::ParameterTrack;
+use crate::car::parameters::{LAG, Parameters, VARYING};
 use crate::car::section::starts;
 use crate::drive::EvenDrive;
 use crate::predictor::{Predictor, State};

@@ -153,7 +153,8 @@ mod tests {
             end,
             readings: vec![PredictionError { time: 5.0, error: [0.3, 0.2], variance: [0.0; 2] }],
         };
-        let wrong: Vec<NormalisedError> = (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
+        let wrong: Vec<NormalisedError> =
+            (0..40).map(|k| BANDS.surprise(&ended(60 + 50 * k))).collect();
         let lately = Bands::lately(&wrong, 2100, 0.01);
         assert!(lately[0] > 6.0 && lately[0] < 9.0, "{lately:?}");
         assert!((lately[1] - 1.0).abs() < 1e-4, "{lately:?}");

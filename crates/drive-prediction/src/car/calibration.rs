@@ -2,9 +2,9 @@
 
 use numerics::simplex::{self, Limits};
 
-use crate::car::bands::{Bands, EndedPrediction, PredictionError, NormalisedError};
 use crate::car::adaptive_predictor::AdaptivePredictor;
-use crate::car::fit::{FittedCar, FitError, fit_sections};
+use crate::car::bands::{Bands, EndedPrediction, NormalisedError, PredictionError};
+use crate::car::fit::{FitError, FittedCar, fit_sections};
 use crate::car::section::Section;
 use crate::predictor::State;
 use crate::score::BAND;
@@ -89,7 +89,8 @@ fn parts(all: &[HeldOutErrors], i: usize) -> [f64; 2] {
     let readings = |it: &HeldOutErrors| -> Vec<PredictionError> {
         it.long.iter().flat_map(|ended| ended.readings.iter().copied()).collect()
     };
-    let logs: Vec<(f64, Vec<PredictionError>)> = all.iter().map(|it| (it.worth, readings(it))).collect();
+    let logs: Vec<(f64, Vec<PredictionError>)> =
+        all.iter().map(|it| (it.worth, readings(it))).collect();
     let mean = |of: &dyn Fn(&PredictionError) -> f64| {
         let log = |(worth, readings): &(f64, Vec<PredictionError>)| {
             worth * readings.iter().map(of).sum::<f64>() / readings.len() as f64
@@ -115,7 +116,8 @@ fn scales(all: &[HeldOutErrors], bands: &Bands) -> State {
     let mut sizes: [Vec<(f64, f64)>; 2] = Default::default();
     for it in all {
         let count: usize = it.long.iter().map(|ended| ended.readings.len()).sum();
-        let surprises: Vec<NormalisedError> = it.short.iter().map(|it| bands.surprise(it)).collect();
+        let surprises: Vec<NormalisedError> =
+            it.short.iter().map(|it| bands.surprise(it)).collect();
         for ended in &it.long {
             let lately = Bands::lately(&surprises, ended.start, it.step);
             for reading in &ended.readings {

@@ -1,9 +1,9 @@
 //! A fitted car with its bands, before it goes along a drive.
 
+use crate::car::adaptive_predictor::{AdaptivePredictor, NAME};
 use crate::car::bands::Bands;
 use crate::car::calibration::calibrate;
-use crate::car::adaptive_predictor::{AdaptivePredictor, NAME};
-use crate::car::fit::{FittedCar, FitError, fit_sections};
+use crate::car::fit::{FitError, FittedCar, fit_sections};
 use crate::car::motion::{DriveWithRates, Inputs, LaggedSteering, forces};
 use crate::car::parameters::{Car, LAG, OFFSET, Parameters};
 use crate::car::section::sections;

@@ -65,7 +65,7 @@ impl<'a> Filter<'a> {
         noise[Channel::YawRate as usize] = r;
         noise[Channel::LateralAcceleration as usize] = a_y;
         noise[Channel::LateralSpeed as usize] = v_y_variance;
-        noise[Channel::AdaptivePredictor as usize] = course;
+        noise[Channel::Course as usize] = course;
         noise[Channel::GroundSpeed as usize] = speed;
         Self {
             car: Car::new(setup, parameters),
@@ -229,7 +229,7 @@ impl<'a> Filter<'a> {
             let variance = H.dot(&SVector::from(cross_covariance)) + self.noise[channel];
             let moved = State::from(estimate.x) - prior;
             let mut residual = measured[channel] - expected - H.dot(&moved);
-            if channel == Channel::AdaptivePredictor as usize {
+            if channel == Channel::Course as usize {
                 residual -= std::f64::consts::TAU * (residual / std::f64::consts::TAU).round();
             }
             estimate.update(&cross_covariance, residual, variance);
@@ -252,7 +252,7 @@ impl<'a> Filter<'a> {
             H = at.A.row(2).transpose() * -r_delay;
             H[2] += 1.0;
             x[2] - r_delay * at.rates[2]
-        } else if channel == Channel::AdaptivePredictor as usize {
+        } else if channel == Channel::Course as usize {
             (H[0], H[1], H[3]) = (-v_y / square, v_x / square, 1.0);
             x[3] + v_y.atan2(v_x)
         } else if channel == Channel::GroundSpeed as usize {

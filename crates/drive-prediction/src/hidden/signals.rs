@@ -12,7 +12,7 @@ pub enum Channel {
     /// Velocity to the left [m/s].
     LateralSpeed,
     /// Course over ground, to the left of a fixed direction [rad], as of GNSS.
-    AdaptivePredictor,
+    Course,
     /// Speed over ground [m/s], as of GNSS.
     GroundSpeed,
 }
@@ -117,7 +117,7 @@ impl Signals {
         let means = |values: &[f64]| values.chunks_exact(block).map(mean).collect::<Vec<_>>();
         let of_rows = |rows: &[[f64; CHANNELS]]| {
             std::array::from_fn(|channel| {
-                if channel == Channel::AdaptivePredictor as usize {
+                if channel == Channel::Course as usize {
                     // Angles have no mean; the middle of the block is where the means of the others belong.
                     return rows[block / 2][channel];
                 }
@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(signals.delta, [0.1, 0.1, 0.1, 0.3]);
         assert_eq!(signals.count(Channel::YawRate), 2);
         assert_eq!(signals.count(Channel::LateralAcceleration), 2);
-        assert_eq!(signals.count(Channel::AdaptivePredictor), 0);
+        assert_eq!(signals.count(Channel::Course), 0);
     }
 
     #[test]
