@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::checkpoints::{from, run};
 use super::fixture::Scenario;
 use super::fmus::{clocked, forgetful};
-use super::harness::Lab;
+use super::harness::{Lab, limit};
 
 tests! {
     a_discarded_step_ends_the_run_as_that_of_an_fmu: Compiler,
@@ -115,12 +115,13 @@ fn a_late_step_meets_its_limit() {
         .and_then(|it| it["seconds"].as_f64())
         .expect("a number");
     assert!(seconds >= 0.3, "the node's own time has it: {seconds} s");
-    lab.write("case.toml", adder("isolate = true\ncall_limit = 0.05", "from = 0.5\nlate = 60"));
+    let keys = format!("isolate = true\ncall_limit = {:?}", limit(0.05));
+    lab.write("case.toml", adder(&keys, "from = 0.5\nlate = 600"));
     let says = "did not return within `call_limit`";
     run(&lab, "case.toml", "out", &[]).expect(3).says(&["adder", "0.5 s", says]);
     lab.write(
         "case.toml",
-        adder("isolate = true\ncall_limit = 0.05\non_failure = 'hold'", "from = 0.5\nlate = 60"),
+        adder(&format!("{keys}\non_failure = 'hold'"), "from = 0.5\nlate = 600"),
     );
     run(&lab, "case.toml", "out", &[]).expect(0);
 }

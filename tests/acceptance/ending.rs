@@ -5,7 +5,7 @@ use std::process::Stdio;
 
 use super::fixture::Scenario;
 use super::fmus::{compile, misbehave};
-use super::harness::{Ended, Lab, trackside, wait_until};
+use super::harness::{Ended, Lab, limit, trackside, wait_until};
 
 tests! {
     an_exit_of_an_fmu_never_passes_for_a_verdict: Compiler,
@@ -165,15 +165,23 @@ fn a_validation_does_not_need_that_the_first_run_is_freed() {
     );
 }
 
+/// The scenario with a limit.
+fn limited(text: &str, limit: &str) -> String {
+    text.replace("stop = 1.0", &format!("stop = 1.0\nlimit = {limit}"))
+}
+
 fn a_run_over_its_limit_is_ended_with_node_and_call() {
     let lab = lab();
     let hanging = passing("misbehave.fmu", "fault = 'sleep', at = 0.5");
-    let says =
-        ["node `tank`: fmi2DoStep at t = 0.5 s did not return", "after 0.5 s, its time limit"];
-    run(&lab, &hanging.replace("stop = 1.0", "stop = 1.0\nlimit = 0.5")).expect(3).says(&says);
+    let short = limit(0.5).to_string();
+    let says = [
+        "node `tank`: fmi2DoStep at t = 0.5 s did not return",
+        &format!("after {short} s, its time limit"),
+    ];
+    run(&lab, &limited(&hanging, &short)).expect(3).says(&says);
     // The argument counts, not the scenario.
-    lab.write("case.toml", hanging.replace("stop = 1.0", "stop = 1.0\nlimit = 1e6"));
-    let arguments = ["run", "case.toml", "--out", "out", "--limit", "0.5"];
+    lab.write("case.toml", limited(&hanging, "1e6"));
+    let arguments = ["run", "case.toml", "--out", "out", "--limit", &short];
     lab.trackside(&arguments).expect(3).says(&says);
     // A run that goes on ends at a communication point, with all that it has recorded.
     lab.write(
@@ -181,14 +189,14 @@ fn a_run_over_its_limit_is_ended_with_node_and_call() {
         passing("misbehave.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1e4"),
     );
     let arguments = [&arguments[..], &["--realtime", "1"]].concat();
-    lab.trackside(&arguments).expect(3).says(&["the run was not over after 0.5 s"]);
+    lab.trackside(&arguments).expect(3).says(&[&format!("the run was not over after {short} s")]);
     let report = lab.report("out");
     assert_eq!(report["verdict"], "error");
     let steps = usize::try_from(report["steps"].as_u64().expect("a number")).expect("a count");
     assert_eq!(recorded(&lab.path("out/run.mcap")), steps + 1);
     // After the end of the run it is a matter of the FMU alone.
     let late = passing("misbehave.fmu", "fault = 'sleep when freed', at = 0.0");
-    run(&lab, &late.replace("stop = 1.0", "stop = 1.0\nlimit = 5")).expect(0).says(&[
+    run(&lab, &limited(&late, &limit(5.0).to_string())).expect(0).says(&[
         "fmi2FreeInstance",
         "did not return",
         "its verdict stands",
@@ -216,13 +224,11 @@ fn a_test_over_its_limit_does_not_stop_the_others() {
     let lab = lab();
     lab.write("a_good.toml", passing("misbehave.fmu", "at = 0.0"));
     let sleeping = passing("misbehave.fmu", "fault = 'sleep', at = 0.5");
-    lab.write("b_sleeps.toml", sleeping.replace("stop = 1.0", "stop = 1.0\nlimit = 0.5"));
+    let short = limit(0.5).to_string();
+    lab.write("b_sleeps.toml", limited(&sleeping, &short));
     // One that does not even react to its own limit.
     lab.write("stopped.fmu", compile(&["-DAT_LOAD=kill(getpid(),SIGSTOP)"]));
-    lab.write(
-        "c_stops.toml",
-        passing("stopped.fmu", "at = 0.0").replace("stop = 1.0", "stop = 1.0\nlimit = 0.5"),
-    );
+    lab.write("c_stops.toml", limited(&passing("stopped.fmu", "at = 0.0"), &short));
     lab.write("d_good.toml", passing("misbehave.fmu", "at = 0.0"));
     let ended = lab.trackside(&["test", ".", "--jobs", "1", "--isolate", "none"]).expect(1);
     for line in [
@@ -230,7 +236,7 @@ fn a_test_over_its_limit_does_not_stop_the_others() {
         "FAILED   ./b_sleeps.toml",
         "node `tank`: fmi2DoStep at t = 0.5 s did not return",
         "FAILED   ./c_stops.toml",
-        "it did not end by itself after 0.5 s, its time limit, and was killed",
+        &format!("it did not end by itself after {short} s, its time limit, and was killed"),
         "ok       ./d_good.toml",
     ] {
         assert!(ended.stdout.contains(line), "{line}\n{}", ended.stdout);

@@ -186,17 +186,23 @@ pub fn wait_while_it_runs(child: &mut Child, what: &str, mut is_so: impl FnMut()
     });
 }
 
-/// Whether what began then takes too long, for the machine as it is now: one that is ten times slower, or that busy, has ten times as long.
+/// Whether what began then takes too long, for the machine as it is now.
 pub fn is_overdue(begin: Instant, limit: Duration) -> bool {
-    /// What a start of the program takes on an idle machine of 2020, unoptimised.
-    const START: Duration = Duration::from_millis(100);
-    if begin.elapsed() < limit {
-        return false;
-    }
-    let now = Instant::now();
-    let started = trackside(Path::new(ROOT)).arg("--version").output();
-    started.expect("it starts");
-    begin.elapsed() > limit.mul_f64(now.elapsed().div_duration_f64(START).max(1.0))
+    begin.elapsed() > limit && begin.elapsed() > limit.mul_f64(slowness())
+}
+
+/// A limit [s] for what an idle machine does in no time: longer on a machine that is slow or busy.
+pub fn limit(seconds: f64) -> f64 {
+    (10.0 * seconds * slowness()).ceil() / 10.0
+}
+
+/// How many times longer a start of the program takes now than on an idle machine.
+fn slowness() -> f64 {
+    /// Of the program without optimisation, on a machine of 2020: twice what it takes alone.
+    const START: Duration = Duration::from_millis(20);
+    let begin = Instant::now();
+    trackside(Path::new(ROOT)).arg("--version").output().expect("it starts");
+    begin.elapsed().div_duration_f64(START).max(1.0)
 }
 
 /// A folder for temporary files that is not cleared while tests run, outside of the workspace.

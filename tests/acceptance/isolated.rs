@@ -6,7 +6,7 @@ use std::process::Stdio;
 use super::clocks;
 use super::fixture::Scenario;
 use super::fmus::{changed, clocked, compile, misbehave, ours, relay, resizable, trespass};
-use super::harness::{Ended, Lab, signal, signalled, trackside, wait_until};
+use super::harness::{Ended, Lab, limit, signal, signalled, trackside, wait_until};
 
 tests! {
     an_fmu_in_a_process_of_its_own_gives_the_same_bits: Compiler,
@@ -162,19 +162,22 @@ fn a_failure_before_the_first_step_is_told() {
 
 fn a_call_that_does_not_return_is_ended() {
     let start = "u = 0.0, fault = 'sleep', at = 0.5";
-    let (lab, ended) = run(&isolated("misbehave.fmu", start, "call_limit = 0.3").text(), &[]);
+    let keys = format!("call_limit = {:?}", limit(0.3));
+    let (lab, ended) = run(&isolated("misbehave.fmu", start, &keys).text(), &[]);
     let says = ["node `tank`: fmi2DoStep at t = 0.5 s did not return within `call_limit`"];
     ended.expect(3).says(&says);
     assert_eq!(lab.report("out")["steps"], 5);
     // The limit of the run ends it, too; the recordings are whole, which they are not within one process.
-    let (lab, ended) = run(&isolated("misbehave.fmu", start, "").text(), &["--limit", "0.3"]);
-    ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s", "after 0.3 s, its time limit"]);
+    let limit = limit(0.5).to_string();
+    let (lab, ended) = run(&isolated("misbehave.fmu", start, "").text(), &["--limit", &limit]);
+    let says = format!("after {limit} s, its time limit");
+    ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s", &says]);
     assert_eq!(lab.report("out")["verdict"], "error");
 }
 
 fn a_call_that_lasts_is_reported_even_when_its_process_is_stopped() {
     let text = isolated("trespass.fmu", "u = 0.0, at = 0.5, how = 'stop'", "").text();
-    let (lab, ended) = run(&text, &["--patience", "0.2", "--limit", "1.0"]);
+    let (lab, ended) = run(&text, &["--patience", "0.2", "--limit", &limit(1.0).to_string()]);
     ended.expect(3).says(&["node `tank`: fmi2DoStep at t = 0.5 s has been running for"]);
     assert_eq!(lab.report("out")["steps"], 5);
 }

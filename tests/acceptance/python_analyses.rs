@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::harness::{Ended, Lab, ROOT, signal, trackside};
+use super::harness::{Ended, Lab, ROOT, limit, signal, trackside};
 use super::python::python;
 use super::signals::start;
 
@@ -200,7 +200,8 @@ fn a_script_that_fails_ends_the_run_with_its_line() {
 fn a_script_that_goes_on_too_long_is_ended() {
     let lab = Lab::new();
     let script = "import os\ndef analyse(signals, config, run):\n    print('process', os.getpid())\n    while True:\n        pass\n";
-    let text = scenario(SPEED).replace("stop = 1.0", "stop = 1.0\nlimit = 2.0");
+    let text =
+        scenario(SPEED).replace("stop = 1.0", &format!("stop = 1.0\nlimit = {:?}", limit(2.0)));
     let ended = run(&lab, script, &text);
     assert_ne!(ended.code(), Some(0), "{}", ended.stderr);
     let printed = ended.stderr.lines().find_map(|line| line.strip_prefix("mine: process "));

@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -47,7 +47,13 @@ pub fn run(arguments: &Arguments, tests: Vec<Test>) -> ExitCode {
     std::thread::spawn(watch);
     let trials = tests.into_iter().filter_map(|test| trial(arguments, test)).collect();
     requirement::explain();
-    libtest_mimic::run(arguments, trials).exit_code()
+    let conclusion = libtest_mimic::run(arguments, trials);
+    let mut times = std::mem::take(&mut *locked(&TIMES));
+    times.sort_by(|a, b| b.cmp(a));
+    for (time, name) in times.iter().take(10).filter(|it| it.0 > Duration::from_secs(5)) {
+        eprintln!("{:5.0} s {name}", time.as_secs_f64());
+    }
+    conclusion.exit_code()
 }
 
 fn trial(arguments: &Arguments, test: Test) -> Option<Trial> {
@@ -87,16 +93,14 @@ fn remember_panics() {
 fn body(name: &str, test: fn()) -> Result<(), Failed> {
     IN_TEST.set(true);
     // PID/task/TID
-    let thread = std::fs::read_link("/proc/thread-self").unwrap_or_default();
-    let watched = Watched {
-        name: name.to_owned(),
-        thread: Path::new("/proc").join(thread),
-        begin: Instant::now(),
-    };
-    let thread = watched.thread.clone();
-    watched_tests().push(watched);
+    let thread =
+        Path::new("/proc").join(std::fs::read_link("/proc/thread-self").unwrap_or_default());
+    let begin = Instant::now();
+    let started = Started { name: name.to_owned(), thread: thread.clone(), begin };
+    locked(&STARTED).push(started);
     let result = catch_unwind(AssertUnwindSafe(test));
-    watched_tests().retain(|it| it.thread != thread);
+    locked(&STARTED).retain(|it| it.thread != thread);
+    locked(&TIMES).push((begin.elapsed(), name.to_owned()));
     IN_TEST.set(false);
     result.map_err(|_| PANIC.take().into())
 }
@@ -105,16 +109,19 @@ fn body(name: &str, test: fn()) -> Result<(), Failed> {
 const LIMIT: Duration = Duration::from_secs(900);
 
 /// A test that goes on.
-struct Watched {
+struct Started {
     name: String,
     /// The folder of its thread in `/proc`, which tells the processes that it started.
     thread: PathBuf,
     begin: Instant,
 }
 
-fn watched_tests() -> std::sync::MutexGuard<'static, Vec<Watched>> {
-    static TESTS: Mutex<Vec<Watched>> = Mutex::new(Vec::new());
-    TESTS.lock().unwrap_or_else(PoisonError::into_inner)
+static STARTED: Mutex<Vec<Started>> = Mutex::new(Vec::new());
+/// How long each test took.
+static TIMES: Mutex<Vec<(Duration, String)>> = Mutex::new(Vec::new());
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Kills what a test has started that takes too long, so that its waits end and it says what it waited for. One that waits for
@@ -122,16 +129,20 @@ fn watched_tests() -> std::sync::MutexGuard<'static, Vec<Watched>> {
 fn watch() {
     loop {
         std::thread::sleep(Duration::from_secs(1));
-        for test in watched_tests().iter().filter(|it| is_overdue(it.begin, LIMIT)) {
+        for test in locked(&STARTED).iter().filter(|it| is_overdue(it.begin, LIMIT)) {
             let (name, seconds) = (&test.name, test.begin.elapsed().as_secs());
-            let processes = descendants(&test.thread);
-            for process in &processes {
+            let mut lives = false;
+            for process in descendants(&test.thread) {
                 let line = std::fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
-                let line = String::from_utf8_lossy(&line).replace('\0', " ");
-                eprintln!("{name}: killed after {seconds} s: {line}");
-                let _ = Command::new("kill").args(["-KILL", process]).status();
+                // Of a process that has ended and that nobody waits for, there is no line.
+                if !line.is_empty() {
+                    lives = true;
+                    let line = String::from_utf8_lossy(&line).replace('\0', " ");
+                    eprintln!("{name}: killed after {seconds} s: {line}");
+                    let _ = Command::new("kill").args(["-KILL", &process]).status();
+                }
             }
-            if processes.is_empty() && is_overdue(test.begin, LIMIT + LIMIT / 10) {
+            if !lives && is_overdue(test.begin, LIMIT + LIMIT / 10) {
                 eprintln!("{name}: does not end after {seconds} s, without a process of its own");
                 std::process::exit(101);
             }

@@ -8,7 +8,7 @@ use sweep::table::{self, Column, Table};
 use super::cluster::{lab as noisy, same_table};
 use super::fixture::Scenario;
 use super::fmus::{drifting_relay, forgetful, misbehave, relay};
-use super::harness::{Ended, Lab, ROOT, signal, signalled, trackside, wait_while_it_runs};
+use super::harness::{Ended, Lab, ROOT, limit, signal, signalled, trackside, wait_while_it_runs};
 
 tests! {
     a_grid_has_every_combination_with_units_margins_and_collected_values: Compiler,
@@ -180,7 +180,7 @@ fn a_crash_is_a_result_with_node_call_and_time() {
 }
 
 fn a_hang_is_a_result_with_node_call_and_time() {
-    let lab = failing("sleep", "limit = 1.0");
+    let lab = failing("sleep", &format!("limit = {:?}", limit(1.0)));
     lab.trackside(&SWEEP).expect(3);
     let table = results(&lab, "plan");
     assert_eq!(texts(&table, "verdict"), ["passed", "error", "passed", "error", "passed"]);
