@@ -8,7 +8,7 @@ use crate::conversion::Conversion;
 use crate::conversions::Conversions;
 use crate::error::Error;
 use crate::field::Field;
-use crate::layout::{Axis, Channel, Kind, Place, Store, Structure, Valid, Variable};
+use crate::layout::{Axis, Channel, ChannelStorage, Kind, Store, Structure, Validity, Variable};
 use crate::text::text;
 
 /// How deep structures may be in each other.
@@ -35,7 +35,7 @@ pub(crate) struct Channels {
 }
 
 /// A block CN with its texts.
-struct Described {
+struct ChannelBlock {
     block: Block,
     name: String,
     /// Its kind: 0 a value, 1 of any length, 2 master, 3 the number of the row as master, 5 up to a length, 6 the number of the row.
@@ -57,14 +57,15 @@ impl Channels {
         group: &GroupText,
         structure: &mut Structure,
     ) -> Result<(), Error> {
-        self.chain(bytes, first, ("", 0), group, structure)
+        self.chain(bytes, first, "", 0, group, structure)
     }
 
     fn chain(
         &mut self,
         bytes: &mut Bytes,
         first: u64,
-        (parent, depth): (&str, usize),
+        parent: &str,
+        depth: usize,
         group: &GroupText,
         structure: &mut Structure,
     ) -> Result<(), Error> {
@@ -81,14 +82,14 @@ impl Channels {
                 true => own,
                 false => format!("{parent}.{own}"),
             };
-            let described = Described {
+            let channel = ChannelBlock {
                 kind: block.u8(0)?,
                 data: block.u8(2)?,
                 place: [block.u32(4)?, block.u8(3)?.into(), block.u32(8)?],
                 block,
                 name,
             };
-            self.channel(bytes, &described, depth, group, structure)?;
+            self.channel(bytes, &channel, depth, group, structure)?;
         }
         Ok(())
     }
@@ -97,31 +98,31 @@ impl Channels {
     fn channel(
         &mut self,
         bytes: &mut Bytes,
-        described: &Described,
+        channel: &ChannelBlock,
         depth: usize,
         group: &GroupText,
         structure: &mut Structure,
     ) -> Result<(), Error> {
-        let composed = described.block.link(1);
+        let composed = channel.block.link(1);
         let id = if composed == 0 { *b"    " } else { bytes.head(composed)?.id };
         let elements = match &id {
             b"##CA" => match self.elements(bytes, composed, structure, group)? {
                 Ok(elements) => elements,
                 Err(reason) => {
-                    leave(structure, described, &reason);
+                    leave(structure, channel, &reason);
                     return Ok(());
                 }
             },
             _ => vec![(String::new(), 0, 0)],
         };
-        match self.add(bytes, described, &elements, group, structure) {
+        match self.add(bytes, channel, &elements, group, structure) {
             Ok(()) => {}
             // The bytes of a structure are those of its members.
-            Err(_) if &id == b"##CN" && described.data == 10 => {}
-            Err(reason) => leave(structure, described, &reason),
+            Err(_) if &id == b"##CN" && channel.data == 10 => {}
+            Err(reason) => leave(structure, channel, &reason),
         }
         if &id == b"##CN" {
-            self.chain(bytes, composed, (&described.name, depth + 1), group, structure)?;
+            self.chain(bytes, composed, &channel.name, depth + 1, group, structure)?;
         }
         Ok(())
     }
@@ -130,34 +131,39 @@ impl Channels {
     fn add(
         &mut self,
         bytes: &mut Bytes,
-        described: &Described,
+        channel: &ChannelBlock,
         elements: &[Element],
         group: &GroupText,
         structure: &mut Structure,
     ) -> Result<(), String> {
         let said = |error: Error| error.to_string();
-        let read = self.conversions.read(bytes, described.block.link(4)).map_err(said)?;
-        let unit = text(bytes, described.block.link(6)).map_err(said)?;
-        let comment = text(bytes, described.block.link(7)).map_err(said)?;
+        let read = self.conversions.read(bytes, channel.block.link(4)).map_err(said)?;
+        let unit = text(bytes, channel.block.link(6)).map_err(said)?;
+        let comment = text(bytes, channel.block.link(7)).map_err(said)?;
         let limit = structure.groups[group.index].values;
         let invalid_bytes = structure.groups[group.index].invalid;
         for (ending, byte, bit) in elements {
-            let store = store(bytes, described, *byte, limit)?;
+            let store = store(bytes, channel, *byte, limit)?;
             let kind = kind_of(&store, &read.conversion)?;
             let conversion = Arc::clone(&read.conversion);
-            let valid = valid(&described.block, *bit, invalid_bytes).map_err(said)??;
-            let axis = match described.block.u8(1).map_err(said)? {
+            let valid = valid(&channel.block, *bit, invalid_bytes).map_err(said)??;
+            let axis = match channel.block.u8(1).map_err(said)? {
                 2 => Axis::Angle,
                 3 => Axis::Distance,
                 4 => Axis::Index,
                 _ => Axis::Time,
             };
-            if matches!(described.kind, 2 | 3) && kind != Kind::Text {
+            if matches!(channel.kind, 2 | 3) && kind != Kind::Text {
                 self.masters.insert(structure.channels.len(), axis);
             }
-            structure.places.push(Place { group: group.index, store, conversion, valid });
+            structure.storages.push(ChannelStorage {
+                group: group.index,
+                store,
+                conversion,
+                valid,
+            });
             structure.channels.push(Channel {
-                name: format!("{}{ending}", described.name),
+                name: format!("{}{ending}", channel.name),
                 group: group.name.clone(),
                 group_index: group.index,
                 unit: unit.clone().or_else(|| read.unit.clone()),
@@ -233,14 +239,14 @@ impl Channels {
 }
 
 /// Notes that a channel is left out.
-fn leave(structure: &mut Structure, described: &Described, reason: &str) {
-    structure.notes.push(format!("channel `{}` is left out: {reason}", described.name));
+fn leave(structure: &mut Structure, channel: &ChannelBlock, reason: &str) {
+    structure.notes.push(format!("channel `{}` is left out: {reason}", channel.name));
 }
 
 /// Where the values of an element are.
 fn store(
     bytes: &mut Bytes,
-    described: &Described,
+    channel: &ChannelBlock,
     offset: u32,
     limit: usize,
 ) -> Result<Store, String> {
@@ -248,20 +254,20 @@ fn store(
         let byte = byte.checked_add(offset).ok_or("a value that leaves its record")?;
         Ok::<_, String>([byte, bit, bits])
     };
-    let fixed = || inside(Field::new(described.data, moved(described.place)?)?, limit);
-    match described.kind {
+    let fixed = || inside(Field::new(channel.data, moved(channel.place)?)?, limit);
+    match channel.kind {
         0 | 2 => Ok(Store::Fixed(fixed()?)),
         1 => {
-            let offset = inside(Field::new(0, moved(described.place)?)?, limit)?;
-            let value = Field::new(described.data, [0, 0, 0])
+            let offset = inside(Field::new(0, moved(channel.place)?)?, limit)?;
+            let value = Field::new(channel.data, [0, 0, 0])
                 .ok()
                 .filter(Field::is_text)
                 .ok_or("values of any length that are no texts")?;
-            Ok(Store::Variable(Variable { offset, value, link: described.block.link(5) }))
+            Ok(Store::Variable(Variable { offset, value, link: channel.block.link(5) }))
         }
         3 | 6 => Ok(Store::Row),
         5 => {
-            let size = bytes.block(described.block.link(5), &[b"##CN"]);
+            let size = bytes.block(channel.block.link(5), &[b"##CN"]);
             let size = size.map_err(|error| error.to_string())?;
             let said = |error: Error| error.to_string();
             let place = [
@@ -314,17 +320,17 @@ pub(crate) fn kind_of(store: &Store, conversion: &Conversion) -> Result<Kind, St
 }
 
 /// Which values of an element are valid.
-fn valid(block: &Block, offset: u32, bytes: usize) -> Result<Result<Valid, String>, Error> {
+fn valid(block: &Block, offset: u32, bytes: usize) -> Result<Result<Validity, String>, Error> {
     let flags = block.u32(12)?;
     if flags & 1 != 0 {
-        return Ok(Ok(Valid::None));
+        return Ok(Ok(Validity::None));
     }
     if flags & 2 == 0 {
-        return Ok(Ok(Valid::All));
+        return Ok(Ok(Validity::All));
     }
     let bit = block.u32(16)?.saturating_add(offset);
     Ok(if bit as usize / 8 < bytes {
-        Ok(Valid::Unless(bit))
+        Ok(Validity::Unless(bit))
     } else {
         Err(format!("its invalidation bit {bit} is not in the {bytes} bytes of these bits"))
     })

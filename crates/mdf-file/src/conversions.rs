@@ -18,7 +18,7 @@ const TEXTS: usize = 64 << 20;
 /// The conversions that were read, by their place.
 #[derive(Default)]
 pub(crate) struct Conversions {
-    known: HashMap<u64, Read>,
+    known: HashMap<u64, UnitConversion>,
     depth: usize,
     /// Bytes of texts in tables.
     texts: usize,
@@ -26,7 +26,7 @@ pub(crate) struct Conversions {
 
 /// A conversion with its unit.
 #[derive(Clone)]
-pub(crate) struct Read {
+pub(crate) struct UnitConversion {
     pub conversion: Arc<Conversion>,
     pub name: Option<String>,
     pub unit: Option<String>,
@@ -34,10 +34,10 @@ pub(crate) struct Read {
 
 impl Conversions {
     /// The conversion that a link leads to.
-    pub fn read(&mut self, bytes: &mut Bytes, at: u64) -> Result<Read, Error> {
+    pub fn read(&mut self, bytes: &mut Bytes, at: u64) -> Result<UnitConversion, Error> {
         if at == 0 {
             let conversion = Arc::new(Conversion::Identity);
-            return Ok(Read { conversion, name: None, unit: None });
+            return Ok(UnitConversion { conversion, name: None, unit: None });
         }
         if let Some(known) = self.known.get(&at) {
             return Ok(known.clone());
@@ -54,7 +54,7 @@ impl Conversions {
         Ok(read)
     }
 
-    fn block(&mut self, bytes: &mut Bytes, at: u64) -> Result<Read, Error> {
+    fn block(&mut self, bytes: &mut Bytes, at: u64) -> Result<UnitConversion, Error> {
         let block = bytes.block(at, &[b"##CC"])?;
         let kind = block.u8(0)?;
         let numbers = Numbers::of(&block)?;
@@ -86,7 +86,7 @@ impl Conversions {
             }
         };
         let (name, unit) = (text(bytes, block.link(0))?, text(bytes, block.link(1))?);
-        Ok(Read { conversion: Arc::new(conversion), name, unit })
+        Ok(UnitConversion { conversion: Arc::new(conversion), name, unit })
     }
 
     /// What a raw value means by a link: a text, or one more conversion.

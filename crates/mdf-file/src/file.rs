@@ -7,7 +7,9 @@ use crate::bytes::Bytes;
 use crate::conversion::{Conversion, Physical};
 use crate::cursor::{AllTexts, Cursor, Texts};
 use crate::error::Error;
-use crate::layout::{Axis, Channel, Clock, Group, Kind, Place, Start, Store, Structure, Valid};
+use crate::layout::{
+    Axis, Channel, ChannelStorage, Clock, Group, Kind, Start, Store, Structure, Validity,
+};
 use crate::structure;
 use crate::values::Values;
 
@@ -145,7 +147,7 @@ impl File {
             }
             let mut values = Vec::new();
             for channel in wanted {
-                let place = &structure.places[*channel];
+                let place = &structure.storages[*channel];
                 let kind = structure.channels[*channel].kind;
                 let Some(source) = sources.iter_mut().find(|it| it.index == place.group) else {
                     continue;
@@ -249,7 +251,7 @@ fn sources(
 ) -> Result<Vec<Source>, Error> {
     let mut all: Vec<Source> = Vec::new();
     for channel in wanted {
-        let place = &structure.places[*channel];
+        let place = &structure.storages[*channel];
         let group = &structure.groups[place.group];
         let at = match all.iter().position(|it| it.index == place.group) {
             Some(at) => at,
@@ -275,7 +277,7 @@ impl Source {
         &mut self,
         bytes: &mut Bytes,
         channel: usize,
-        place: &Place,
+        place: &ChannelStorage,
         kind: Kind,
         rows: std::ops::Range<u64>,
     ) -> Result<Values, Error> {
@@ -286,9 +288,9 @@ impl Source {
             &records[begin..begin + record]
         };
         let valid = |record: &[u8]| match place.valid {
-            Valid::All => true,
-            Valid::None => false,
-            Valid::Unless(bit) => record[values + bit as usize / 8] >> (bit % 8) & 1 == 0,
+            Validity::All => true,
+            Validity::None => false,
+            Validity::Unless(bit) => record[values + bit as usize / 8] >> (bit % 8) & 1 == 0,
         };
         let conversion = &*place.conversion;
         let mut texts = self.texts.get_mut(&channel);

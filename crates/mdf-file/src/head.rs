@@ -5,13 +5,13 @@ use crate::column::{About, Column, Type};
 /// The beginning of a file.
 pub(crate) struct Head {
     pub bytes: Vec<u8>,
-    pub places: Places,
+    pub offsets: FileOffsets,
     /// Bytes of a row.
     pub record: u32,
 }
 
 /// Where numbers are that change with the rows.
-pub(crate) struct Places {
+pub(crate) struct FileOffsets {
     /// The count of rows.
     pub rows: u64,
     /// Where the link to the rows is, and the head of their list, which it leads to when there are rows.
@@ -49,7 +49,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// A channel as a block CN knows it.
-struct Described<'c> {
+struct ChannelDescription<'c> {
     name: &'c str,
     unit: &'c str,
     comment: &'c str,
@@ -60,7 +60,7 @@ struct Described<'c> {
     bits: u32,
 }
 
-impl Described<'_> {
+impl ChannelDescription<'_> {
     fn add(&self, all: &mut Vec<u8>, next: u64) -> u64 {
         let texts = [self.name, self.unit, self.comment].map(|it| text(all, b"##TX", it));
         let mut data = self.kinds.to_vec();
@@ -77,25 +77,26 @@ impl Head {
         let mut all = identification(about);
         let header = block(&mut all, b"##HD", &[0; 6], &[0; 32]);
         let mut byte = 8;
-        let described: Vec<_> = columns
+        let descriptions: Vec<_> = columns
             .iter()
             .map(|column| {
-                let described = described(column, byte);
+                let description = describe(column, byte);
                 byte += column.kind.bytes();
-                described
+                description
             })
             .collect();
         // From the last to the first, since each has a link to the next.
         let (mut next, mut texts) = (0, Vec::new());
-        for (column, described) in columns.iter().zip(&described).rev() {
+        for (column, description) in columns.iter().zip(&descriptions).rev() {
             let list = (column.kind == Type::Text).then(|| list(&mut all, 0));
-            next = described.add(&mut all, next);
+            next = description.add(&mut all, next);
             // The sixth link of the channel.
             texts.extend(list.map(|list| (next + 24 + 5 * 8, list)));
         }
         texts.reverse();
         let kinds = [2, 1, 4, 0];
-        let time = Described { name: "time", unit: "s", comment: "", kinds, byte: 0, bits: 64 };
+        let time =
+            ChannelDescription { name: "time", unit: "s", comment: "", kinds, byte: 0, bits: 64 };
         let first = time.add(&mut all, next);
         let name = text(&mut all, b"##TX", about.group.as_deref().unwrap_or_default());
         let mut data = [0; 32];
@@ -113,9 +114,9 @@ impl Head {
             put(&mut all, header + 84, &[start.is_local.into()]);
         }
         // Behind the number of records; the third link of the data.
-        let places =
-            Places { rows: group + 24 + 6 * 8 + 8, data: (data + 24 + 2 * 8, rows), texts };
-        Self { bytes: all, places, record: byte }
+        let offsets =
+            FileOffsets { rows: group + 24 + 6 * 8 + 8, data: (data + 24 + 2 * 8, rows), texts };
+        Self { bytes: all, offsets, record: byte }
     }
 }
 
@@ -165,14 +166,14 @@ fn comment(about: &About) -> String {
     )
 }
 
-fn described(column: &Column, byte: u32) -> Described<'_> {
+fn describe(column: &Column, byte: u32) -> ChannelDescription<'_> {
     let kinds = match column.kind {
         Type::Real => [0, 0, 4, 0],
         Type::Signed => [0, 0, 2, 0],
         Type::Unsigned | Type::Boolean => [0, 0, 0, 0],
         Type::Text => [1, 0, 7, 0],
     };
-    Described {
+    ChannelDescription {
         name: &column.name,
         unit: column.unit.as_deref().unwrap_or_default(),
         comment: column.comment.as_deref().unwrap_or_default(),

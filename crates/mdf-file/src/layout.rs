@@ -73,12 +73,12 @@ pub struct Start {
 
 /// Where the values of a channel are.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub(crate) struct ChannelStorage {
     /// The group, an index into [`Structure::groups`].
     pub group: usize,
     pub store: Store,
     pub conversion: Arc<Conversion>,
-    pub valid: Valid,
+    pub valid: Validity,
 }
 
 #[derive(Clone, Debug)]
@@ -106,7 +106,7 @@ pub(crate) struct Variable {
 
 /// Which values are valid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Valid {
+pub(crate) enum Validity {
     All,
     None,
     /// Those without this bit, counted from the byte behind the values.
@@ -155,7 +155,7 @@ pub(crate) struct Structure {
     pub version: u16,
     pub channels: Vec<Channel>,
     /// Where their values are, one for each.
-    pub places: Vec<Place>,
+    pub storages: Vec<ChannelStorage>,
     pub clocks: Vec<Clock>,
     pub groups: Vec<Group>,
     pub start: Option<Start>,

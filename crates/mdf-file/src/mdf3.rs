@@ -77,7 +77,7 @@ struct Reader<'b> {
     /// Blocks of chains that were read.
     seen: HashSet<u32>,
     /// Conversions by their block, or why they cannot be read.
-    conversions: HashMap<u32, Result<conversion::Read, String>>,
+    conversions: HashMap<u32, Result<conversion::UnitConversion, String>>,
 }
 
 impl Reader<'_> {

@@ -56,7 +56,7 @@ struct Reader {
 }
 
 /// A block CG.
-struct Described {
+struct GroupBlock {
     block: Block,
     number: u64,
     flags: u16,
@@ -91,15 +91,15 @@ impl Reader {
         while at != 0 {
             let block = self.next(bytes, at, b"##CG", "groups of channels")?;
             at = block.link(0);
-            all.push(described(block)?);
+            all.push(group_block(block)?);
         }
         if number_bytes == 0 && all.len() > 1 {
             let text =
                 format!("expected one group in data without record numbers, found {}", all.len());
             return Err(Error::new(data.at, text));
         }
-        let is_variable = |it: &&Described| it.flags & 1 != 0;
-        let length = |it: &Described| (it.flags & 1 == 0).then_some(it.values + it.invalid);
+        let is_variable = |it: &&GroupBlock| it.flags & 1 != 0;
+        let length = |it: &GroupBlock| (it.flags & 1 == 0).then_some(it.values + it.invalid);
         let mixed: HashMap<_, _> = all.iter().map(|it| (it.number, length(it))).collect();
         if mixed.len() < all.len() {
             let text = "expected groups with record numbers of their own, found a number twice";
@@ -107,24 +107,27 @@ impl Reader {
         }
         let variable = all.iter().filter(is_variable).map(|it| (it.block.at, it.number)).collect();
         let (mixed, variable) = (Arc::new(mixed), Arc::new(variable));
-        for described in all.iter().filter(|it| !is_variable(it)) {
-            let rows = described.block.u64(8)?;
-            if described.values + described.invalid == 0 && number_bytes == 0 && rows > EMPTY_ROWS {
+        for group_block in all.iter().filter(|it| !is_variable(it)) {
+            let rows = group_block.block.u64(8)?;
+            if group_block.values + group_block.invalid == 0
+                && number_bytes == 0
+                && rows > EMPTY_ROWS
+            {
                 let text = format!("expected at most {EMPTY_ROWS} rows without data, found {rows}");
-                return Err(Error::new(described.block.at, text));
+                return Err(Error::new(group_block.block.at, text));
             }
             let group = Group {
                 data: data.link(2),
                 raw: None,
                 number_bytes: number_bytes.into(),
-                number: described.number,
+                number: group_block.number,
                 mixed: Arc::clone(&mixed),
                 variable: Arc::clone(&variable),
-                values: described.values,
-                invalid: described.invalid,
+                values: group_block.values,
+                invalid: group_block.invalid,
                 rows: Some(rows),
             };
-            self.group(bytes, group, described)?;
+            self.group(bytes, group, group_block)?;
         }
         Ok(())
     }
@@ -134,9 +137,9 @@ impl Reader {
         &mut self,
         bytes: &mut Bytes,
         group: Group,
-        described: &Described,
+        group_block: &GroupBlock,
     ) -> Result<(), Error> {
-        let block = &described.block;
+        let block = &group_block.block;
         let name = match text(bytes, block.link(2))? {
             Some(name) => Some(name),
             None if block.link(3) != 0 => {
@@ -147,7 +150,7 @@ impl Reader {
         };
         let index = self.structure.groups.len();
         self.at.insert(block.at, index);
-        self.remote.push(if described.flags & 8 != 0 { block.link(6) } else { 0 });
+        self.remote.push(if group_block.flags & 8 != 0 { block.link(6) } else { 0 });
         self.structure.groups.push(group);
         let (first, text) = (block.link(1), GroupText { name: name.unwrap_or_default(), index });
         self.channels.read(bytes, first, &text, &mut self.structure)
@@ -211,7 +214,7 @@ impl Reader {
     }
 }
 
-fn described(block: Block) -> Result<Described, Error> {
+fn group_block(block: Block) -> Result<GroupBlock, Error> {
     let flags = block.u16(16)?;
     let (values, invalid) = (block.u32(24)? as usize, block.u32(28)? as usize);
     // In a group of values of any length these two are one count of bytes.
@@ -222,5 +225,5 @@ fn described(block: Block) -> Result<Described, Error> {
         return Err(Error::new(block.at, text));
     }
     let number = block.u64(0)?;
-    Ok(Described { block, number, flags, values, invalid })
+    Ok(GroupBlock { block, number, flags, values, invalid })
 }

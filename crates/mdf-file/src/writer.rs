@@ -12,7 +12,7 @@ use flate2::read::ZlibEncoder;
 
 use crate::column::{About, Cell, Column, Type};
 use crate::error::Error;
-use crate::head::{Head, Places};
+use crate::head::{FileOffsets, Head};
 
 /// Bytes of rows or texts that make a block. The standard wants at most 4 MiB.
 const BLOCK: usize = 1 << 20;
@@ -23,7 +23,7 @@ pub struct Writer {
     /// The length of the file [B].
     end: u64,
     kinds: Vec<Type>,
-    places: Places,
+    offsets: FileOffsets,
     /// Bytes of a row.
     record: u32,
     rows: u64,
@@ -64,7 +64,8 @@ impl Writer {
             next: list + 24,
             length: 0,
         };
-        let texts = head.places.texts.iter().map(|it| Texts { chain: chain(*it), waiting: vec![] });
+        let texts =
+            head.offsets.texts.iter().map(|it| Texts { chain: chain(*it), waiting: vec![] });
         Ok(Self {
             file,
             end: head.bytes.len() as u64,
@@ -72,9 +73,9 @@ impl Writer {
             record: head.record,
             rows: 0,
             waiting: Vec::new(),
-            data: chain(head.places.data),
+            data: chain(head.offsets.data),
             texts: texts.collect(),
-            places: head.places,
+            offsets: head.offsets,
         })
     }
 
@@ -141,7 +142,7 @@ impl Writer {
         }
         self.data.add(file, end, b"DT", self.record, &self.waiting)?;
         self.waiting.clear();
-        patch(file, self.places.rows, self.rows)
+        patch(file, self.offsets.rows, self.rows)
     }
 
     /// Writes the rows that wait, and closes the file.

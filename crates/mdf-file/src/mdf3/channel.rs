@@ -2,12 +2,12 @@
 
 use super::Reader;
 use super::block::Block;
-use super::conversion::Read;
+use super::conversion::UnitConversion;
 use crate::channels::{inside, kind_of};
 use crate::conversion::Conversion;
 use crate::error::Error;
 use crate::field::Field;
-use crate::layout::{Axis, Channel, Kind, Place, Store, Valid};
+use crate::layout::{Axis, Channel, ChannelStorage, Kind, Store, Validity};
 
 impl Reader<'_> {
     /// Adds a channel of the last group, or a note why it is left out.
@@ -18,7 +18,7 @@ impl Reader<'_> {
         };
         let is_master = block.u16(24) == 1;
         match self.stored(block, is_master, record) {
-            Ok((store, read)) => self.add(block, name, group, is_master, (store, read)),
+            Ok((store, read)) => self.add(block, name, group, is_master, store, read),
             Err(reason) => {
                 self.structure.notes.push(format!("channel `{name}` is left out: {reason}"));
                 Ok(())
@@ -32,7 +32,8 @@ impl Reader<'_> {
         name: String,
         group: &str,
         is_master: bool,
-        (store, read): (Store, Read),
+        store: Store,
+        read: UnitConversion,
     ) -> Result<(), Error> {
         let (index, clock) = (self.structure.channels.len(), self.structure.clocks.len() - 1);
         let kind = match kind_of(&store, &read.conversion) {
@@ -51,11 +52,11 @@ impl Reader<'_> {
             let clock = &mut self.structure.clocks[clock];
             (clock.master, clock.axis) = (Some(index), Axis::Time);
         }
-        self.structure.places.push(Place {
+        self.structure.storages.push(ChannelStorage {
             group: clock,
             store,
             conversion: read.conversion,
-            valid: Valid::All,
+            valid: Validity::All,
         });
         self.structure.channels.push(Channel {
             name,
@@ -76,7 +77,7 @@ impl Reader<'_> {
         block: &Block,
         is_master: bool,
         record: usize,
-    ) -> Result<(Store, Read), String> {
+    ) -> Result<(Store, UnitConversion), String> {
         if block.u32(16) != 0 {
             return Err("an array of channels that are read by themselves".to_owned());
         }

@@ -10,7 +10,7 @@ use crate::formula::Formula;
 
 /// A conversion with its unit.
 #[derive(Clone)]
-pub(super) struct Read {
+pub(super) struct UnitConversion {
     pub conversion: Arc<Conversion>,
     pub unit: Option<String>,
 }
@@ -20,9 +20,9 @@ const HEAD: usize = 46;
 
 impl Reader<'_> {
     /// The conversion that a link leads to, read once.
-    pub fn conversion(&mut self, at: u32) -> Result<Read, String> {
+    pub fn conversion(&mut self, at: u32) -> Result<UnitConversion, String> {
         if at == 0 {
-            return Ok(Read { conversion: Arc::new(Conversion::Identity), unit: None });
+            return Ok(UnitConversion { conversion: Arc::new(Conversion::Identity), unit: None });
         }
         if let Some(known) = self.conversions.get(&at) {
             return known.clone();
@@ -32,7 +32,7 @@ impl Reader<'_> {
         read
     }
 
-    fn block(&mut self, at: u32) -> Result<Read, Error> {
+    fn block(&mut self, at: u32) -> Result<UnitConversion, Error> {
         let block = self.blocks.read(at.into(), b"CC", HEAD)?;
         let unit = Some(block.text(22, 20)).filter(|it| !it.is_empty());
         let (kind, count) = (block.u16(42), usize::from(block.u16(44)));
@@ -74,7 +74,7 @@ impl Reader<'_> {
                 return Err(Error::new(block.at, text));
             }
         };
-        Ok(Read { conversion: Arc::new(conversion), unit })
+        Ok(UnitConversion { conversion: Arc::new(conversion), unit })
     }
 
     /// Ranges with their texts; the first entry is the text of all other values.
