@@ -277,8 +277,8 @@ impl Sink for RerunSink {
         })
     }
 
-    fn diagram(&mut self, belongs: (&str, &str), diagram: &Diagram) -> Result<(), Error> {
-        self.add(|sink, stream| sink.layout.diagrams.draw(stream, belongs, diagram))
+    fn diagram(&mut self, analysis: &str, group: &str, diagram: &Diagram) -> Result<(), Error> {
+        self.add(|sink, stream| sink.layout.diagrams.draw(stream, (analysis, group), diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -48,7 +48,7 @@ impl Sealed<'_> {
         let path = self.out.join(format!("{}{}", self.name, self.version.suffix()));
         let inside = |(name, bytes)| (format!("resources/{name}"), bytes);
         let files: Vec<_> = resources.into_iter().map(inside).collect();
-        let packed = archive(&path, (self.name, self.version), &xml, self.library, &files);
+        let packed = archive(&path, self.name, self.version, &xml, self.library, &files);
         packed.map_err(|error| Error::input(error.to_string()))?;
         Ok(path)
     }

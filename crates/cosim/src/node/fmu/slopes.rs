@@ -97,7 +97,7 @@ impl FmuNode {
         if known.0.is_empty() || unknown.0.is_empty() {
             return Ok(true);
         }
-        let asked = instance.derivatives((&known.0, &known.1), (&unknown.0, &mut unknown.1));
+        let asked = instance.derivatives(&known.0, &known.1, &unknown.0, &mut unknown.1);
         if let Err(error) = asked {
             return if instance.is_lost() { Err(error) } else { Ok(false) };
         }
