@@ -198,7 +198,7 @@ impl Host for AnalysisHost<'_> {
             layer.y.len() == layer.x.len() && (!band || layer.upper.len() == layer.x.len())
         };
         let result = if diagram.ranges.iter().all(apart) && diagram.layers.iter().all(even) {
-            self.outputs.sink.diagram((self.name, group), diagram)
+            self.outputs.sink.diagram(self.name, group, diagram)
         } else {
             let what = format!(
                 "expected axes with two different, finite ends, or ends that are no numbers, and layers with columns of equal length in the diagram `{}`, found others",

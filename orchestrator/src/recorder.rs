@@ -292,8 +292,13 @@ impl Sink<Full> for Recordings {
         self.for_each_sink(|sink| sink.derived(derived))
     }
 
-    fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
-        self.for_each_sink(|sink| sink.diagram(belongs, diagram))
+    fn diagram(
+        &mut self,
+        analysis: &str,
+        group: &str,
+        diagram: &plugin::Diagram,
+    ) -> Result<(), Error> {
+        self.for_each_sink(|sink| sink.diagram(analysis, group, diagram))
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

@@ -43,7 +43,8 @@ fn derivatives_are_those_of_central_differences() {
         let mut plant = Plant { start: *state, ..plant.clone() };
         plant.initialise().expect("a car");
         let values = [input.F_x, input.delta, 0.9, 1.1, 0.05, -0.1];
-        let at = |values: [f64; 6]| derivatives.along(&plant, &values.map(|value| (value, 0.0)));
+        let at =
+            |values: [f64; 6]| derivatives.directional(&plant, &values.map(|value| (value, 0.0)));
         for (known, h) in [(0, 1.0), (1, 1e-5), (2, 1e-5), (3, 1e-5), (4, 1e-5), (5, 1e-5)] {
             let step = |h: f64| {
                 let mut moved = values;
@@ -52,7 +53,7 @@ fn derivatives_are_those_of_central_differences() {
             };
             let mut seeds = values.map(|value| (value, 0.0));
             seeds[known].1 = 1.0;
-            for (i, (_, found)) in derivatives.along(&plant, &seeds).into_iter().enumerate() {
+            for (i, (_, found)) in derivatives.directional(&plant, &seeds).into_iter().enumerate() {
                 let expected = (step(h)[i].0 - step(-h)[i].0) / (2.0 * h);
                 // What is zero is so but for the rounding of the difference.
                 let rounding = 1e-10 * at(values)[i].0.abs() / h;

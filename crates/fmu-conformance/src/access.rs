@@ -163,7 +163,8 @@ pub(super) fn forms(version: Version) -> &'static [(Storage, &'static str)] {
 /// Gets or sets one value by the functions of a form.
 pub(super) fn access_variable(
     instance: &mut Instance,
-    (set, storage): (bool, Storage),
+    set: bool,
+    storage: Storage,
     reference: u32,
 ) -> Result<(), CallError> {
     if !set {
@@ -203,7 +204,7 @@ pub(super) fn references(driver: &TestDriver) -> RuleResult {
             let mut instance = bring_to(driver, StepComplete)?;
             driver.note(&format!("{name} of the reference {reference}, which no variable has"));
             count += 1;
-            match access_variable(&mut instance, (set, *storage), reference) {
+            match access_variable(&mut instance, set, *storage, reference) {
                 Ok(()) => accepted.push(format!("{name} of {reference}")),
                 Err(_) if instance.is_lost() => {
                     let fatal = driver.fmi("Fatal");

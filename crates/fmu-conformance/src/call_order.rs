@@ -138,7 +138,7 @@ pub(super) fn call_order(driver: &TestDriver) -> RuleResult {
         let expected = after_reset(driver, bring_to(driver, state)?)?;
         for (name, call) in illegal(driver, state) {
             count += 1;
-            if let Some((what, detail)) = attempt(driver, state, (&name, call), &expected)? {
+            if let Some((what, detail)) = attempt(driver, state, &name, call, &expected)? {
                 let state = state.name(driver.version());
                 wrong.entry(what).or_default().push(format!("{name} in {state}{detail}"));
             }
@@ -160,7 +160,8 @@ pub(super) fn call_order(driver: &TestDriver) -> RuleResult {
 fn attempt(
     driver: &TestDriver,
     state: State,
-    (name, call): (&str, Call),
+    name: &str,
+    call: Call,
     expected: &[Row],
 ) -> Result<Option<(String, String)>, CallError> {
     let mut instance = bring_to(driver, state)?;

@@ -60,7 +60,7 @@ fn configuration(driver: &TestDriver) -> RuleResult {
         if resized.is_empty() {
             continue;
         }
-        resize(driver, parameter, (&resized, &starts, &sizes))?;
+        resize(driver, parameter, &resized, &starts, &sizes)?;
         done.push(format!("`{}` from {} to {}", parameter.name, parameter.before, parameter.after));
     }
     match done.is_empty() {
@@ -75,7 +75,9 @@ type Sizes = BTreeMap<u32, u64>;
 fn resize(
     driver: &TestDriver,
     parameter: &Size,
-    (arrays, before, after): (&[&Array], &Sizes, &Sizes),
+    arrays: &[&Array],
+    before: &Sizes,
+    after: &Sizes,
 ) -> Result<(), RuleError> {
     let set = |instance: &mut Instance, value: u64| {
         driver.note(&format!("configuration mode with `{}` = {value}", parameter.name));
@@ -86,7 +88,7 @@ fn resize(
     let mut instance = driver.instance()?;
     set(&mut instance, parameter.after)?;
     driver.enter(&mut instance)?;
-    have(driver, &mut instance, (arrays, after, before), "in initialization mode")?;
+    expect_sizes(driver, &mut instance, arrays, after, before, "in initialization mode")?;
     instance.exit_initialization()?;
     let steps = |instance: &mut Instance, ticks: std::ops::Range<u32>| {
         let mut all =
@@ -98,20 +100,22 @@ fn resize(
         })
     };
     steps(&mut instance, 0..STEPS / 4)?;
-    have(driver, &mut instance, (arrays, after, before), "after some steps")?;
+    expect_sizes(driver, &mut instance, arrays, after, before, "after some steps")?;
     if parameter.tunable {
         set(&mut instance, parameter.before)?;
-        have(driver, &mut instance, (arrays, before, after), "after a reconfiguration")?;
+        expect_sizes(driver, &mut instance, arrays, before, after, "after a reconfiguration")?;
         steps(&mut instance, STEPS / 4..STEPS / 2)?;
     }
     Ok(())
 }
 
 /// Insists that arrays have these sizes, and not those.
-fn have(
+fn expect_sizes(
     driver: &TestDriver,
     instance: &mut Instance,
-    (arrays, sizes, others): (&[&Array], &Sizes, &Sizes),
+    arrays: &[&Array],
+    sizes: &Sizes,
+    others: &Sizes,
     when: &str,
 ) -> Result<(), RuleError> {
     for array in arrays {

@@ -1,7 +1,7 @@
 //! Checks that the claimed derivatives exist and agree with differences of the outputs.
 
 use fmu_import::description::Variable;
-use fmu_import::{CallError, Causality, Instance, Storage, Value, Version};
+use fmu_import::{ArrayVariable, CallError, Causality, Instance, Storage, Value, Version};
 use roxmltree::Document;
 
 use super::Rank::BreaksStandard;
@@ -70,8 +70,8 @@ fn adjoint(instance: &mut Instance, output: &Variable, input: &Variable) -> Resu
     Ok(found.get(input.element.0).copied().unwrap_or(f64::NAN))
 }
 
-fn block(variable: &Variable) -> (u32, usize) {
-    (variable.reference, variable.element.1)
+fn block(variable: &Variable) -> ArrayVariable {
+    ArrayVariable { reference: variable.reference, elements: variable.element.1 }
 }
 
 /// 1 for this element of an array, 0 for the others.

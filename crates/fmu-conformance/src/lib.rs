@@ -215,7 +215,7 @@ pub fn run(
     let judge = |(rule, which): (&Rule, Option<usize>)| match rule.check {
         Check::Files(check) => rule.finding_about(&fmu, check(&fmu)),
         Check::Text(check) => rule.finding_about(&fmu, check(&text(&fmu))),
-        _ => process::judge(program, path, (rule, which), limit),
+        _ => process::judge(program, path, rule, which, limit),
     };
     let needs_no_instance =
         |rule: &&Rule| matches!(rule.check, Check::Files(_) | Check::Text(_) | Check::Loads(_));

@@ -40,7 +40,8 @@ impl ProgressLog {
 pub(super) fn judge(
     program: &Path,
     path: &Path,
-    (rule, which): (&Rule, Option<usize>),
+    rule: &Rule,
+    which: Option<usize>,
     limit: Duration,
 ) -> Finding {
     let name = which.map_or(rule.name.to_owned(), |which| format!("{}#{which}", rule.name));
@@ -152,7 +153,7 @@ mod tests {
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).expect("a script");
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).expect("a file");
         let rule = crate::rules().last().expect("a rule");
-        judge(&program, Path::new("x.fmu"), (rule, None), Duration::from_secs(600))
+        judge(&program, Path::new("x.fmu"), rule, None, Duration::from_secs(600))
     }
 
     #[test]
@@ -182,7 +183,7 @@ mod tests {
         }
         let rule = crate::rules().next().expect("a rule");
         let absent = Path::new("/nonexistent/program");
-        let finding = judge(absent, Path::new("x.fmu"), (rule, None), Duration::from_secs(600));
+        let finding = judge(absent, Path::new("x.fmu"), rule, None, Duration::from_secs(600));
         assert_eq!(finding.outcome, Outcome::NotJudged);
         assert!(finding.detail.contains("could not be run"), "{finding:?}");
     }

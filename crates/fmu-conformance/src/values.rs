@@ -44,7 +44,8 @@ fn each_form<'a>(driver: &'a TestDriver) -> Vec<&'a Variable> {
 /// Makes a call that the FMU should refuse, and notes it when the FMU does not.
 fn refused(
     driver: &TestDriver,
-    (what, accepted): (String, &mut Vec<String>),
+    what: String,
+    accepted: &mut Vec<String>,
     call: impl FnOnce(&mut Instance) -> Result<(), CallError>,
 ) -> Result<(), RuleError> {
     let mut instance = bring_to(driver, StepComplete)?;
@@ -83,8 +84,8 @@ fn wrong_type(driver: &TestDriver) -> RuleResult {
                 let name = driver.fmi(&format!("{}{form}", if set { "Set" } else { "Get" }));
                 let what = format!("{name} of `{}`, a {:?}", variable.name, variable.storage);
                 count += 1;
-                refused(driver, (what, &mut accepted), |instance| {
-                    access_variable(instance, (set, *storage), variable.reference)
+                refused(driver, what, &mut accepted, |instance| {
+                    access_variable(instance, set, *storage, variable.reference)
                 })?;
             }
         }
@@ -105,7 +106,7 @@ fn wrong_count(driver: &TestDriver) -> RuleResult {
             count += 1;
             let what =
                 format!("reading {stated} values of `{}`, which has {elements}", variable.name);
-            refused(driver, (what, &mut accepted), |instance| {
+            refused(driver, what, &mut accepted, |instance| {
                 instance.read_n_values(variable.storage, variable.reference, stated)
             })?;
         }
@@ -115,7 +116,7 @@ fn wrong_count(driver: &TestDriver) -> RuleResult {
             let what =
                 format!("setting {stated} values of `{}`, which has {elements}", variable.name);
             let values = vec![nothing(variable); stated];
-            refused(driver, (what, &mut accepted), |instance| {
+            refused(driver, what, &mut accepted, |instance| {
                 instance.write(variable.storage, variable.reference, &values)
             })?;
         }

@@ -250,7 +250,9 @@ fn write_categories(out: &mut dyn Write, own: &[(&str, &str)]) -> fmt::Result {
 fn write_head(
     out: &mut dyn Write,
     element: &str,
-    (reference, name, about): (usize, &str, &str),
+    reference: usize,
+    name: &str,
+    about: &str,
     row: &Row,
 ) -> fmt::Result {
     write!(
@@ -293,7 +295,7 @@ fn write_variable(
     variable: &DescribedVariable,
 ) -> fmt::Result {
     let row = &variable.row;
-    write_head(out, "ScalarVariable", (reference, row.name, row.description), row)?;
+    write_head(out, "ScalarVariable", reference, row.name, row.description, row)?;
     write!(out, "><{:?}", variable.kind)?;
     write_quantity(out, variable)?;
     if let Some(start) = &variable.start {

@@ -101,7 +101,8 @@ unsafe fn with<S: CoSimulation>(
 pub unsafe fn instantiate<S: CoSimulation>(
     name: *const c_char,
     kind: c_int,
-    (found, resources): (*const c_char, *const c_char),
+    found: *const c_char,
+    resources: *const c_char,
     functions: *const CallbackFunctions,
     logging_on: Boolean,
 ) -> Component {
@@ -116,21 +117,18 @@ pub unsafe fn instantiate<S: CoSimulation>(
     // SAFETY: as the caller promises.
     let (name, found, resources) = unsafe { (text(name), text(found), text(resources)) };
     let wrong = (kind != CO_SIMULATION).then_some("only co-simulation is supported");
-    make::<S>(
-        name,
-        (found, resources),
-        wrong,
-        (Callback::Two(logger), environment),
-        logging_on != 0,
-    )
+    let logger = Callback::Two(logger);
+    make::<S>(name, found, resources, wrong, logger, environment, logging_on != 0)
 }
 
 /// Makes an instance, unless something is wrong, for an importer with its logger and environment.
 fn make<S: CoSimulation>(
     name: FmiResult<String>,
-    (found, resources): (FmiResult<String>, FmiResult<String>),
+    found: FmiResult<String>,
+    resources: FmiResult<String>,
     wrong: Option<&str>,
-    (logger, environment): (Callback, *mut c_void),
+    logger: Callback,
+    environment: *mut c_void,
     logging_on: bool,
 ) -> Component {
     let own_name = name.as_deref().unwrap_or_default();

@@ -167,7 +167,7 @@ pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, Pa
         Version::Three => (xml3, vec![(TERMINALS.to_owned(), terminals.into_bytes())]),
     };
     let path = into.join(format!("{name}{}", version.suffix()));
-    archive(&path, (&name, version), &xml, library, &files)?;
+    archive(&path, &name, version, &xml, library, &files)?;
     Ok(path)
 }
 
@@ -180,7 +180,8 @@ pub fn pack(library: &Path, into: &Path, version: Version) -> Result<PathBuf, Pa
 /// When a file cannot be read or written.
 pub fn archive(
     path: &Path,
-    (name, version): (&str, Version),
+    name: &str,
+    version: Version,
     xml: &str,
     library: &Path,
     files: &[(String, Vec<u8>)],

@@ -44,10 +44,7 @@ impl Text {
         let bytes =
             bytes.map_err(|size| wrong(format!("has {size} B, expected at most {LARGEST} B")))?;
         // In UTF-8 or else in Latin-1, as instruments write.
-        let latin = |error: std::string::FromUtf8Error| {
-            error.as_bytes().iter().copied().map(char::from).collect()
-        };
-        Ok(Text::from(String::from_utf8(bytes).unwrap_or_else(latin)))
+        Ok(Text::from(text_encoding::utf8_or_latin1(&bytes).into_owned()))
     }
 }
 

@@ -2,24 +2,18 @@
 
 use std::path::Path;
 
+use text_encoding::{ByteOrder, UTF8_MARK, strict_utf16, windows1252};
+
 use crate::{DESCRIPTION, LONGEST};
 
 /// The first line of a document is looked for within so many bytes.
 const FIRST_LINE: usize = 256;
 
-/// What Windows-1252 has at the bytes 0x80 to 0x9F, where ISO-8859-1 has control characters that nobody writes. As in the WHATWG
-/// standard, five of them are taken as such.
-const WINDOWS_1252: [char; 32] = [
-    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}',
-    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
-];
-
 /// An encoding of descriptions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Encoding {
     Utf8,
-    Utf16LittleEndian,
-    Utf16BigEndian,
+    Utf16(ByteOrder),
     Windows1252,
 }
 
@@ -63,10 +57,9 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<DescriptionText, String> {
         (None, None) => (Encoding::Utf8, "UTF-8"),
     };
     let text = match encoding {
-        Encoding::Utf8 => utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes))?.to_owned(),
-        Encoding::Windows1252 => bytes.iter().copied().map(letter).collect(),
-        Encoding::Utf16LittleEndian => utf16(bytes, u16::from_le_bytes)?,
-        Encoding::Utf16BigEndian => utf16(bytes, u16::from_be_bytes)?,
+        Encoding::Utf8 => utf8(bytes.strip_prefix(UTF8_MARK).unwrap_or(bytes))?.to_owned(),
+        Encoding::Windows1252 => bytes.iter().copied().map(windows1252).collect(),
+        Encoding::Utf16(order) => utf16(bytes, order)?,
     };
     let found = format!("line 1: expected the encoding UTF-8, found {label}");
     let (correction, problem) = match encoding {
@@ -86,7 +79,7 @@ impl Encoding {
     fn name(self) -> &'static str {
         match self {
             Encoding::Utf8 => "UTF-8",
-            Encoding::Utf16LittleEndian | Encoding::Utf16BigEndian => "UTF-16",
+            Encoding::Utf16(_) => "UTF-16",
             Encoding::Windows1252 => "windows-1252",
         }
     }
@@ -96,8 +89,8 @@ impl Encoding {
 fn shown(bytes: &[u8]) -> Option<Encoding> {
     match bytes {
         [0xef, 0xbb, 0xbf, ..] => Some(Encoding::Utf8),
-        [0xff, 0xfe, ..] | [b'<', 0, ..] => Some(Encoding::Utf16LittleEndian),
-        [0xfe, 0xff, ..] | [0, b'<', ..] => Some(Encoding::Utf16BigEndian),
+        [0xff, 0xfe, ..] | [b'<', 0, ..] => Some(Encoding::Utf16(ByteOrder::LittleEndian)),
+        [0xfe, 0xff, ..] | [0, b'<', ..] => Some(Encoding::Utf16(ByteOrder::BigEndian)),
         _ => None,
     }
 }
@@ -124,19 +117,12 @@ fn declared(bytes: &[u8]) -> Option<String> {
     value[1..].split_once(quote).map(|(label, _)| label.trim().to_owned())
 }
 
-fn letter(byte: u8) -> char {
-    match byte {
-        0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
-        byte => char::from(byte),
-    }
-}
-
 /// Says which byte is no UTF-8, and what an old exporter will have meant by it.
 fn utf8(bytes: &[u8]) -> Result<&str, String> {
     std::str::from_utf8(bytes).map_err(|error| {
         let place = error.valid_up_to();
         let line = 1 + bytes[..place].iter().filter(|byte| **byte == b'\n').count();
-        let (byte, meant) = (bytes[place], letter(bytes[place]));
+        let (byte, meant) = (bytes[place], windows1252(bytes[place]));
         format!(
             "line {line}: expected UTF-8, found the byte 0x{byte:02X}, which is `{meant}` in ISO-8859-1: export the FMU with UTF-8, \
              or declare the encoding in the first line, <?xml version=\"1.0\" encoding=\"ISO-8859-1\"?>"
@@ -144,12 +130,10 @@ fn utf8(bytes: &[u8]) -> Result<&str, String> {
     })
 }
 
-fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, String> {
-    let (pairs, rest) = bytes.as_chunks::<2>();
-    let units = pairs.iter().map(|pair| unit(*pair)).skip_while(|unit| *unit == 0xfeff);
-    let text: Result<String, _> = char::decode_utf16(units).collect();
-    text.ok().filter(|_| rest.is_empty()).ok_or_else(|| {
+fn utf16(bytes: &[u8], order: ByteOrder) -> Result<String, String> {
+    let text = strict_utf16(bytes, order).ok_or_else(|| {
         "expected a text in UTF-16, as its first bytes show, found half a letter: export the FMU with UTF-8"
             .to_owned()
-    })
+    })?;
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
 }

@@ -197,7 +197,7 @@ fn variables<'a>(root: Node<'a, 'a>, sizes: &StructuralSizes) -> Result<Vec<Vari
     let (mut variables, mut places, mut length) = (Vec::new(), Vec::new(), 0_usize);
     for one in &all {
         let follows = follows.get(&one.reference).cloned().flatten();
-        let elements = elements(one, (&types, &units), follows, &mut length)?;
+        let elements = elements(one, &types, &units, follows, &mut length)?;
         places.extend(elements.iter().map(|_| one.node.range().start));
         variables.extend(elements);
     }
@@ -258,7 +258,8 @@ fn is_unit(name: &str, units: &UnitTable) -> bool {
 /// The elements of a variable, row by row.
 fn elements(
     one: &DeclaredVariable,
-    (types, units): (&TypeNodes, &UnitTable),
+    types: &TypeNodes,
+    units: &UnitTable,
     follows: Option<Arc<[usize]>>,
     length: &mut usize,
 ) -> Result<Vec<Variable>, String> {
@@ -286,7 +287,7 @@ fn elements(
         items: declared.map_or(Ok(Vec::new()), items)?,
         causality,
         variability,
-        initial: attributes::initial(node, kind, (causality, variability))?,
+        initial: attributes::initial(node, kind, causality, variability)?,
         min: number("min"),
         max: number("max"),
         nominal: number("nominal"),

@@ -239,10 +239,7 @@ fn clock(clocks: &mut Vec<Clock>, time: Time, rows: Option<u64>) -> usize {
 /// The text of bytes up to the first zero; what is no UTF-8 is read as Latin-1.
 fn text(bytes: &[u8]) -> String {
     let bytes = bytes.split(|byte| *byte == 0).next().unwrap_or_default();
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.trim().to_owned(),
-        Err(_) => bytes.iter().map(|it| char::from(*it)).collect::<String>().trim().to_owned(),
-    }
+    text_encoding::utf8_or_latin1(bytes).trim().to_owned()
 }
 
 /// The unit that loggers mean by a word: `G` is the acceleration of gravity, `C` a degree Celsius; none for `(null)`.

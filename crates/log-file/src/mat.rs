@@ -20,7 +20,7 @@ pub struct Mat {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     arrays: Vec<Vec<f64>>,
-    places: Vec<ArrayColumn>,
+    columns: Vec<ArrayColumn>,
     left_out: Vec<String>,
 }
 
@@ -50,7 +50,7 @@ impl Mat {
         let left_out = |(name, why): &(String, String)| format!("`{name}` is left out: {why}");
         let left_out = found.skipped.iter().filter(|it| !it.0.is_empty()).map(left_out).collect();
         let mut mat =
-            Mat { channels: vec![], clocks: vec![], arrays: vec![], places: vec![], left_out };
+            Mat { channels: vec![], clocks: vec![], arrays: vec![], columns: vec![], left_out };
         let timed = mat.times(&found);
         mat.others(&found, &timed);
         match mat.channels.is_empty() {
@@ -78,7 +78,9 @@ impl Mat {
             }
             let (channel, rows) = (self.channels.len(), array.values.len());
             let unit = unit(found, &variable.name, base);
-            self.add((leaf, base, unit), index, (0, 1), self.clocks.len());
+            let clock = self.clocks.len();
+            let column = ArrayColumn { array: index, first: 0, stride: 1 };
+            self.add(leaf, base, unit, column, clock);
             let rows_told = u64::try_from(rows).ok();
             self.clocks.push(Clock { time: Time::Channel(channel), rows: rows_told });
             timed.insert(base.to_owned(), (channel, rows));
@@ -116,22 +118,24 @@ impl Mat {
             let count = array.values.len() / rows;
             for k in 0..count {
                 let name = if count == 1 { name.clone() } else { format!("{name}[{}]", k + 1) };
-                let place = if first { (k * rows, 1) } else { (k, count) };
-                self.add((&name, &group, unit.clone()), index, place, clock);
+                let (first, stride) = if first { (k * rows, 1) } else { (k, count) };
+                let column = ArrayColumn { array: index, first, stride };
+                self.add(&name, &group, unit.clone(), column, clock);
             }
         }
     }
 
     fn add(
         &mut self,
-        (name, group, unit): (&str, &str, Option<String>),
-        array: usize,
-        (first, stride): (usize, usize),
+        name: &str,
+        group: &str,
+        unit: Option<String>,
+        column: ArrayColumn,
         clock: usize,
     ) {
         let (name, group) = (name.to_owned(), group.to_owned());
         self.channels.push(Channel { name, group, unit, clock, kind: ChannelKind::Number });
-        self.places.push(ArrayColumn { array, first, stride });
+        self.columns.push(column);
     }
 
     /// Takes the numbers.
@@ -222,7 +226,7 @@ impl LogReader for Mat {
         for begin in (0..rows).step_by(CHUNK_ROWS) {
             let end = rows.min(begin + CHUNK_ROWS);
             let values = |channel: &usize| {
-                let ArrayColumn { array, first, stride } = self.places[*channel];
+                let ArrayColumn { array, first, stride } = self.columns[*channel];
                 let array = &self.arrays[array];
                 let value = |row| array.get(first + row * stride).copied().unwrap_or(f64::NAN);
                 Values::Numbers((begin..end).map(value).collect())

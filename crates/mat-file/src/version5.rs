@@ -268,7 +268,7 @@ impl Reader {
             1 | 2 => codes(NumberFormat::U8).filter_map(char::from_u32).collect(),
             4 | 17 => {
                 let units = codes(NumberFormat::U16).map(|it| it as u16);
-                char::decode_utf16(units).map(|it| it.unwrap_or('\u{fffd}')).collect()
+                text_encoding::utf16_units(units).chars().collect()
             }
             16 => String::from_utf8_lossy(element.data).chars().collect(),
             18 => codes(NumberFormat::U32)

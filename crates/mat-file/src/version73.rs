@@ -134,7 +134,7 @@ impl Reader {
             }
             Class::Texts => texts(dataset, &shape),
             _ => match dataset.dereference() {
-                Ok(members) => return self.members(&members, name, (class, depth)),
+                Ok(members) => return self.members(&members, name, class, depth),
                 Err(error) => Err(error),
             },
         };
@@ -163,7 +163,8 @@ impl Reader {
         &mut self,
         members: &[Object],
         name: &str,
-        (class, depth): (Class, usize),
+        class: Class,
+        depth: usize,
     ) -> Result<(), Error> {
         let begin = cell::CellStart::of(&self.found);
         for (k, member) in (1..).zip(members) {
@@ -230,7 +231,6 @@ fn texts(dataset: &Dataset, shape: &[usize]) -> Result<Value, hdf5_pure::Error> 
         return dataset.read_string().map(Value::Texts);
     }
     let units = dataset.read_u16()?;
-    let characters: Vec<char> =
-        char::decode_utf16(units).map(|it| it.unwrap_or('\u{fffd}')).collect();
+    let characters: Vec<char> = text_encoding::utf16_units(units).chars().collect();
     Ok(Value::Texts(rows(&characters, shape)))
 }

@@ -38,7 +38,7 @@ unsafe extern "C" fn check<A: Analysis>(
         A::check(request).map(|()| String::new()).map_err(AnalysisError::from)
     };
     // SAFETY: the program lends all that it passes for the duration of the call.
-    unsafe { answer(config, (columns, count), callbacks, work) }
+    unsafe { answer(config, columns, count, callbacks, work) }
 }
 
 unsafe extern "C" fn run<A: Analysis>(
@@ -48,7 +48,7 @@ unsafe extern "C" fn run<A: Analysis>(
     callbacks: *const Callbacks,
 ) {
     // SAFETY: the program lends all that it passes for the duration of the call.
-    unsafe { answer(config, (columns, count), callbacks, A::run) }
+    unsafe { answer(config, columns, count, callbacks, A::run) }
 }
 
 unsafe extern "C" fn needs<A: Analysis>(
@@ -84,7 +84,8 @@ unsafe extern "C" fn schema<A: Analysis>(
 /// `callbacks` is null or points to callbacks. Everything that is pointed to lives as long as the call.
 unsafe fn answer(
     config: Text,
-    (columns, count): (*const Column, usize),
+    columns: *const Column,
+    count: usize,
     callbacks: *const Callbacks,
     work: impl FnOnce(&Request, &mut dyn Host) -> Result<String, AnalysisError>,
 ) {

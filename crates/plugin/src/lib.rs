@@ -4,7 +4,7 @@
 //! A plugin is a `cdylib` with an [`Analysis`]:
 //!
 //! ```
-//! use plugin::{Analysis, AnalysisError, Host, Need, Request};
+//! use plugin::{Analysis, AnalysisError, Host, InputSignal, Request};
 //!
 //! struct Mean;
 //!
@@ -20,7 +20,7 @@
 //! plugin::export!(Mean);
 //! # let x = plugin::Signal { name: "x", unit: "", time: &[0.0, 1.0], values: &[1.0, 3.0] };
 //! # let request = Request { config: "", signals: vec![x] };
-//! # assert_eq!(Mean::run(&request, &mut plugin::Silent), Ok(r#"{"mean": 2}"#.to_owned()));
+//! # assert_eq!(Mean::run(&request, &mut plugin::NullHost), Ok(r#"{"mean": 2}"#.to_owned()));
 //! ```
 //!
 //! A configuration is a struct with `serde::Deserialize`. [`Request::read_config`] reads it, and a [`ConfigError`]

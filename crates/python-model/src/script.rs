@@ -93,7 +93,8 @@ pub struct PackedScript {
 /// With the exception, when the script does not load; when it says what FMI does not allow.
 pub fn describe(
     interpreter: &Interpreter,
-    (folder, script): (&Path, &str),
+    folder: &Path,
+    script: &str,
     class: Option<&str>,
     name: &str,
 ) -> Result<PackedScript, ScriptError> {

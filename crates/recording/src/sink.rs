@@ -167,7 +167,12 @@ pub trait Sink<S = Recorded> {
     }
 
     /// Takes a diagram, after the last row, with the names of its analysis and its group.
-    fn diagram(&mut self, _belongs: (&str, &str), _diagram: &plugin::Diagram) -> Result<(), Error> {
+    fn diagram(
+        &mut self,
+        _analysis: &str,
+        _group: &str,
+        _diagram: &plugin::Diagram,
+    ) -> Result<(), Error> {
         Ok(())
     }
 

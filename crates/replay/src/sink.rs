@@ -277,7 +277,7 @@ impl Sink for RerunSink {
         })
     }
 
-    fn diagram(&mut self, (analysis, group): (&str, &str), diagram: &Diagram) -> Result<(), Error> {
+    fn diagram(&mut self, analysis: &str, group: &str, diagram: &Diagram) -> Result<(), Error> {
         self.add(|sink, stream| sink.layout.diagrams.draw(stream, analysis, group, diagram))
     }
 

@@ -46,7 +46,7 @@ impl TextCache {
             let bytes = diagnostics::read_bounded(path, LARGEST);
             let bytes = bytes
                 .map_err(|error| format!("the file {} cannot be read: {error}", path.display()))?;
-            Ok(decode(bytes))
+            Ok(text_encoding::decode(&bytes).into_owned())
         });
         text.clone()
     }
@@ -55,18 +55,5 @@ impl TextCache {
     pub fn files(&self) -> Vec<PathBuf> {
         let known = self.0.borrow();
         known.iter().filter(|(_, text)| text.is_ok()).map(|(path, _)| path.clone()).collect()
-    }
-}
-
-fn decode(bytes: Vec<u8>) -> String {
-    let wide = |bytes: &[u8], word: fn([u8; 2]) -> u16| -> String {
-        let units = bytes.chunks_exact(2).map(|pair| word([pair[0], pair[1]]));
-        char::decode_utf16(units).map(|letter| letter.unwrap_or('\u{fffd}')).collect()
-    };
-    match bytes.as_slice() {
-        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
-        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
-        _ => String::from_utf8(bytes)
-            .unwrap_or_else(|error| error.as_bytes().iter().copied().map(char::from).collect()),
     }
 }

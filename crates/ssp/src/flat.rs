@@ -214,8 +214,7 @@ impl Tree<'_> {
         let start_values = fmu.values.iter().map(|(variable, value)| {
             let node = ports.get(variable.as_str()).map(|ports| ports.into);
             let unit = node.and_then(|node| self.nodes[node].connector.unit.clone());
-            let units = (value.unit.clone(), unit);
-            Ok((variable.clone(), start(value, variable, units, &[])?))
+            Ok((variable.clone(), start_value(value, variable, value.unit.clone(), unit, &[])?))
         });
         start_values.collect()
     }
@@ -251,7 +250,7 @@ impl Tree<'_> {
         let unit = path.last().and_then(|node| self.nodes[*node].connector.unit.clone());
         // Without a unit of its own, the value is in that of the connector that it is written for.
         let written = value.unit.clone().or(self.nodes[path[at]].connector.unit.clone());
-        start(value, &to.variable, (written, unit), &steps).map(Some)
+        start_value(value, &to.variable, written, unit, &steps).map(Some)
     }
 
     /// Notes a value that lost against that of a connection.
@@ -276,10 +275,11 @@ impl Tree<'_> {
 
 /// The start value of a variable, with the units of the value and of the connector; without steps, the value is for the
 /// variable itself.
-fn start(
+fn start_value(
     value: &Arc<Assignment>,
     variable: &str,
-    (written, unit): (Option<Arc<Unit>>, Option<Arc<Unit>>),
+    written: Option<Arc<Unit>>,
+    unit: Option<Arc<Unit>>,
     steps: &[ChainStep],
 ) -> Result<StartValue, Error> {
     let own = [ChainStep {

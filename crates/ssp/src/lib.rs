@@ -25,8 +25,8 @@
 //!
 //! let system = ssp::open(folder.path(), None)?;
 //! let gain = &system.components[0];
-//! assert_eq!((gain.name.as_str(), gain.starts[0].variable.as_str()), ("gain", "k"));
-//! assert_eq!(gain.starts[0].value, ssp::Value::Real(2.0));
+//! assert_eq!((gain.name.as_str(), gain.start_values[0].variable.as_str()), ("gain", "k"));
+//! assert_eq!(gain.start_values[0].value, ssp::Value::Real(2.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 

@@ -27,21 +27,9 @@ pub(crate) fn unpacked(bytes: &[u8]) -> Result<Cow<'_, [u8]>, String> {
 
 /// The text of a file. What is no UTF-8 is read as Latin-1, as old programs write it.
 pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
-    let wide = |bytes: &[u8], word: fn([u8; 2]) -> u16| {
-        let units = bytes.chunks_exact(2).map(|it| word([it[0], it[1]]));
-        let text = char::decode_utf16(units).map(|it| it.unwrap_or('\u{fffd}')).collect();
-        Cow::Owned(text)
-    };
-    match bytes {
-        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
-        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
-        _ => {
-            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-            match std::str::from_utf8(bytes) {
-                Ok(text) => Cow::Borrowed(text),
-                Err(_) => Cow::Owned(bytes.iter().map(|it| char::from(*it)).collect()),
-            }
-        }
+    match bytes.strip_prefix(text_encoding::UTF8_MARK) {
+        Some(rest) => text_encoding::utf8_or_latin1(rest),
+        None => text_encoding::decode(bytes),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Decodes the bytes of a file: UTF-8, UTF-16 or Latin-1.
 
+use text_encoding::{ByteOrder, utf8_or_latin1};
 use tire::Coefficients;
 
 use crate::{Errors, Message, read};
@@ -9,23 +10,17 @@ pub fn decode(bytes: &[u8]) -> String {
     if let Some(text) = utf16(bytes) {
         return text;
     }
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().copied().map(char::from).collect(),
-    }
+    utf8_or_latin1(bytes).into_owned()
 }
 
 /// A text in UTF-16, with a byte order mark or with a letter of ASCII at its begin.
 fn utf16(bytes: &[u8]) -> Option<String> {
-    let (rest, word): (_, fn([u8; 2]) -> u16) = match bytes {
-        [0xff, 0xfe, rest @ ..] => (rest, u16::from_le_bytes),
-        [0xfe, 0xff, rest @ ..] => (rest, u16::from_be_bytes),
-        [1..=0x7f, 0, 1..=0x7f, 0, ..] => (bytes, u16::from_le_bytes),
-        [0, 1..=0x7f, 0, 1..=0x7f, ..] => (bytes, u16::from_be_bytes),
-        _ => return None,
-    };
-    let units = rest.chunks_exact(2).map(|pair| word([pair[0], pair[1]]));
-    Some(char::decode_utf16(units).map(|letter| letter.unwrap_or('\u{fffd}')).collect())
+    let (order, rest) = ByteOrder::from_mark(bytes).or(match bytes {
+        [1..=0x7f, 0, 1..=0x7f, 0, ..] => Some((ByteOrder::LittleEndian, bytes)),
+        [0, 1..=0x7f, 0, 1..=0x7f, ..] => Some((ByteOrder::BigEndian, bytes)),
+        _ => None,
+    })?;
+    Some(text_encoding::utf16(rest, order))
 }
 
 /// [`read`] of the bytes of a file.

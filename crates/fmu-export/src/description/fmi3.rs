@@ -90,7 +90,7 @@ fn write_variable(out: &mut dyn Write, span: Span, variables: &[DescribedVariabl
     let mut about: Vec<_> = elements.iter().map(|it| it.row.description).collect();
     about.dedup();
     let name = span.name(variable.row.name);
-    write_head(out, kind, (span.first, name, &about.join("; ")), &variable.row)?;
+    write_head(out, kind, span.first, name, &about.join("; "), &variable.row)?;
     write_quantity(out, variable)?;
     let starts: Vec<_> = elements.iter().filter_map(|it| it.start.as_deref()).collect();
     let text = variable.kind == Kind::String;

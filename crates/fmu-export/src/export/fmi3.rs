@@ -30,7 +30,8 @@ pub struct InstantiationOptions {
 /// The texts are null or C strings; `log` takes the arguments of `fmi3LogMessageCallback`.
 pub unsafe fn instantiate<S: CoSimulation>(
     name: *const c_char,
-    (token, resources): (*const c_char, *const c_char),
+    token: *const c_char,
+    resources: *const c_char,
     environment: *mut c_void,
     log: Option<LogMessage>,
     options: InstantiationOptions,
@@ -45,13 +46,8 @@ pub unsafe fn instantiate<S: CoSimulation>(
         }
         _ => None,
     };
-    make::<S>(
-        name,
-        (token, resources),
-        wrong,
-        (Callback::Three(log), environment),
-        options.logging_on,
-    )
+    let logger = Callback::Three(log);
+    make::<S>(name, token, resources, wrong, logger, environment, options.logging_on)
 }
 
 /// `fmi3EnterInitializationMode`.
@@ -129,7 +125,8 @@ pub unsafe fn step<S: CoSimulation>(
 unsafe fn elements<S: CoSimulation>(
     component: Component,
     call: Call,
-    (references, count): (*const ValueReference, usize),
+    references: *const ValueReference,
+    count: usize,
     length: usize,
     body: impl FnOnce(*const ValueReference, usize) -> Status,
 ) -> Status {
@@ -165,15 +162,17 @@ unsafe fn elements<S: CoSimulation>(
 /// `references` is valid for `count` values, `values` for `length`; as `with` demands of `component`.
 pub unsafe fn get<S: CoSimulation, T: Value>(
     component: Component,
-    (references, count): (*const ValueReference, usize),
-    (values, length): (*mut T, usize),
+    references: *const ValueReference,
+    count: usize,
+    values: *mut T,
+    length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
     let body = |references, count| unsafe {
-        values::get_by::<S, T>(component, (references, count), values, get_or_time)
+        values::get_by::<S, T>(component, references, count, values, get_or_time)
     };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Get, (references, count), length, body) }
+    unsafe { elements::<S>(component, Call::Get, references, count, length, body) }
 }
 
 /// Reads a variable, or the time that only this version has.
@@ -192,14 +191,16 @@ fn get_or_time<S: CoSimulation, T: Value>(instance: &mut S, reference: u32) -> F
 /// As [`get`].
 pub unsafe fn set<S: CoSimulation, T: Value>(
     component: Component,
-    (references, count): (*const ValueReference, usize),
-    (values, length): (*const T, usize),
+    references: *const ValueReference,
+    count: usize,
+    values: *const T,
+    length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
     let body =
         |references, count| unsafe { values::set::<S, T>(component, references, count, values) };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Set, (references, count), length, body) }
+    unsafe { elements::<S>(component, Call::Set, references, count, length, body) }
 }
 
 /// `fmi3GetString`: the texts stay valid until the next call of this function.
@@ -208,15 +209,17 @@ pub unsafe fn set<S: CoSimulation, T: Value>(
 /// As [`get`].
 pub unsafe fn get_string<S: CoSimulation>(
     component: Component,
-    (references, count): (*const ValueReference, usize),
-    (values, length): (*mut *const c_char, usize),
+    references: *const ValueReference,
+    count: usize,
+    values: *mut *const c_char,
+    length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
     let body = |references, count| unsafe {
         values::get_string::<S>(component, references, count, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Get, (references, count), length, body) }
+    unsafe { elements::<S>(component, Call::Get, references, count, length, body) }
 }
 
 /// `fmi3SetString`: the texts are copied.
@@ -225,15 +228,17 @@ pub unsafe fn get_string<S: CoSimulation>(
 /// As [`get`]; each of the values is null or points to a C string.
 pub unsafe fn set_string<S: CoSimulation>(
     component: Component,
-    (references, count): (*const ValueReference, usize),
-    (values, length): (*const *const c_char, usize),
+    references: *const ValueReference,
+    count: usize,
+    values: *const *const c_char,
+    length: usize,
 ) -> Status {
     // SAFETY: as the caller promises.
     let body = |references, count| unsafe {
         values::set_string::<S>(component, references, count, values)
     };
     // SAFETY: as the caller promises.
-    unsafe { elements::<S>(component, Call::Set, (references, count), length, body) }
+    unsafe { elements::<S>(component, Call::Set, references, count, length, body) }
 }
 
 /// Functions for types that no variable of a model has: nothing to read or write is no mistake.
@@ -243,7 +248,8 @@ pub unsafe fn set_string<S: CoSimulation>(
 pub unsafe fn no_such_type<S: CoSimulation>(
     component: Component,
     call: Call,
-    (references, count): (*const ValueReference, usize),
+    references: *const ValueReference,
+    count: usize,
     kind: &str,
 ) -> Status {
     let body = |_: &mut ExportedComponent<S>| {
@@ -262,26 +268,26 @@ pub unsafe fn no_such_type<S: CoSimulation>(
 /// # Safety
 /// `unknowns` and `responses` are valid for their numbers of values, `knowns` and `changes` likewise; as `with` demands of
 /// `component`.
+#[allow(clippy::too_many_arguments, reason = "they are those of the C function")]
 pub unsafe fn directional_derivative<S: CoSimulation>(
     component: Component,
-    (unknowns, rows): (*const ValueReference, usize),
-    (knowns, columns): (*const ValueReference, usize),
-    (changes, seeds): (*const f64, usize),
-    (responses, room): (*mut f64, usize),
+    unknowns: *const ValueReference,
+    rows: usize,
+    knowns: *const ValueReference,
+    columns: usize,
+    changes: *const f64,
+    seeds: usize,
+    responses: *mut f64,
+    room: usize,
 ) -> Status {
-    let body = |unknowns, rows, knowns, columns| {
-        let (unknowns, knowns) = ((unknowns, rows), (knowns, columns));
-        // SAFETY: as the caller promises.
-        unsafe {
-            values::directional_derivative::<S>(component, unknowns, knowns, changes, responses)
-        }
-    };
     let call = Call::GetDirectionalDerivative;
     // SAFETY: as the caller promises.
     unsafe {
-        elements::<S>(component, call, (knowns, columns), seeds, |knowns, columns| {
-            elements::<S>(component, call, (unknowns, rows), room, |unknowns, rows| {
-                body(unknowns, rows, knowns, columns)
+        elements::<S>(component, call, knowns, columns, seeds, |knowns, columns| {
+            elements::<S>(component, call, unknowns, rows, room, |unknowns, rows| {
+                values::directional_derivative::<S>(
+                    component, unknowns, rows, knowns, columns, changes, responses,
+                )
             })
         })
     }

@@ -28,21 +28,21 @@ macro_rules! export_fmi3 {
                 fmi3DoStep(c: Component, time: f64, step: f64, _no_set_state_prior: bool, event: *mut bool, terminate: *mut bool, early: *mut bool, reached: *mut f64)
                     => fmi3::step::<Instance>(c, time, step, fmi3::StepOutputs { event, terminate, early, reached });
                 fmi3GetFloat64(c: Component, r: References, n: usize, v: *mut f64, l: usize)
-                    => fmi3::get::<Instance, f64>(c, (r, n), (v, l));
+                    => fmi3::get::<Instance, f64>(c, r, n, v, l);
                 fmi3GetInt32(c: Component, r: References, n: usize, v: *mut i32, l: usize)
-                    => fmi3::get::<Instance, i32>(c, (r, n), (v, l));
+                    => fmi3::get::<Instance, i32>(c, r, n, v, l);
                 fmi3GetBoolean(c: Component, r: References, n: usize, v: *mut u8, l: usize)
-                    => fmi3::get::<Instance, fmi3::ByteBoolean>(c, (r, n), (v.cast(), l));
+                    => fmi3::get::<Instance, fmi3::ByteBoolean>(c, r, n, v.cast(), l);
                 fmi3GetString(c: Component, r: References, n: usize, v: *mut *const c_char, l: usize)
-                    => fmi3::get_string::<Instance>(c, (r, n), (v, l));
+                    => fmi3::get_string::<Instance>(c, r, n, v, l);
                 fmi3SetFloat64(c: Component, r: References, n: usize, v: *const f64, l: usize)
-                    => fmi3::set::<Instance, f64>(c, (r, n), (v, l));
+                    => fmi3::set::<Instance, f64>(c, r, n, v, l);
                 fmi3SetInt32(c: Component, r: References, n: usize, v: *const i32, l: usize)
-                    => fmi3::set::<Instance, i32>(c, (r, n), (v, l));
+                    => fmi3::set::<Instance, i32>(c, r, n, v, l);
                 fmi3SetBoolean(c: Component, r: References, n: usize, v: *const u8, l: usize)
-                    => fmi3::set::<Instance, fmi3::ByteBoolean>(c, (r, n), (v.cast(), l));
+                    => fmi3::set::<Instance, fmi3::ByteBoolean>(c, r, n, v.cast(), l);
                 fmi3SetString(c: Component, r: References, n: usize, v: *const *const c_char, l: usize)
-                    => fmi3::set_string::<Instance>(c, (r, n), (v, l));
+                    => fmi3::set_string::<Instance>(c, r, n, v, l);
                 fmi3GetFMUState(c: Component, s: *mut FmuState) => export::get_fmu_state::<Instance>(c, s);
                 fmi3SetFMUState(c: Component, s: FmuState) => export::set_fmu_state::<Instance>(c, s);
                 fmi3FreeFMUState(c: Component, s: *mut FmuState) => export::free_fmu_state::<Instance>(c, s);
@@ -53,7 +53,7 @@ macro_rules! export_fmi3 {
                 fmi3DeserializeFMUState(c: Component, bytes: *const u8, n: usize, s: *mut FmuState)
                     => export::deserialize::<Instance>(c, bytes, n, s);
                 fmi3GetDirectionalDerivative(c: Component, unknown: References, n: usize, known: References, m: usize, seed: *const f64, seeds: usize, response: *mut f64, room: usize)
-                    => fmi3::directional_derivative::<Instance>(c, (unknown, n), (known, m), (seed, seeds), (response, room));
+                    => fmi3::directional_derivative::<Instance>(c, unknown, n, known, m, seed, seeds, response, room);
                 fmi3GetAdjointDerivative(c: Component, _u: References, _n: usize, _k: References, _m: usize, _s: *const f64, _ns: usize, _v: *mut f64, _nv: usize)
                     => export::unsupported::<Instance>(c, Call::GetDirectionalDerivative, "an adjoint derivative");
                 fmi3GetOutputDerivatives(c: Component, _r: References, _n: usize, _order: *const i32, _v: *mut f64, _l: usize)
@@ -63,29 +63,29 @@ macro_rules! export_fmi3 {
                 fmi3GetVariableDependencies(c: Component, _r: ValueReference, _e: *mut usize, _i: *mut ValueReference, _ei: *mut usize, _k: *mut i32, _n: usize)
                     => fmi3::none::<Instance>(c, std::ptr::null_mut(), "a list of dependencies");
                 fmi3GetBinary(c: Component, r: References, n: usize, _s: *mut usize, _v: *mut *const u8, _l: usize)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Binary");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Binary");
                 fmi3SetBinary(c: Component, r: References, n: usize, _s: *const usize, _v: *const *const u8, _l: usize)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Binary");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Binary");
                 fmi3GetClock(c: Component, r: References, n: usize, _v: *mut bool)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3SetClock(c: Component, r: References, n: usize, _v: *const bool)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3GetIntervalDecimal(c: Component, r: References, n: usize, _v: *mut f64, _q: *mut i32)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetIntervalFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64, _q: *mut i32)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetShiftDecimal(c: Component, r: References, n: usize, _v: *mut f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3GetShiftFraction(c: Component, r: References, n: usize, _i: *mut u64, _o: *mut u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Get, r, n, "Clock");
                 fmi3SetIntervalDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetIntervalFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetShiftDecimal(c: Component, r: References, n: usize, _v: *const f64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3SetShiftFraction(c: Component, r: References, n: usize, _i: *const u64, _o: *const u64)
-                    => fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), "Clock");
+                    => fmi3::no_such_type::<Instance>(c, Call::Set, r, n, "Clock");
                 fmi3EnterConfigurationMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
                 fmi3ExitConfigurationMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "configuration mode");
                 fmi3EnterEventMode(c: Component) => fmi3::none::<Instance>(c, std::ptr::null_mut(), "event mode");
@@ -151,7 +151,7 @@ macro_rules! export_fmi3 {
                 _intermediate_update: *const c_void,
             ) -> Component {
                 let options = fmi3::InstantiationOptions { logging_on, event_mode, intermediate };
-                unsafe { fmi3::instantiate::<Instance>(name, (token, resources), environment, log, options) }
+                unsafe { fmi3::instantiate::<Instance>(name, token, resources, environment, log, options) }
             }
 
             #[unsafe(no_mangle)]
@@ -184,11 +184,11 @@ macro_rules! absent_types {
         $(
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $get(c: Component, r: References, n: usize, _v: *mut $type, _l: usize) -> Status {
-                unsafe { fmi3::no_such_type::<Instance>(c, Call::Get, (r, n), $name) }
+                unsafe { fmi3::no_such_type::<Instance>(c, Call::Get, r, n, $name) }
             }
             #[unsafe(no_mangle)]
             pub unsafe extern "C" fn $set(c: Component, r: References, n: usize, _v: *const $type, _l: usize) -> Status {
-                unsafe { fmi3::no_such_type::<Instance>(c, Call::Set, (r, n), $name) }
+                unsafe { fmi3::no_such_type::<Instance>(c, Call::Set, r, n, $name) }
             }
         )*
     };

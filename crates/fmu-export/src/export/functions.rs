@@ -83,7 +83,7 @@ macro_rules! export_instance {
                 fmi2DeSerializeFMUstate(c: Component, bytes: *const u8, n: usize, s: *mut FmuState)
                     => export::deserialize::<Instance>(c, bytes, n, s);
                 fmi2GetDirectionalDerivative(c: Component, unknown: *const ValueReference, n: usize, known: *const ValueReference, m: usize, dv_known: *const f64, dv_unknown: *mut f64)
-                    => export::directional_derivative::<Instance>(c, (unknown, n), (known, m), dv_known, dv_unknown);
+                    => export::directional_derivative::<Instance>(c, unknown, n, known, m, dv_known, dv_unknown);
                 fmi2SetRealInputDerivatives(c: Component, r: *const ValueReference, n: usize, order: *const c_int, v: *const f64)
                     => export::set_input_derivatives::<Instance>(c, r, n, order, v);
                 fmi2GetRealOutputDerivatives(c: Component, _r: *const ValueReference, _n: usize, _order: *const c_int, _v: *mut f64)
@@ -120,7 +120,7 @@ macro_rules! export_instance {
                 _visible: Boolean,
                 logging_on: Boolean,
             ) -> Component {
-                unsafe { export::instantiate::<Instance>(name, kind, (guid, resources), functions, logging_on) }
+                unsafe { export::instantiate::<Instance>(name, kind, guid, resources, functions, logging_on) }
             }
 
             #[unsafe(no_mangle)]

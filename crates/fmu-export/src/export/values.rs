@@ -21,7 +21,7 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
     values: *mut T,
 ) -> Status {
     // SAFETY: as the caller promises.
-    unsafe { get_by::<S, T>(component, (references, length), values, S::get) }
+    unsafe { get_by::<S, T>(component, references, length, values, S::get) }
 }
 
 /// Reads variables one by one in the given way.
@@ -30,7 +30,8 @@ pub unsafe fn get<S: CoSimulation, T: Value>(
 /// As [`get`].
 pub(super) unsafe fn get_by<S: CoSimulation, T: Value>(
     component: Component,
-    (references, length): (*const ValueReference, usize),
+    references: *const ValueReference,
+    length: usize,
     values: *mut T,
     read_one: fn(&mut S, u32) -> FmiResult<T>,
 ) -> Status {
@@ -143,8 +144,10 @@ pub unsafe fn set_input_derivatives<S: CoSimulation>(
 /// `with` demands of `component`.
 pub unsafe fn directional_derivative<S: CoSimulation>(
     component: Component,
-    (unknowns, rows): (*const ValueReference, usize),
-    (knowns, columns): (*const ValueReference, usize),
+    unknowns: *const ValueReference,
+    rows: usize,
+    knowns: *const ValueReference,
+    columns: usize,
     changes: *const f64,
     responses: *mut f64,
 ) -> Status {

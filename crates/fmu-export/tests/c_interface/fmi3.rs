@@ -84,7 +84,8 @@ fn instantiate(token: &str, options: InstantiationOptions) -> Component {
     unsafe {
         fmi3::instantiate::<Instance<Sum>>(
             c"s".as_ptr(),
-            (token.as_ptr(), ptr::null()),
+            token.as_ptr(),
+            ptr::null(),
             environment,
             Some(log),
             options,
@@ -110,20 +111,19 @@ fn ready() -> Component {
 }
 
 fn set(c: Component, reference: u32, value: f64) -> Status {
-    unsafe { fmi3::set::<Instance<Sum>, f64>(c, (&raw const reference, 1), (&raw const value, 1)) }
+    unsafe { fmi3::set::<Instance<Sum>, f64>(c, &raw const reference, 1, &raw const value, 1) }
 }
 
 fn get(c: Component, reference: u32) -> f64 {
     let mut value = f64::NAN;
-    let status = unsafe {
-        fmi3::get::<Instance<Sum>, f64>(c, (&raw const reference, 1), (&raw mut value, 1))
-    };
+    let status =
+        unsafe { fmi3::get::<Instance<Sum>, f64>(c, &raw const reference, 1, &raw mut value, 1) };
     assert_eq!(status, Status::Ok, "{}", last_message());
     value
 }
 
 fn set_mood(c: Component, mood: i32) {
-    let status = unsafe { fmi3::set::<Instance<Sum>, i32>(c, (&MOOD, 1), (&raw const mood, 1)) };
+    let status = unsafe { fmi3::set::<Instance<Sum>, i32>(c, &MOOD, 1, &raw const mood, 1) };
     assert_eq!(status, Status::Ok, "{}", last_message());
 }
 
@@ -156,7 +156,8 @@ fn an_importer_gets_no_instance_for_what_is_not_offered() {
         unsafe {
             fmi3::instantiate::<Instance<Sum>>(
                 ptr::null(),
-                (ptr::null(), ptr::null()),
+                ptr::null(),
+                ptr::null(),
                 nothing,
                 None,
                 PLAIN,
@@ -223,11 +224,7 @@ fn numbers_of_values_and_types_are_checked() {
     let (references, mut values) = ([0_u32, 1], [f64::NAN; 3]);
     for length in [1, 3] {
         let status = unsafe {
-            fmi3::get::<Instance<Sum>, f64>(
-                c,
-                (references.as_ptr(), 2),
-                (values.as_mut_ptr(), length),
-            )
+            fmi3::get::<Instance<Sum>, f64>(c, references.as_ptr(), 2, values.as_mut_ptr(), length)
         };
         assert_eq!(status, Status::Error);
         assert!(last_message().contains("expected 2 values"), "{}", last_message());
@@ -236,18 +233,17 @@ fn numbers_of_values_and_types_are_checked() {
     let (reference, value) = (0_u32, true);
     let on = |reference: u32, value: u8| unsafe {
         let value = ByteBoolean(value);
-        fmi3::set::<Instance<Sum>, ByteBoolean>(c, (&raw const reference, 1), (&raw const value, 1))
+        fmi3::set::<Instance<Sum>, ByteBoolean>(c, &raw const reference, 1, &raw const value, 1)
     };
     assert_eq!(
         (on(ON, 1), on(ON, 200), on(reference, value.into())),
         (Status::Ok, Status::Ok, Status::Error)
     );
     let mut boolean = ByteBoolean(7);
-    let status =
-        unsafe { fmi3::get::<Instance<Sum>, ByteBoolean>(c, (&ON, 1), (&raw mut boolean, 1)) };
+    let status = unsafe { fmi3::get::<Instance<Sum>, ByteBoolean>(c, &ON, 1, &raw mut boolean, 1) };
     assert_eq!((status, boolean), (Status::Ok, ByteBoolean(1)));
     let none = |count: usize| unsafe {
-        fmi3::no_such_type::<Instance<Sum>>(c, Call::Get, (references.as_ptr(), count), "Int8")
+        fmi3::no_such_type::<Instance<Sum>>(c, Call::Get, references.as_ptr(), count, "Int8")
     };
     assert_eq!((none(0), none(1)), (Status::Ok, Status::Error));
     assert!(last_message().contains("variable 0 is no Int8"), "{}", last_message());

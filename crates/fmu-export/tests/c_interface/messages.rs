@@ -163,7 +163,8 @@ fn a_logger_may_call_and_even_free_the_instance() {
         let c = export::instantiate::<Instance<Talker>>(
             name,
             1,
-            (guid, std::ptr::null()),
+            guid,
+            std::ptr::null(),
             &raw const functions,
             0,
         );

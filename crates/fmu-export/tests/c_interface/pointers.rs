@@ -195,7 +195,7 @@ fn members_that_are_not_used_may_be_unset() {
     let mut functions = MaybeUninit::<CallbackFunctions>::uninit();
     let guid = CString::new(description::guid::<Echo>()).expect("no zero in it");
     let make = |functions: *const CallbackFunctions, name: *const c_char| unsafe {
-        export::instantiate::<Instance<Echo>>(name, 1, (guid.as_ptr(), ptr::null()), functions, 0)
+        export::instantiate::<Instance<Echo>>(name, 1, guid.as_ptr(), ptr::null(), functions, 0)
     };
     unsafe {
         let functions = functions.as_mut_ptr();

@@ -75,7 +75,8 @@ impl<M: Model> TestInstance<M> {
             export::instantiate::<Instance<M>>(
                 c"instance".as_ptr(),
                 1,
-                (guid.as_ptr(), ptr::null()),
+                guid.as_ptr(),
+                ptr::null(),
                 &raw const functions,
                 logging,
             )
@@ -170,8 +171,10 @@ impl<M: Model> TestInstance<M> {
         let status = unsafe {
             export::directional_derivative::<Instance<M>>(
                 self.0,
-                (unknowns.as_ptr(), unknowns.len()),
-                (knowns.as_ptr(), knowns.len()),
+                unknowns.as_ptr(),
+                unknowns.len(),
+                knowns.as_ptr(),
+                knowns.len(),
                 changes.as_ptr(),
                 found.as_mut_ptr(),
             )

@@ -26,8 +26,10 @@ impl Instance {
     /// See [`Instance`]; also when there are not as many values as references.
     pub fn derivatives(
         &mut self,
-        (known, changes): (&[u32], &[f64]),
-        (unknown, found): (&[u32], &mut [f64]),
+        known: &[u32],
+        changes: &[f64],
+        unknown: &[u32],
+        found: &mut [f64],
     ) -> Result<(), CallError> {
         let call = c"fmi2GetDirectionalDerivative";
         if known.len() != changes.len() || unknown.len() != found.len() {
@@ -35,7 +37,7 @@ impl Instance {
             return Err(CallError::new(super::instance::name(call), what));
         }
         if self.description().version == Version::Three {
-            return self.directional_derivatives_3((known, changes), (unknown, found));
+            return self.directional_derivatives_3(known, changes, unknown, found);
         }
         let function = self.library.two("fmi2GetDirectionalDerivative")?.directional_derivative;
         let (unknowns, knowns) = (unknown.len(), known.len());

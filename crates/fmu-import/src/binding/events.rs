@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::functions::{ClockFunctions, EventFunctions};
 use super::guarded_buffer::GuardedValue;
+use super::instance::Modes;
 use super::phase::Phase;
 use super::{Instance, Library};
 use crate::{CallError, DiscreteStatesUpdate, IntervalQualifier, Version};
@@ -17,7 +18,8 @@ impl Instance {
     /// When the library refuses.
     pub fn with_event_mode(library: Arc<Library>, name: &str) -> Result<Self, CallError> {
         let guid = library.description().guid.clone();
-        Self::make(library, [name, &guid], false, [true, false]).map_err(|(error, _)| error)
+        Self::make(library, name, &guid, false, Modes { event_mode: true, early_return: false })
+            .map_err(|(error, _)| error)
     }
 
     /// Whether it was made with event mode. It is in event mode after its initialisation.
@@ -142,8 +144,8 @@ impl Instance {
         let function = self.clock_functions("fmi3GetIntervalDecimal")?.get_interval;
         let (mut seconds, mut change) = (f64::NAN, 0);
         // SAFETY: the component is alive, and each array has one element.
-        let arrays = (slice::from_mut(&mut seconds), slice::from_mut(&mut change));
-        self.fill_both(c"fmi3GetIntervalDecimal", arrays, |c, seconds, change| unsafe {
+        let (to, qualifier) = (slice::from_mut(&mut seconds), slice::from_mut(&mut change));
+        self.fill_both(c"fmi3GetIntervalDecimal", to, qualifier, |c, seconds, change| unsafe {
             function(c, &raw const reference, 1, seconds, change)
         })?;
         let change = match change {

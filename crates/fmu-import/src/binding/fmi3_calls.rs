@@ -22,7 +22,13 @@ type OutputDerivatives =
     unsafe extern "C" fn(Component, *const u32, usize, *const i32, *mut f64, usize) -> Status;
 
 /// A variable by its reference, with the number of its elements.
-pub type ArrayVariable = (u32, usize);
+#[derive(Debug, Clone, Copy)]
+pub struct ArrayVariable {
+    /// Its value reference.
+    pub reference: u32,
+    /// The number of its elements.
+    pub elements: usize,
+}
 
 impl Library {
     /// A function of FMI 3.0 that the library may lack.
@@ -92,7 +98,8 @@ impl Instance {
         known: ArrayVariable,
         seed: &[f64],
     ) -> Result<Vec<f64>, CallError> {
-        self.sensitivity(c"fmi3GetDirectionalDerivative", [unknown, known], seed, unknown.1)
+        let count = unknown.elements;
+        self.sensitivity(c"fmi3GetDirectionalDerivative", unknown, known, seed, count)
     }
 
     /// `fmi3GetAdjointDerivative`: how the elements of `known` change those of `unknown`, weighted by `seed`.
@@ -105,14 +112,16 @@ impl Instance {
         known: ArrayVariable,
         seed: &[f64],
     ) -> Result<Vec<f64>, CallError> {
-        self.sensitivity(c"fmi3GetAdjointDerivative", [unknown, known], seed, known.1)
+        self.sensitivity(c"fmi3GetAdjointDerivative", unknown, known, seed, known.elements)
     }
 
     /// The same of several variables, none of them an array. There are as many values as references.
     pub(super) fn directional_derivatives_3(
         &mut self,
-        (known, changes): (&[u32], &[f64]),
-        (unknown, found): (&[u32], &mut [f64]),
+        known: &[u32],
+        changes: &[f64],
+        unknown: &[u32],
+        found: &mut [f64],
     ) -> Result<(), CallError> {
         let call = c"fmi3GetDirectionalDerivative";
         // SAFETY: FMI 3.0 gives the function these arguments.
@@ -128,7 +137,8 @@ impl Instance {
     fn sensitivity(
         &mut self,
         call: &'static CStr,
-        [unknown, known]: [ArrayVariable; 2],
+        unknown: ArrayVariable,
+        known: ArrayVariable,
         seed: &[f64],
         count: usize,
     ) -> Result<Vec<f64>, CallError> {
@@ -139,9 +149,9 @@ impl Instance {
         self.fill(call, &mut found, |c, found| unsafe {
             function(
                 c,
-                &raw const unknown.0,
+                &raw const unknown.reference,
                 1,
-                &raw const known.0,
+                &raw const known.reference,
                 1,
                 seed.as_ptr(),
                 seed.len(),
@@ -158,9 +168,10 @@ impl Instance {
     /// See [`Instance`]; also for FMI 2.0, and when the library lacks the function.
     pub fn output_derivatives(
         &mut self,
-        (reference, elements): ArrayVariable,
+        output: ArrayVariable,
         order: i32,
     ) -> Result<Vec<f64>, CallError> {
+        let ArrayVariable { reference, elements } = output;
         let call = c"fmi3GetOutputDerivatives";
         // SAFETY: FMI 3.0 gives the function these arguments.
         let function = unsafe { self.library.optional::<OutputDerivatives>(call) }?;

@@ -155,7 +155,8 @@ impl Instance {
     pub(super) fn fill_both<S: AnyBitPattern, T: AnyBitPattern>(
         &mut self,
         call: &'static CStr,
-        (sizes, values): (&mut [S], &mut [T]),
+        sizes: &mut [S],
+        values: &mut [T],
         body: impl FnOnce(Component, *mut S, *mut T) -> Status,
     ) -> Result<(), CallError> {
         let mut buffer = GuardedBuffer::default();

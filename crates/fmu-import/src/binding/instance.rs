@@ -18,6 +18,13 @@ use super::{
 };
 use crate::{CallError, Description, Message, Type};
 
+/// The modes that an importer asks for when it makes an instance of FMI 3.0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Modes {
+    pub event_mode: bool,
+    pub early_return: bool,
+}
+
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]
 struct Experiment {
@@ -86,15 +93,18 @@ impl Instance {
         logging: bool,
     ) -> Result<Self, CallError> {
         let about = library.description();
-        let (guid, modes) = (about.guid.clone(), [about.event_mode, about.may_return_early()]);
+        let (guid, modes) = (
+            about.guid.clone(),
+            Modes { event_mode: about.event_mode, early_return: about.may_return_early() },
+        );
         // Clocks tick in event mode only.
         let clocked = about.variables.iter().any(|it| it.kind == Type::Clock);
-        let made = Self::make(Arc::clone(&library), [name, &guid], logging, modes);
+        let made = Self::make(Arc::clone(&library), name, &guid, logging, modes);
         let refused = match made {
-            Err((error, _)) if modes != [false; 2] && !clocked => error,
+            Err((error, _)) if modes != Modes::default() && !clocked => error,
             made => return made.map_err(|(error, _)| error),
         };
-        let plain = Self::make(library, [name, &guid], logging, [false; 2]);
+        let plain = Self::make(library, name, &guid, logging, Modes::default());
         let instance = plain.map_err(|_| refused)?;
         let without = "it refuses event mode and early return, which its description declares (hasEventMode, mightReturnEarlyFromDoStep): it runs without";
         instance.mailbox.warn(std::iter::once(without.to_owned()));
@@ -111,15 +121,16 @@ impl Instance {
         guid: &str,
         logging: bool,
     ) -> Result<Self, (CallError, Vec<Message>)> {
-        Self::make(library, [name, guid], logging, [false; 2])
+        Self::make(library, name, guid, logging, Modes::default())
     }
 
-    /// Makes an instance; the modes are event mode and early return.
+    /// Makes an instance.
     pub(super) fn make(
         library: Arc<Library>,
-        [name, guid]: [&str; 2],
+        name: &str,
+        guid: &str,
         logging: bool,
-        modes: [bool; 2],
+        modes: Modes,
     ) -> Result<Self, (CallError, Vec<Message>)> {
         let call = named!(library, c"fmi2Instantiate", c"fmi3InstantiateCoSimulation");
         let text = |text| c_text(self::name(call), text).map_err(|error| (error, Vec::new()));
@@ -160,8 +171,8 @@ impl Instance {
             activity,
             experiment: Experiment::default(),
             phase: Phase::default(),
-            events: modes[0],
-            may_return_early: modes[1],
+            events: modes.event_mode,
+            may_return_early: modes.early_return,
             in_batch: false,
             steps: StepCounter::default(),
             guarded_buffer: GuardedBuffer::default(),

@@ -5,6 +5,7 @@ use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
 use super::functions::{CallbackFunctions, Fmi2Functions, Fmi3Functions};
+use super::instance::Modes;
 use super::mailbox::{self, Mailbox};
 use super::{Component, Library};
 
@@ -110,7 +111,7 @@ pub(super) fn instantiate_3(
     [name, token, resources]: &[CString; 3],
     mailbox: &Mailbox,
     logging: bool,
-    [event_mode, early_return]: [bool; 2],
+    modes: Modes,
 ) -> Component {
     let resources = if resources.is_empty() { ptr::null() } else { resources.as_ptr() };
     let visible = false;
@@ -122,8 +123,8 @@ pub(super) fn instantiate_3(
             resources,
             visible,
             logging,
-            event_mode,
-            early_return,
+            modes.event_mode,
+            modes.early_return,
             ptr::null(),
             0,
             mailbox.environment(),

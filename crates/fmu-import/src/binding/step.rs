@@ -51,7 +51,7 @@ impl Instance {
             }
             VersionFunctions::Fmi3(own) => {
                 let function = own.do_step;
-                self.do_step_3(function, (time, step), no_way_back)
+                self.do_step_3(function, time, step, no_way_back)
             }
         }
     }
@@ -105,7 +105,8 @@ impl Instance {
     fn do_step_3(
         &mut self,
         function: DoStep3,
-        (time, step): (f64, f64),
+        time: f64,
+        step: f64,
         no_way_back: bool,
     ) -> Result<(StepStatus, StepResult), CallError> {
         let call = c"fmi3DoStep";

@@ -121,8 +121,7 @@ impl Instance {
         let function = own.get_binary;
         let (mut sizes, mut values) = (vec![0_usize; elements], vec![ptr::null(); elements]);
         // SAFETY: the component is alive, and the arrays have the length that is stated.
-        let arrays = (&mut sizes[..], &mut values[..]);
-        self.fill_both(c"fmi3GetBinary", arrays, |c, sizes, values| unsafe {
+        self.fill_both(c"fmi3GetBinary", &mut sizes, &mut values, |c, sizes, values| unsafe {
             function(c, &raw const reference, 1, sizes, values, elements)
         })?;
         let copy = |(size, bytes): (usize, *const u8)| match bytes.is_null() {

@@ -51,7 +51,8 @@ pub(super) fn variability(
 pub(super) fn initial(
     node: Node,
     kind: Type,
-    (causality, variability): (Causality, Variability),
+    causality: Causality,
+    variability: Variability,
 ) -> Result<Option<Initial>, String> {
     Ok(match node.attribute("initial") {
         None => match causality {

@@ -249,8 +249,13 @@ impl Sink for ThreadedSink {
         self.caught_up()?.derived(derived)
     }
 
-    fn diagram(&mut self, belongs: (&str, &str), diagram: &plugin::Diagram) -> Result<(), Error> {
-        self.caught_up()?.diagram(belongs, diagram)
+    fn diagram(
+        &mut self,
+        analysis: &str,
+        group: &str,
+        diagram: &plugin::Diagram,
+    ) -> Result<(), Error> {
+        self.caught_up()?.diagram(analysis, group, diagram)
     }
 
     fn finish(&mut self, summary: &str, completed: bool) -> Result<(), Error> {

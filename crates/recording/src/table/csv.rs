@@ -53,7 +53,7 @@ fn parse(path: &Path, text: &Text, request: &ReadRequest) -> Result<ReadColumns,
         forms.extend(time.nanoseconds.map(|_| CellType::Number));
     }
     let given = request.dialect.decimal;
-    let mut cells = match Cells::read(&file, &places, (given, &forms)) {
+    let mut cells = match Cells::read(&file, &places, given, &forms) {
         Ok(cells) => cells,
         Err(error) if time.is_ok() && found.iter().all(Result::is_ok) => return Err(error.into()),
         // Columns that are not there say more about a file without rows.
@@ -134,7 +134,7 @@ pub fn columns(
     };
     let file = CsvFile::open(path, &text, wanted, &Dialect::default())?;
     let places = file.places(wanted)?;
-    let mut cells = Cells::read(&file, &places, (None, &[]))?;
+    let mut cells = Cells::read(&file, &places, None, &[])?;
     cells.decide(None)?;
     Ok((0..places.len()).map(|k| cells.complete(k)).collect::<Result<_, _>>()?)
 }
@@ -165,7 +165,7 @@ pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, Ta
     let places: Vec<_> = (0..file.layout.titles.len()).collect();
     let mut forms = vec![CellType::Number; places.len()];
     forms[0] = CellType::Time;
-    let mut cells = Cells::read(&file, &places, (None, &forms))?;
+    let mut cells = Cells::read(&file, &places, None, &forms)?;
     cells.decide(None)?;
     let texts: HashSet<_> = texts.iter().copied().collect();
     let name = |place: usize| file.layout.titles[place].plain.as_str();
@@ -180,7 +180,7 @@ pub(crate) fn read_csv_table(path: &Path, texts: &[&str]) -> Result<CsvTable, Ta
     let mut found = match no_numbers.is_empty() {
         true => None,
         false => {
-            Some(Cells::read(&file, &no_numbers, (None, &vec![CellType::Text; no_numbers.len()]))?)
+            Some(Cells::read(&file, &no_numbers, None, &vec![CellType::Text; no_numbers.len()])?)
         }
     };
     let mut columns = Vec::new();

@@ -84,7 +84,7 @@ impl LogTableReader<'_> {
             if let Time::Channel(time) = time {
                 channels.push(time);
             }
-            StampBuilder::new((path, log.format), found, time, request)
+            StampBuilder::new(path, log.format, found, time, request)
         });
         let mut stamps = match made {
             Ok(stamps) => stamps,

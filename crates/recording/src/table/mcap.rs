@@ -49,7 +49,7 @@ pub(super) fn look_up(
     let catalogue = Catalogue::new(&file);
     let one = |name: &&str| {
         let (channel, field) = catalogue.find(name)?;
-        request_field(&file, (name, ColumnType::Number), channel, &field, &mut Vec::new())?;
+        request_field(&file, name, ColumnType::Number, channel, &field, &mut Vec::new())?;
         catalogue::sampled(&file, channel, name, &field)
     };
     Ok(names.iter().map(one).collect())
@@ -68,7 +68,7 @@ pub(super) fn read(path: &Path, request: &ReadRequest) -> Result<ReadColumns, Ta
     for wanted in &request.columns {
         let column = wanted.column.as_str();
         columns.push(catalogue.find(column).and_then(|(channel, path)| {
-            request_field(&file, (column, wanted.column_type), channel, &path, &mut tracks)
+            request_field(&file, column, wanted.column_type, channel, &path, &mut tracks)
         }));
     }
     let (columns, wrong): (Vec<_>, Vec<_>) = columns.into_iter().partition(Result::is_ok);
@@ -95,7 +95,8 @@ pub(super) fn read(path: &Path, request: &ReadRequest) -> Result<ReadColumns, Ta
 /// Adds a field to the track of its channel.
 fn request_field(
     file: &Bag,
-    (column, column_type): (&str, ColumnType),
+    column: &str,
+    column_type: ColumnType,
     channel: &Arc<Channel<'static>>,
     field: &str,
     tracks: &mut Vec<TopicColumns>,

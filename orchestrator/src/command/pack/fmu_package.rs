@@ -49,7 +49,7 @@ impl FmuPackage<'_> {
         let path = self.out.join(format!("{}{}", self.name, self.version.suffix()));
         let in_archive = |(name, bytes)| (format!("resources/{name}"), bytes);
         let files: Vec<_> = resources.into_iter().map(in_archive).collect();
-        let packed = archive(&path, (self.name, self.version), &xml, self.library, &files);
+        let packed = archive(&path, self.name, self.version, &xml, self.library, &files);
         packed.map_err(|error| Error::input(error.to_string()))?;
         Ok(path)
     }

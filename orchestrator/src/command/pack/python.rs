@@ -60,7 +60,7 @@ pub fn run(order: &PackOptions) -> Result<u8, Error> {
     let folder = tempfile::tempdir().map_err(|error| Error::output(Path::new("."), error))?;
     write(folder.path(), &resources)?;
     let interpreter = Interpreter::choose(None);
-    let described = python_model::describe(&interpreter, (folder.path(), &file), class, name)
+    let described = python_model::describe(&interpreter, folder.path(), &file, class, name)
         .map_err(|failure| refused(order, &resources, &interpreter, failure))?;
     let PackedScript { mut interface, table, unsaved, python, printed } = described;
     printed.iter().for_each(|line| tell(line));

@@ -1,12 +1,12 @@
 //! Iterates over the rows of a CSV file whose titles and units are known.
 
-use std::borrow::Cow;
 use std::cell::Cell as Shared;
 use std::collections::HashMap;
 use std::io::{self, Read as _};
 use std::path::Path;
 
 use ::csv::ByteRecord;
+use text_encoding::utf8_or_latin1;
 
 use super::cell::{self, Cell};
 use super::error::CsvError;
@@ -248,7 +248,7 @@ impl<'a> CsvFile<'a> {
     /// Whether a row has the titles again, as where a logger began anew.
     fn is_titles(&self, record: &ByteRecord) -> bool {
         let titles = &self.layout.titles;
-        let same = |(cell, title): (&[u8], &Title)| text(cell).trim() == title.text;
+        let same = |(cell, title): (&[u8], &Title)| utf8_or_latin1(cell).trim() == title.text;
         titles.len() > 1 && record.len() >= titles.len() && record.iter().zip(titles).all(same)
     }
 
@@ -347,13 +347,5 @@ fn without_empty(record: &mut ByteRecord) {
 /// Whether a row that begins with this cell is a comment. `#N/A` is a gap.
 fn is_comment(cell: &[u8]) -> bool {
     cell.trim_ascii_start().starts_with(b"#")
-        && cell::cell(&text(cell), Decimal::Point) != Cell::Gap
-}
-
-/// A text of the file, which may be of Western Windows.
-pub(super) fn text(bytes: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.into(),
-        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect::<String>().into(),
-    }
+        && cell::cell(&utf8_or_latin1(cell), Decimal::Point) != Cell::Gap
 }

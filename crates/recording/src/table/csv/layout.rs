@@ -50,7 +50,7 @@ pub(super) fn find(head: &[u8], wanted: &[&str], dialect: &Dialect) -> Option<La
             line_with_most_requested(&lines, &separators, wanted, found).unwrap_or(regular)
         }
     };
-    let mut layout = Layout::at(&lines, place, wanted);
+    let mut layout = Layout::with_titles(&lines, place.0, place.1, wanted);
     layout.profile = profile(head);
     let region = region.filter(|it| it.separator == place.1);
     layout.take_below(&lines[place.0..], region.as_ref(), dialect.unit_row);
@@ -156,7 +156,7 @@ fn is_types(cells: &[String]) -> bool {
 
 impl Layout {
     /// With the titles of a line, and rows below it.
-    fn at(lines: &[Line], (place, separator): (usize, Separator), wanted: &[&str]) -> Self {
+    fn with_titles(lines: &[Line], place: usize, separator: Separator, wanted: &[&str]) -> Self {
         let line = &lines[place];
         let titles = line.titles(separator);
         let mut cells = titles.iter().map(|it| it.text.trim());

@@ -94,7 +94,7 @@ impl Line<'_> {
 }
 
 fn raw_cells(text: &[u8], separator: Separator) -> Vec<String> {
-    let text_of = |cell: &[u8]| super::file::text(cell).into_owned();
+    let text_of = |cell: &[u8]| text_encoding::utf8_or_latin1(cell).into_owned();
     let is_between = |byte: &u8| match separator {
         Separator::Blank => byte.is_ascii_whitespace(),
         _ => *byte == separator.byte(),

@@ -5,7 +5,9 @@ use units::Unit;
 pub(super) use super::column_builder::CellType;
 use super::column_builder::{CellError, CellPosition, ColumnBuilder, index};
 use super::error::CsvError;
-use super::file::{CsvFile, text};
+use text_encoding::utf8_or_latin1;
+
+use super::file::CsvFile;
 use crate::table::exact_values::ExactValues;
 use crate::table::read_request::{Decimal, ReadRequest, Separator};
 use crate::table::title::unit_of_time;
@@ -26,14 +28,15 @@ impl<'a> Cells<'a> {
     pub fn read(
         file: &'a CsvFile<'a>,
         places: &'a [usize],
-        (given, forms): (Option<Decimal>, &[CellType]),
+        given: Option<Decimal>,
+        forms: &[CellType],
     ) -> Result<Self, CsvError> {
         let form = |k: usize| forms.get(k).copied().unwrap_or(CellType::Number);
         let mut columns: Vec<_> =
             (0..places.len()).map(|k| ColumnBuilder::new(form(k), given)).collect();
         let warning = file.rows(&mut |begin, record| {
             for (column, place) in columns.iter_mut().zip(places) {
-                column.take(begin, text(&record[*place]));
+                column.take(begin, utf8_or_latin1(&record[*place]));
             }
             true
         })?;

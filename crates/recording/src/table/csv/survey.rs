@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use super::cell::{Cell, DecimalEvidence, cell, clock, decimal_evidence};
-use super::file::{CsvFile, text};
+use text_encoding::utf8_or_latin1;
+
+use super::file::CsvFile;
 use super::text_at;
 use crate::survey::{Channel, Survey, Tally};
 use crate::table::TableError;
@@ -46,14 +48,14 @@ pub fn csv_tallies(path: &Path) -> Result<Survey, TableError> {
     };
     let factor = unit.map_or(1.0, |unit| unit.factor);
     let warning = file.rows(&mut |_, record| {
-        let stamp = text(&record[time]);
+        let stamp = utf8_or_latin1(&record[time]);
         let stamp = clock(&stamp).or(match cell(&stamp, decimal) {
             Cell::Number(stamp) => Some(stamp * factor),
             _ => None,
         });
         let stamp = stamp.unwrap_or(f64::NAN);
         for (channel, content) in channels.iter_mut().zip(record) {
-            let content = text(content);
+            let content = utf8_or_latin1(content);
             match cell(&content, decimal) {
                 Cell::Number(number) => channel.tally.number(stamp, number),
                 Cell::Gap => channel.tally.nothing(),
@@ -77,7 +79,7 @@ fn decimal(file: &CsvFile) -> Result<Decimal, TableError> {
     file.rows(&mut |_, record| {
         rows += 1;
         let comma = |content: &[u8]| {
-            decimal_evidence(&text(content)) == DecimalEvidence::Decimal(Decimal::Comma)
+            decimal_evidence(&utf8_or_latin1(content)) == DecimalEvidence::Decimal(Decimal::Comma)
         };
         if record.iter().any(comma) {
             decimal = Decimal::Comma;

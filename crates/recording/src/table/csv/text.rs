@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::read_bounded;
 use flate2::read::MultiGzDecoder;
+use text_encoding::{ByteOrder, utf16_units};
 
 /// The text of a file; bytes count in what [`Text::open`] gives.
 #[derive(Debug, Clone)]
@@ -43,11 +44,11 @@ impl Text {
             [0xef, 0xbb, 0xbf] => 3,
             _ => 0,
         };
-        let wide = (skip == 2).then(|| head[0] == 0xff);
+        let order = ByteOrder::from_mark(&head).map(|(order, _)| order);
         head.drain(..skip);
         let rest = io::Cursor::new(head).chain(raw);
-        Ok(match wide {
-            Some(lowest_first) => Box::new(Utf16Reader::new(rest, lowest_first)),
+        Ok(match order {
+            Some(order) => Box::new(Utf16Reader::new(rest, order)),
             None => Box::new(rest),
         })
     }
@@ -70,7 +71,7 @@ fn first(from: &mut dyn Read) -> io::Result<Vec<u8>> {
 /// Text in UTF-16, read as UTF-8.
 struct Utf16Reader<R> {
     from: R,
-    lowest_first: bool,
+    order: ByteOrder,
     /// The first half of a letter beyond 16 bits.
     high: Option<u16>,
     ready: Vec<u8>,
@@ -78,26 +79,21 @@ struct Utf16Reader<R> {
 }
 
 impl<R: Read> Utf16Reader<R> {
-    fn new(from: R, lowest_first: bool) -> Self {
-        Self { from, lowest_first, high: None, ready: Vec::new(), given: 0 }
+    fn new(from: R, order: ByteOrder) -> Self {
+        Self { from, order, high: None, ready: Vec::new(), given: 0 }
     }
 
     /// Decodes some more.
     fn fill(&mut self) -> io::Result<()> {
         let mut bytes = Vec::new();
         (&mut self.from).take(1 << 14).read_to_end(&mut bytes)?;
-        let unit = |it: &[u8]| match self.lowest_first {
-            true => u16::from_le_bytes([it[0], it[1]]),
-            false => u16::from_be_bytes([it[0], it[1]]),
-        };
         let mut units: Vec<u16> = self.high.take().into_iter().collect();
-        units.extend(bytes.chunks_exact(2).map(unit));
+        units.extend(bytes.as_chunks().0.iter().map(|it| self.order.unit(*it)));
         let full = bytes.len() == 1 << 14;
         if full && units.last().is_some_and(|it| (0xd800..0xdc00).contains(it)) {
             self.high = units.pop();
         }
-        let letters = char::decode_utf16(units).map(|it| it.unwrap_or(char::REPLACEMENT_CHARACTER));
-        self.ready = letters.collect::<String>().into_bytes();
+        self.ready = utf16_units(units).into_bytes();
         self.given = 0;
         Ok(())
     }

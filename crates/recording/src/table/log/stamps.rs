@@ -53,7 +53,8 @@ impl MonotonicStamps {
 
 impl StampBuilder {
     pub fn new(
-        (path, format): (&Path, &'static str),
+        path: &Path,
+        format: &'static str,
         found: &ChannelIndex,
         time: Time,
         request: &ReadRequest,
