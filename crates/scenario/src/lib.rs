@@ -14,6 +14,8 @@ pub mod reference;
 pub mod resolve;
 pub mod schema;
 pub mod signal;
+#[cfg(test)]
+mod tests;
 mod text_of;
 
 pub use build_request::{BuildArtifacts, BuildRequest};

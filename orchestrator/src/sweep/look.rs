@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::sweep::table::{Reader, Role, Table};
 use diagnostics::Error;
-use scenario::document::Recorded;
+use scenario::document::VariantSelection;
 use serde::Serialize;
 
 use super::rows::{ERROR, PASSED};
@@ -22,7 +22,7 @@ pub struct Shown {
 ///
 /// # Errors
 /// When the table cannot be read.
-pub(super) fn look(path: &Path, wanted: Recorded) -> Result<(Vec<Shown>, Vec<u64>), Error> {
+pub(super) fn look(path: &Path, wanted: VariantSelection) -> Result<(Vec<Shown>, Vec<u64>), Error> {
     let mut look = Look { wanted, ..Look::default() };
     let reader = Reader::open(path)?;
     for group in 0..reader.groups() {
@@ -33,7 +33,7 @@ pub(super) fn look(path: &Path, wanted: Recorded) -> Result<(Vec<Shown>, Vec<u64
 
 #[derive(Default)]
 struct Look {
-    wanted: Recorded,
+    wanted: VariantSelection,
     /// The smallest margin of each check, and its variant.
     smallest: Vec<(String, f64, u64)>,
     /// The smallest margin of variants: the smallest and the largest ones, as many as are wanted.
@@ -71,7 +71,7 @@ impl Look {
                 let what = texts("error").get(row).cloned().flatten().unwrap_or_default();
                 self.error = Some((variant, what));
             }
-            let Recorded { failed, every, .. } = self.wanted;
+            let VariantSelection { failed, every, .. } = self.wanted;
             if verdict != PASSED && self.failed.len() < failed as usize {
                 self.failed.push(variant);
             }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ::sweep::table::{Groups, Writer};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
-use scenario::document::Recorded;
+use scenario::document::VariantSelection;
 use scenario::plan::{Body, SweepPlan, System};
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario};
@@ -130,7 +130,7 @@ fn write(
     writer.finish()?;
     let mut warnings = system.warnings.clone();
     warnings.extend(left_out(scenario, gathered.notes, &assignment));
-    let Recorded { worst, best, failed, every } = words.recorded;
+    let VariantSelection { worst, best, failed, every } = words.recorded;
     let mut about = About {
         version: VERSION,
         scenario: scenario.name.clone(),

@@ -10,7 +10,7 @@ use super::lookup::{PortRef, PortSide, find_port};
 use super::nodes::NodeDraft;
 use super::ports::Port;
 use super::{RunSettings, coupling, manoeuvres, types};
-use crate::document::{At, Connect, Extrapolate, Fault, Scenario, Unconnected};
+use crate::document::{At, Connect, Extrapolate, Fault, Scenario, UnconnectedInputs};
 use crate::effect::{Context, stream_seed};
 use crate::plan::{Accepts, Body, FaultPlan, InputChain};
 
@@ -247,7 +247,9 @@ fn open_inputs<'a>(connected: &HashSet<&String>, node: &'a NodeDraft) -> Vec<&'a
 
 fn keeps_start(scenario: &Scenario, node: &NodeDraft) -> bool {
     let mut words = scenario.document.fmu.iter();
-    words.any(|fmu| *fmu.name.get_ref() == node.name && fmu.unconnected == Some(Unconnected::Start))
+    words.any(|fmu| {
+        *fmu.name.get_ref() == node.name && fmu.unconnected == Some(UnconnectedInputs::Start)
+    })
 }
 
 /// For each FMU that keeps the start values of its description, the inputs that do, with their values.

@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::Diagnostics;
 use super::nodes::NodeDraft;
-use crate::document::{self, Scenario, Unused};
+use crate::document::{self, Scenario, UnusedParameters};
 use crate::plan::Body;
 use crate::text_of::{self, TextCache};
 
@@ -100,7 +100,7 @@ impl Parameters {
             let known: HashSet<&str> =
                 variables().flat_map(|it| [it.name.as_str(), it.array()]).collect();
             let unused = file.values.iter().filter(|it| !known.contains(it.name.as_str()));
-            if fmus.iter().any(|fmu| fmu.unused == Some(Unused::Tell)) {
+            if fmus.iter().any(|fmu| fmu.unused == Some(UnusedParameters::Tell)) {
                 warnings.extend(unused_note(file, &unused.collect::<Vec<_>>()));
                 continue;
             }

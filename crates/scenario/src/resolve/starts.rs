@@ -33,15 +33,15 @@ pub(super) fn start_values(
     mistakes: &mut Mistakes,
 ) -> (Vec<Start>, Vec<String>) {
     let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
-    let of_this = |given: &&Override| given.node == *node.name.get_ref();
-    let outer = |given: &Override, starts: &mut StartTable, mistakes: &mut Mistakes| {
-        let value = parse_typed(variables, texts, &given.variable, &given.value);
+    let is_of_node = |entry: &&Override| entry.node == *node.name.get_ref();
+    let add_override = |entry: &Override, starts: &mut StartTable, mistakes: &mut Mistakes| {
+        let value = parse_typed(variables, texts, &entry.variable, &entry.value);
         let added =
-            value.and_then(|value| starts.add(&given.variable, &value, given.place.clone()));
-        mistakes.take(added.map_err(|message| given.error(&message)));
+            value.and_then(|value| starts.add(&entry.variable, &value, entry.place.clone()));
+        mistakes.take(added.map_err(|message| entry.error(&message)));
     };
-    for given in overrides.defaults.iter().filter(of_this) {
-        outer(given, &mut starts, mistakes);
+    for entry in overrides.defaults.iter().filter(is_of_node) {
+        add_override(entry, &mut starts, mistakes);
     }
     for file in parameters.of(scenario, &node.parameters) {
         let has = |it: &&Parameter| starts.first(&it.name).is_some();
@@ -67,8 +67,8 @@ pub(super) fn start_values(
             Ok::<(), Infallible>(())
         });
     }
-    for given in overrides.starts.iter().filter(of_this) {
-        outer(given, &mut starts, mistakes);
+    for entry in overrides.starts.iter().filter(is_of_node) {
+        add_override(entry, &mut starts, mistakes);
     }
     let written = starts.written.keys();
     let inputs = written.filter(|index| variables[**index].causality == Causality::Input);
