@@ -1,4 +1,4 @@
-//! Checks that a scenario inherits the unchanged parts of another one, and that errors point at the right file.
+//! Checks that a scenario inherits the unchanged parts of another one.
 
 use super::fixture::Scenario;
 use super::fmus::ours;
@@ -8,7 +8,6 @@ tests! {
     unchanged_sections_are_inherited,
     chains_of_extends_work_with_set_and_test,
     an_fmu_replaces_the_inherited_one,
-    an_error_points_at_the_file_with_the_mistake,
 }
 
 /// A scenario in a folder of its own, whose paths are relative to it.
@@ -68,9 +67,6 @@ that = "abs(log.v - 20) < 1e-9"
 title = "Speed"
 unit = "km/h"
 "#;
-
-/// A scenario that changes an ambiguous check.
-const TWICE: &str = "extends = \"twice.toml\"\n[[check]]\nname = \"ever\"\nthat = \"1 < 2\"\n";
 
 fn lab() -> Lab {
     let lab = Lab::new();
@@ -157,75 +153,4 @@ fn an_fmu_replaces_the_inherited_one() {
         .says(&["no cargo workspace", "base/base.toml:10:"]);
     run(&lab, &CHANGED.replace("name = \"plant\"", "name = \"plant\"\npath = \"other.fmu\""))
         .expect(0);
-}
-
-fn an_error_points_at_the_file_with_the_mistake() {
-    let (lab, base) = (lab(), base());
-    lab.write("self.toml", "extends = \"case.toml\"\n");
-    lab.write("broken.toml", "title = \"Broken");
-    lab.write(
-        "twice.toml",
-        base.replace("path = \"", "path = \"base/").replace("never ever", "never"),
-    );
-    let file = "\"base/base.toml\"";
-    #[rustfmt::skip]
-    let cases: [(&str, &str, &str, &str, &str); 17] = [
-        // The extended file, and the keys for extending.
-        (CHANGED, file, "\"none.toml\"", "case.toml:1:", "cannot read the scenario none.toml"),
-        (CHANGED, file, "3", "case.toml:1:", "expected a text, found a whole number"),
-        (CHANGED, file, "\"case.toml\"", "case.toml:1:", "extends itself: case.toml -> case.toml"),
-        (CHANGED, file, "\"self.toml\"", "self.toml:1:", "extends itself: case.toml -> self.toml -> case.toml"),
-        (CHANGED, file, "\"broken.toml\"", "broken.toml:1:", "invalid"),
-(&base, "title =", "extend =", "case.toml:1:", "did you mean `extends`?"),
-        (CHANGED, "\"never*\"", "\"newer\"", "case.toml:5:", "unknown inherited [[check]] `newer`"),
-        (CHANGED, "check = [\"n", "chek = [\"n", "case.toml:5:", "the extended scenario has no [[chek]]"),
-        (CHANGED, "[\"never*\"]", "\"never\"", "case.toml:5:", "expected a list, found a text"),
-        (&base, "\n[time]", "\n[without]\ncheck = [\"never\"]\n[time]", "case.toml:5:", "extends no other"),
-        (TWICE, "ever", "never", "case.toml:3:", "2 [[check]] of this name"),
-        // Words of the extending file.
-        (CHANGED, "stop =", "stpo =", "case.toml:8:", "did you mean `stop`?"),
-        (CHANGED, "tire_f.D", "tire_f.G", "case.toml:12:", "unknown variable `tire_f.G`"),
-        (CHANGED, "\"plant.delta\"", "\"plant.delt\"", "case.toml:19:", "the key `from` is missing"),
-        (CHANGED, "name = \"log\"", "nam = \"log\"", "case.toml:28:", "unknown key `nam`"),
-        (CHANGED, "abs(plant.v_x - driver.v)", "abs(plant.v_z)", "case.toml:25:", "did you mean `plant.v_x`?"),
-        (CHANGED, "unit = \"km/h\"\nramp", "unit = \"fortnight\"\nramp", "case.toml:16:", "fortnight"),
-    ];
-    let mut wrong = Vec::new();
-    let mut look_at = |text: &str, line: &str, says: &str| {
-        let ended = run(&lab, text);
-        let message = ended.message();
-        let reported = message.contains(line) && message.contains(says);
-        if ended.code() != Some(2) || !reported || lab.has("out") {
-            wrong.push(format!("{line} {says}: {}\n{}", ended.status, ended.stderr));
-        }
-    };
-    for (good, old, new, line, says) in cases {
-        let text = good.replacen(old, new, 1);
-        assert_ne!(text, good, "{old}");
-        look_at(&text, line, says);
-    }
-    // All of them in one go, with the form of the file.
-    let text =
-        CHANGED.replacen("\"never*\"", "\"newer\", \"nada\"", 1).replacen("stop =", "stpo =", 1);
-    look_at(&text, "case.toml:5:", "3 mistakes");
-    // Words of the extended file.
-    #[rustfmt::skip]
-    let cases = [
-        ("step = 0.01", "stepp = 0.01", "base/base.toml:5:", "did you mean `step`?"),
-        ("step = 0.01", "step = 0.0", "base/base.toml:5:", "must be positive"),
-        ("step = 0.01\n", "", "case.toml:7:", "the key `step` is missing"),
-        ("plant.fmu", "plan.fmu", "base/base.toml:10:", "cannot read base/plan.fmu"),
-        ("body.m", "body.mm", "base/base.toml:11:", "did you mean `body.m`?"),
-        ("log.csv", "lag.csv", "base/base.toml:25:", "base/lag.csv"),
-        ("driver.delta\"\nto", "driver.dleta\"\nto", "base/base.toml:30:", "unknown output `driver.dleta`"),
-        ("\"log.*\"", "\"lag.*\"", "base/base.toml:48:", "`lag.*`"),
-        ("plant.psi", "plant.pis", "base/base.toml:53:", "did you mean `plant.psi`?"),
-    ];
-    for (old, new, line, says) in cases {
-        let text = base.replacen(old, new, 1);
-        assert_ne!(text, base, "{old}");
-        lab.write("base/base.toml", text);
-        look_at(CHANGED, line, says);
-    }
-    assert!(wrong.is_empty(), "{} mistakes:\n\n{}", wrong.len(), wrong.join("\n\n"));
 }

@@ -7,11 +7,8 @@ use super::plugins;
 
 tests! {
     an_fmu_without_units_is_refused_until_its_units_are_declared: Compiler,
-    several_variables_without_units_are_one_mistake: Compiler,
     units_that_cannot_be_read_fit_equal_ones_only: Compiler,
-    a_declared_unit_fits_the_description_and_the_type: Compiler,
-    checks_convert_what_has_one_dimension_and_refuse_the_rest,
-    diagrams_of_formulas_have_units,
+    checks_convert_what_has_one_dimension,
     an_analysis_gets_no_signal_without_a_unit: Compiler,
     the_offset_of_a_difference_does_not_count: Compiler,
     a_difference_meets_no_point_on_a_scale_with_a_shifted_zero: Compiler,
@@ -83,20 +80,6 @@ fn an_fmu_without_units_is_refused_until_its_units_are_declared() {
     run(&lab, &plain).expect(0);
 }
 
-fn several_variables_without_units_are_one_mistake() {
-    let lab = Lab::new();
-    lab.write("relay.fmu", relay());
-    lab.add(&ours().join("plant.fmu"));
-    let more = "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0 }\n\
-                [[connect]]\nfrom = \"car.x_out\"\nto = \"plant.delta\"\n";
-    let ended = run(&lab, &driven("", "", more)).expect(2).says(&[
-        "connected variables of `car` have no unit: `x` meets `driver.v` [km/h], `x_out` meets `plant.delta` [rad]",
-        "in [[fmu]] `car` which units they have, such as unit = { x = ",
-        "x_out = \"rad\" }",
-    ]);
-    assert_eq!(ended.stderr.matches("no unit").count(), 1, "{}", ended.stderr);
-}
-
 fn units_that_cannot_be_read_fit_equal_ones_only() {
     let lab = Lab::new();
     let relay = lab.write("relay.fmu", relay());
@@ -113,61 +96,11 @@ fn units_that_cannot_be_read_fit_equal_ones_only() {
         Some((name.to_owned(), text))
     });
     lab.write("relay.fmu", strange);
-    run(&lab, &driven("", "", "")).expect(2).says(&[
-        "`driver.v` is in [km/h], and the unit [paces] of `car.x` cannot be read",
-        "unit = { x =",
-    ]);
     let start = "n = 0, on = false, text = '', mode = 1, gear = 1";
     let more = "[[connect]]\nfrom = \"car.x_out\"\nto = \"next.x\"";
     let chain = Scenario::new().fmu("next", "relay.fmu", start).section(more).text();
     run(&lab, &driven("unit = { x = \"m/s\" }", "", &chain)).expect(0);
     assert!((last(&lab, "next.x") - 100.0 / 3.6).abs() < 1e-9);
-}
-
-fn a_declared_unit_fits_the_description_and_the_type() {
-    let lab = Lab::new();
-    lab.write("relay.fmu", relay());
-    lab.add(&ours().join("plant.fmu"));
-    let plant =
-        "[[fmu]]\nname = \"plant\"\npath = \"plant.fmu\"\nstart = { F_x = 0.0, delta = 0.0 }\n";
-    let of_plant =
-        |unit: &str| driven("unit = { x = \"m/s\" }", "", &format!("{plant}unit = {{ {unit} }}"));
-    for (text, says) in [
-        (
-            driven("unit = { x = \"kmh\" }", "", ""),
-            &["unknown unit `kmh`", "did you mean `km/h`?"][..],
-        ),
-        (
-            driven("unit = { xx = \"m/s\" }", "unit = \"m/s\"", ""),
-            &["unknown variable of `car` `xx`", "did you mean `x`?"],
-        ),
-        (driven("unit = { x = 3 }", "", ""), &["expected a unit such as \"m/s\" for `x`"]),
-        (
-            driven("unit = { x = \"m/s\", n = \"m\" }", "", ""),
-            &["`n` is Integer, and only Real variables have units"],
-        ),
-        (
-            driven("unit = { \"x*\" = \"m/s\", \"*x\" = \"km/h\" }", "", ""),
-            &["two patterns fit `x`", "a full name wins"],
-        ),
-        (
-            of_plant("v_x = \"km/h\""),
-            &["`v_x` is in [m/s] by the description of the FMU", "and is said to be in"],
-        ),
-        (
-            driven("unit = { x = \"m/s\" }", "unit = \"m/s\"", ""),
-            &["neither of `driver.v` and `car.x` lacks a unit"],
-        ),
-        (
-            driven("", "unit = \"m/s\"", "").replace("unit = \"km/h\"\n", ""),
-            &["both of `driver.v` and `car.x` lack a unit"],
-        ),
-        (driven("", "unit = \"rad\"", ""), &["[km/h] is no unit of [rad]", "m/s is not rad"]),
-    ] {
-        let ended = run(&lab, &text).expect(2).says(says);
-        assert!(!ended.stderr.contains("has no unit"), "one mistake only: {}", ended.stderr);
-    }
-    run(&lab, &of_plant("v_x = \"m/s\", \"v_*\" = \"m/s\"")).expect(0);
 }
 
 /// The plant, driven straight on by a speed in km/h, with a check or a view.
@@ -181,7 +114,7 @@ fn judged(section: &str) -> String {
         .text()
 }
 
-fn checks_convert_what_has_one_dimension_and_refuse_the_rest() {
+fn checks_convert_what_has_one_dimension() {
     let lab = Lab::new();
     lab.add(&ours().join("plant.fmu"));
     let check =
@@ -195,49 +128,6 @@ fn checks_convert_what_has_one_dimension_and_refuse_the_rest() {
         check(that).expect(0);
     }
     check("abs(plant.v_x - driver.v) < 0.001 km/h").expect(1);
-    for (that, says) in [
-        (
-            "plant.v_x - plant.psi < 1",
-            &[
-                "`plant.v_x` is in [m/s], `plant.psi` in [rad]: they cannot be subtracted",
-                "rad is not m/s",
-                "case.toml:",
-            ][..],
-        ),
-        (
-            "plant.v_x < driver.bare",
-            &[
-                "`driver.bare` has no unit: they cannot be compared",
-                "unit = \"m/s\" in [[signal]] `driver.bare`",
-            ],
-        ),
-        ("plant.v_x < 100 kph", &["unknown unit `kph`", "did you mean `km/h`?"]),
-        ("max(plant.a_y) < 1.4 g", &["standard gravity is `g0`"]),
-    ] {
-        check(that).expect(2).says(says);
-    }
-}
-
-fn diagrams_of_formulas_have_units() {
-    let lab = Lab::new();
-    lab.add(&ours().join("plant.fmu"));
-    let plot = |curve: &str| {
-        run(
-            &lab,
-            &judged(&format!(
-                "[[view.plot]]\ntitle = \"t\"\nunit = \"deg\"\nsignals = [{{ {curve} }}]"
-            )),
-        )
-    };
-    plot("signal = \"plant.psi + plant.r * 0.1 s\"").expect(0);
-    plot("signal = \"plant.v_y / plant.v_x\"").expect(0);
-    plot("signal = \"plant.v_x * 2 s\"")
-        .expect(2)
-        .says(&["`plant.v_x * 2 s` [m] cannot be shown in deg"]);
-    plot("signal = \"plant.psi * 2\", unit = \"deg\"")
-        .expect(2)
-        .says(&["is in [rad], and is said to be in [deg]"]);
-    plot("signal = \"plant.psi + plant.v_x\"").expect(2).says(&["they cannot be added"]);
 }
 
 fn an_analysis_gets_no_signal_without_a_unit() {

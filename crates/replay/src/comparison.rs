@@ -11,7 +11,7 @@ use recording::{
     RunHeader, Sink, StatusChange, Text, TextIndex, TypedIndex,
 };
 use scenario::Scenario;
-use scenario::resolve::{by_unit, layout};
+use scenario::resolve::{plots_by_unit, replay_layout};
 use units::Unit;
 
 /// Two recorded runs.
@@ -224,7 +224,7 @@ fn conversion(from: &Column, to: &Column) -> Option<(f64, f64)> {
 
 /// The scenario of a run.
 fn scenario(recording: &Recording) -> Result<Scenario, Error> {
-    Scenario::recorded(&recording.header.scenario, recording.header.source.clone())
+    Scenario::from_recording(&recording.header.scenario, recording.header.source.clone())
 }
 
 /// The layout of both runs; columns that only B has get plots of their own.
@@ -236,9 +236,9 @@ fn view(
     notes: &mut Vec<String>,
 ) -> View {
     let columns = || header.columns.numbers();
-    let usual = || View { plots: by_unit(columns()), ..View::default() };
+    let usual = || View { plots: plots_by_unit(columns()), ..View::default() };
     let laid = scenario(&recordings[0])
-        .and_then(|it| Ok((layout(&it, header)?, it.document.view.plot.is_empty())));
+        .and_then(|it| Ok((replay_layout(&it, header)?, it.document.view.plot.is_empty())));
     let (mut view, complete) = match laid {
         Ok(laid) => laid,
         Err(error) => {
@@ -248,7 +248,7 @@ fn view(
         }
     };
     if !complete {
-        let mut more = by_unit(columns().filter(|(index, _)| only_b.contains(index)));
+        let mut more = plots_by_unit(columns().filter(|(index, _)| only_b.contains(index)));
         more.iter_mut().for_each(|plot| plot.group = Some(format!("Only {name}")));
         view.plots.extend(more);
     }

@@ -12,6 +12,7 @@ pub mod plan;
 pub mod reference;
 pub mod resolve;
 pub mod schema;
+#[cfg(test)] mod tests;
 mod text_of;
 
 pub use build_request::{BuildArtifacts, BuildRequest};

@@ -102,7 +102,7 @@ pub struct TaggedTable<'a> {
 
 /// The variants of a tagged table; `None` for any other schema.
 #[must_use]
-pub fn tagged<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTable<'a>> {
+pub fn tagged_table<'a>(root: &'a Value, schema: &'a Value) -> Option<TaggedTable<'a>> {
     let variants: Vec<_> = schema["oneOf"]
         .as_array()?
         .iter()
@@ -131,8 +131,8 @@ struct Validator<'a> {
 
 impl Validator<'_> {
     fn table(&mut self, schema: &Value, span: Range<usize>, table: &DeTable) {
-        if let Some(TaggedTable { tag, variants }) = tagged(self.root, schema) {
-            return self.tagged(tag, &variants, span, table);
+        if let Some(TaggedTable { tag, variants }) = tagged_table(self.root, schema) {
+            return self.validate_tagged(tag, &variants, span, table);
         }
         let Some(properties) = schema["properties"].as_object() else {
             let others = &schema["additionalProperties"];
@@ -159,7 +159,7 @@ impl Validator<'_> {
         }
     }
 
-    fn tagged(
+    fn validate_tagged(
         &mut self,
         tag: &str,
         variants: &[(&str, &Value)],

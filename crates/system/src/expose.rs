@@ -10,7 +10,7 @@ use fmu_export::{Causality, Dependencies, Info, Initial, Row, Variability, Varia
 use fmu_import::Value;
 use fmu_import::description::{self, Storage};
 use recording::{Column, Direction, ValueKind};
-use scenario::document::quoted;
+use scenario::document::toml_string;
 use scenario::pattern::matches;
 use scenario::plan::RunPlan;
 
@@ -74,11 +74,13 @@ pub fn guided(
             };
             let signal = format!("{node}.{name}");
             if written.contains(name.as_str()) {
-                let _ = write!(without, "{}, ", quoted(&name));
+                let _ = write!(without, "{}, ", toml_string(&name));
             }
             let unit = inner.unit.as_ref();
-            let unit = unit.map(|unit| format!("unit = {}\n", quoted(unit))).unwrap_or_default();
-            let (quoted_signal, to, start) = (quoted(&signal), quoted(&name), inner.start);
+            let unit =
+                unit.map(|unit| format!("unit = {}\n", toml_string(unit))).unwrap_or_default();
+            let (quoted_signal, to, start) =
+                (toml_string(&signal), toml_string(&name), inner.start);
             // Writing into a string cannot fail.
             let _ = write!(
                 added,
@@ -88,7 +90,7 @@ pub fn guided(
         }
     }
     mistakes.finish()?;
-    let mut text = format!("extends = {}\n\n[without]\n", quoted(base));
+    let mut text = format!("extends = {}\n\n[without]\n", toml_string(base));
     for list in lists {
         let _ = writeln!(text, "{list} = [\"*\"]");
     }

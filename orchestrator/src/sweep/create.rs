@@ -7,7 +7,7 @@ use ::sweep::table::{RowGroups, Writer};
 use cosim::system::{Body, System};
 use diagnostics::{Error, Mistakes};
 use scenario::bundle::{Bundle, Layout, SCENARIO};
-use scenario::document::Recorded;
+use scenario::document::VariantSelection;
 use scenario::plan::{RunPlan, SweepPlan};
 use scenario::resolve::{self, Overrides};
 use scenario::{BuildArtifacts, Scenario};
@@ -130,7 +130,7 @@ fn write(
     writer.finish()?;
     let mut warnings = plan.system.warnings.clone();
     warnings.extend(omission_warnings(scenario, gathered.notes, &assignment));
-    let Recorded { worst, best, failed, every } = words.recorded;
+    let VariantSelection { worst, best, failed, every } = words.recorded;
     let mut metadata = PlanMetadata {
         version: VERSION,
         scenario: scenario.name.clone(),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ::sweep::table::{Reader, Role, Table};
 use diagnostics::Error;
-use scenario::document::Recorded;
+use scenario::document::VariantSelection;
 use serde::Serialize;
 
 use super::result_rows::{ERROR, PASSED};
@@ -30,7 +30,7 @@ pub(super) struct NotableVariants {
 ///
 /// # Errors
 /// When the table cannot be read.
-pub(super) fn notable_variants(path: &Path, limits: Recorded) -> Result<NotableVariants, Error> {
+pub(super) fn notable_variants(path: &Path, limits: VariantSelection) -> Result<NotableVariants, Error> {
     let mut scan = NotableScan { limits, ..NotableScan::default() };
     let reader = Reader::open(path)?;
     for group in 0..reader.groups() {
@@ -42,7 +42,7 @@ pub(super) fn notable_variants(path: &Path, limits: Recorded) -> Result<NotableV
 #[derive(Default)]
 struct NotableScan {
     /// How many variants of each kind are recorded.
-    limits: Recorded,
+    limits: VariantSelection,
     /// The smallest margin of each check, and its variant.
     smallest: Vec<(String, f64, u64)>,
     /// The smallest margin of variants: the smallest and the largest ones, as many as are recorded.
@@ -80,7 +80,7 @@ impl NotableScan {
                 let what = texts("error").get(row).cloned().flatten().unwrap_or_default();
                 self.error = Some((variant, what));
             }
-            let Recorded { failed, every, .. } = self.limits;
+            let VariantSelection { failed, every, .. } = self.limits;
             if verdict != PASSED && self.failed.len() < failed as usize {
                 self.failed.push(variant);
             }

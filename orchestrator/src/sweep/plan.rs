@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ::sweep::table::{self, Column, Reader, Role, Table, Values};
 use diagnostics::Error;
 use scenario::Scenario;
-use scenario::document::Recorded;
+use scenario::document::VariantSelection;
 use scenario::resolve::{Override, OverrideValue, Overrides};
 use serde::{Deserialize, Serialize};
 
@@ -301,9 +301,9 @@ impl Plan {
 
     /// Which variants run again with everything recorded.
     #[must_use]
-    pub fn recorded(&self) -> Recorded {
+    pub fn recorded(&self) -> VariantSelection {
         let [worst, best, failed, every] = self.metadata.recorded;
-        Recorded { worst, best, failed, every }
+        VariantSelection { worst, best, failed, every }
     }
 }
 

@@ -69,7 +69,7 @@ fn a_bundle_has_all_files_of_what_it_extends_and_of_its_validations() {
     bundle.write(elsewhere.path()).expect("written");
     drop(folder);
     let whole = Path::new("somewhere/main.toml");
-    let again = Scenario::bundled(whole, bundle.text.clone(), elsewhere.path()).expect("read");
+    let again = Scenario::from_bundle(whole, bundle.text.clone(), elsewhere.path()).expect("read");
     assert_eq!((again.name.as_str(), again.document.seed), ("main", 7));
     assert_eq!(again.validations.len(), 1);
     let second =

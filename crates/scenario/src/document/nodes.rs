@@ -51,7 +51,7 @@ pub struct Fmu {
     pub parameters: Vec<Spanned<String>>,
     /// What becomes of values in files of `parameters` that no FMU with the file has. Without a word they are refused.
     #[schemars(example = &"tell")]
-    pub unused: Option<Unused>,
+    pub unused: Option<UnusedParameters>,
     /// Variables that are recorded and can be connected and checked besides the outputs, such as locals and parameters. `*` stands for
     /// any letters.
     #[serde(default)]
@@ -59,7 +59,7 @@ pub struct Fmu {
     pub observe: Vec<Spanned<String>>,
     /// What becomes of inputs without a connection and a start value. Without a word they are refused.
     #[schemars(example = &"start")]
-    pub unconnected: Option<Unconnected>,
+    pub unconnected: Option<UnconnectedInputs>,
     /// Units of Real variables without one in the description of the FMU. `*` in a name stands for any letters, and a full name
     /// wins. A declaration must not contradict the description.
     #[serde(default)]
@@ -100,7 +100,7 @@ pub struct Fmu {
 /// What becomes of inputs without a connection and a start value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Unconnected {
+pub enum UnconnectedInputs {
     /// They keep the start value of the FMU's description. The report lists them.
     Start,
 }
@@ -108,7 +108,7 @@ pub enum Unconnected {
 /// What becomes of values in files of parameters that no FMU with the file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Unused {
+pub enum UnusedParameters {
     /// They are left out, and the report lists them: the file is for other FMUs, too.
     Tell,
 }

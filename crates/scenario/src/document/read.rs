@@ -60,7 +60,7 @@ impl Scenario {
     ///
     /// # Errors
     /// As for a file.
-    pub fn bundled(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
+    pub fn from_bundle(path: &Path, text: String, folder: &Path) -> Result<Self, Error> {
         let file = TextFile { folder: Some(folder.to_owned()), ..TextFile::new(path, text) };
         read(Source::generated(file), &[], Vec::new())
     }
@@ -69,7 +69,7 @@ impl Scenario {
     ///
     /// # Errors
     /// When it does not have the form of a scenario, such as one of another version.
-    pub fn recorded(name: &str, source: Source) -> Result<Self, Error> {
+    pub fn from_recording(name: &str, source: Source) -> Result<Self, Error> {
         let document = document(&source)?;
         let (validations, systems) = (Vec::new(), Vec::new());
         Ok(Scenario { name: name.to_owned(), source, document, validations, systems })
@@ -319,7 +319,7 @@ mod tests {
         let text = "title = 't'\n[[analysis]]\nname = 'a'\n[analysis.config]\nsmooth.rate = 1\n";
         let file = TextFile::new("case.toml", text);
         let source = Source::from_recording(file, Vec::new(), Vec::new());
-        let scenario = Scenario::recorded("case", source).expect("a scenario");
+        let scenario = Scenario::from_recording("case", source).expect("a scenario");
         for (path, word) in [
             (&["analysis", "0", "config", "smooth", "rate"][..], "rate"),
             (&["analysis", "0", "name"], "name"),

@@ -7,7 +7,9 @@ use fmu_import::Fmu;
 use fmu_import::description::Type;
 
 use super::SystemImport;
-use super::system::{DefaultExperiment, ExperimentSettings, default_experiment, node_name, quoted};
+use super::system::{
+    DefaultExperiment, ExperimentSettings, default_experiment, node_name, toml_string,
+};
 
 /// What the command line says of the run of an FMU.
 #[derive(Debug, Clone, Default)]
@@ -82,16 +84,16 @@ fn text(fmu: &Fmu, path: &Path, times: &DefaultExperiment, options: &StandaloneO
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let tolerance = options.tolerance.map(|it| format!("tolerance = {it:?}\n")).unwrap_or_default();
     let mut starts = String::new();
-    let mut archive = quoted(&path.to_string_lossy());
+    let mut archive = toml_string(&path.to_string_lossy());
     for (name, typed) in &options.starts {
         let is_text = description.find(name).is_some_and(|it| {
             matches!(description.variables[it].kind, Type::String | Type::Binary)
         });
         let is_value = !is_text && typed.parse::<toml::Value>().is_ok();
-        let value = if is_value { typed.clone() } else { quoted(typed) };
+        let value = if is_value { typed.clone() } else { toml_string(typed) };
         match name == "path" && typed.ends_with(".fmu") {
             true => archive = value,
-            false => starts += &format!("{} = {value}\n", quoted(name)),
+            false => starts += &format!("{} = {value}\n", toml_string(name)),
         }
     }
     if !starts.is_empty() {
@@ -100,9 +102,9 @@ fn text(fmu: &Fmu, path: &Path, times: &DefaultExperiment, options: &StandaloneO
     format!(
         "title = {}\n\n[time]\nstart = {start:?}\nstep = {:?}\nstop = {:?}\n{tolerance}\n[[fmu]]\nname = {}\npath = {archive}\n\
          unconnected = \"start\"\n{starts}",
-        quoted(&description.name),
+        toml_string(&description.name),
         step.value,
         stop.value,
-        quoted(&node_name(&stem)),
+        toml_string(&node_name(&stem)),
     )
 }

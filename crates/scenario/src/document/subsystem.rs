@@ -7,7 +7,7 @@ use diagnostics::Spanned;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::Unconnected;
+use super::UnconnectedInputs;
 
 /// A system of SSP as a part of the scenario. Its FMUs are nodes whose names begin with that of the system: `rig_motor`. Its own
 /// connectors are connected, checked, disturbed and drawn by their names: `rig.torque`.
@@ -36,7 +36,7 @@ pub struct Subsystem {
     pub variant: Option<Spanned<String>>,
     /// What becomes of input connectors of the system without a connection and a start value. Without a word they are refused.
     #[schemars(example = &"start")]
-    pub unconnected: Option<Unconnected>,
+    pub unconnected: Option<UnconnectedInputs>,
 }
 
 impl Subsystem {
@@ -96,7 +96,7 @@ pub struct Connector {
     /// What becomes of inputs that it leads to, when it has no connection and they have no start value. Without a word they are
     /// refused.
     #[schemars(example = &"start")]
-    pub unconnected: Option<Unconnected>,
+    pub unconnected: Option<UnconnectedInputs>,
 }
 
 /// When a connector takes its value.

@@ -57,7 +57,7 @@ pub struct Sweep {
     pub collect: BTreeMap<Spanned<String>, Spanned<String>>,
     /// Variants that run again afterwards, with everything recorded.
     #[serde(default)]
-    pub record: Recorded,
+    pub record: VariantSelection,
     /// A search, which chooses each variant by the results of earlier ones.
     pub search: Option<Search>,
 }
@@ -122,8 +122,8 @@ pub struct Vary {
     #[schemars(with = "Option<Lognormal>", example = serde_json::json!({"median": 1.6, "std_log": 0.05}))]
     pub lognormal: Option<Spanned<Lognormal>>,
     /// A normal distribution between two bounds.
-    #[schemars(with = "Option<Truncated>", example = serde_json::json!({"mean": 1.6, "std": 0.1, "low": 1.3, "high": 1.9}))]
-    pub truncated: Option<Spanned<Truncated>>,
+    #[schemars(with = "Option<TruncatedNormal>", example = serde_json::json!({"mean": 1.6, "std": 0.1, "low": 1.3, "high": 1.9}))]
+    pub truncated: Option<Spanned<TruncatedNormal>>,
     /// Joint draws: a CSV file with a line for each, its columns under the names of what they set; or the `report.json` of a run, for
     /// the draws from the posterior that its identification left. The name is any, or `tires` for
     /// `tires_draws.csv` where the run left more than one such file.
@@ -173,7 +173,7 @@ pub struct Lognormal {
 /// A normal distribution between two bounds.
 #[derive(Debug, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Truncated {
+pub struct TruncatedNormal {
     /// Mean of the whole distribution.
     #[schemars(example = 1.6)]
     pub mean: f64,
@@ -203,7 +203,7 @@ pub struct Correlate {
 /// Variants that run again with everything recorded.
 #[derive(Debug, Default, Clone, Copy, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Recorded {
+pub struct VariantSelection {
     /// So many with the smallest margin of a check.
     #[serde(default)]
     #[schemars(example = 3)]

@@ -176,7 +176,7 @@ impl<'a> Writer<'a> {
     /// Writes the whole scenario; `is_ours` says that annotations for other tools come from this program.
     fn write(&mut self, is_ours: bool) -> Result<Stepping, Error> {
         let system = self.system;
-        self.line(format_args!("title = {}", quoted(&system.name)));
+        self.line(format_args!("title = {}", toml_string(&system.name)));
         let stepping = self.stepping(is_ours)?;
         self.nodes()?;
         Ok(stepping)
@@ -253,8 +253,8 @@ impl<'a> Writer<'a> {
         let source = source.to_string_lossy();
         self.line(format_args!(
             "\n[[fmu]]\nname = {}\npath = {}\nunconnected = \"start\"\n\n[fmu.start]",
-            quoted(&self.names[index]),
-            quoted(&source)
+            toml_string(&self.names[index]),
+            toml_string(&source)
         ));
         for start in &component.start_values {
             let port = Port { component: index, variable: start.variable.clone() };
@@ -279,14 +279,14 @@ impl<'a> Writer<'a> {
             }
             let value = start_value(start, variable)?;
             self.begin(&start.position);
-            self.line(format_args!("{} = {value}", quoted(&start.variable)));
+            self.line(format_args!("{} = {value}", toml_string(&start.variable)));
         }
         for connection in self.system.connections.iter().filter(|it| it.to.component == index) {
             let (source, target) = self.ends(connection)?;
             if parameters::is_start(source, target) {
                 let value = parameters::value(self.system, connection, source, target)?;
                 self.begin(&connection.conversion.position);
-                self.line(format_args!("{} = {value}", quoted(&connection.to.variable)));
+                self.line(format_args!("{} = {value}", toml_string(&connection.to.variable)));
             }
         }
         Ok(())
@@ -326,7 +326,7 @@ impl<'a> Writer<'a> {
         }
         let words = conversion_keys(way, source, target)?;
         let name =
-            |port: &Port| quoted(&format!("{}.{}", self.names[port.component], port.variable));
+            |port: &Port| toml_string(&format!("{}.{}", self.names[port.component], port.variable));
         let (from, to) = (name(from), name(to));
         self.begin(&way.position);
         self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
@@ -341,7 +341,7 @@ pub(super) fn node_name(name: &str) -> String {
 
 /// A text of TOML.
 #[must_use]
-pub fn quoted(text: &str) -> String {
+pub fn toml_string(text: &str) -> String {
     toml::Value::String(text.to_owned()).to_string()
 }
 
@@ -375,11 +375,11 @@ fn toml(value: &ssp::Value, variable: &Variable) -> String {
         ssp::Value::Real(number) => format!("{number:?}").to_lowercase(),
         ssp::Value::Integer(number) if variable.kind == Type::Real => format!("{number}.0"),
         ssp::Value::Integer(number) if i64::try_from(*number).is_err() => {
-            quoted(&number.to_string())
+            toml_string(&number.to_string())
         }
         ssp::Value::Integer(number) => number.to_string(),
         ssp::Value::Boolean(truth) => truth.to_string(),
-        ssp::Value::String(text) | ssp::Value::Enumeration(text) => quoted(text),
+        ssp::Value::String(text) | ssp::Value::Enumeration(text) => toml_string(text),
         ssp::Value::Binary(bytes) => Value::Binary(bytes.clone()).to_string(),
         ssp::Value::Array { elements, .. } => {
             let elements: Vec<_> = elements.iter().map(|element| toml(element, variable)).collect();

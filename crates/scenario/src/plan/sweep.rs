@@ -1,6 +1,6 @@
 //! The variants of a scenario, by names and numbers.
 
-use crate::document::{Design, Limit, Recorded};
+use crate::document::{Design, Limit, VariantSelection};
 
 /// How the variants of a scenario are made, and what is asked of them.
 #[derive(Debug, Clone)]
@@ -18,7 +18,7 @@ pub struct SweepPlan {
     /// Share that must pass.
     pub pass_share: f64,
     /// Variants that run again with everything recorded.
-    pub recorded: Recorded,
+    pub recorded: VariantSelection,
     /// The search, if the variants are not chosen beforehand.
     pub search: Option<SearchPlan>,
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::schema::{TaggedTable, choices, resolve_reference, table_of, tagged, type_name};
+use crate::schema::{TaggedTable, choices, resolve_reference, table_of, tagged_table, type_name};
 
 /// A key of a configuration file.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,13 +83,13 @@ fn joined(path: &str, key: &str) -> String {
 
 impl<'a> Walk<'a> {
     fn table(&mut self, schema: &'a Value, path: &str) {
-        match tagged(self.root, schema) {
-            Some(TaggedTable { tag, variants }) => self.tagged(tag, &variants, path),
+        match tagged_table(self.root, schema) {
+            Some(TaggedTable { tag, variants }) => self.tagged_table(tag, &variants, path),
             None => self.keys(schema, path, None),
         }
     }
 
-    fn tagged(&mut self, tag: &str, variants: &[(&'a str, &'a Value)], path: &str) {
+    fn tagged_table(&mut self, tag: &str, variants: &[(&'a str, &'a Value)], path: &str) {
         let path_of_tag = joined(path, tag);
         let choice = |(name, schema): &(&str, &Value)| {
             let about = schema["description"].as_str().unwrap_or_default();
@@ -153,7 +153,7 @@ impl<'a> Walk<'a> {
             }
             found => found,
         };
-        let is_table = inner["properties"].is_object() || tagged(self.root, inner).is_some();
+        let is_table = inner["properties"].is_object() || tagged_table(self.root, inner).is_some();
         let texts = |(name, about): (&str, &str)| (name.to_owned(), about.replace('\n', " "));
         let examples = property["examples"].as_array().or(schema["examples"].as_array());
         self.entries.push(Entry {
@@ -231,7 +231,7 @@ impl<'a> Walk<'a> {
                 _ => "a table of values by name".to_owned(),
             },
             Some(name) => type_name(name).to_owned(),
-            None if tagged(self.root, schema).is_some() => "a table".to_owned(),
+            None if tagged_table(self.root, schema).is_some() => "a table".to_owned(),
             None if schema["anyOf"].is_array() => {
                 let either = schema["anyOf"].as_array().into_iter().flatten();
                 either.map(|schema| self.kind(schema)).collect::<Vec<_>>().join(" or ")

@@ -40,7 +40,7 @@ fn match_units(from: &Port, to: &Port) -> UnitMatch {
             if relative && !(from.typed && to.typed) {
                 (a, b) = (a.difference_unit(), b.difference_unit());
             } else if from.relative.is_some() != to.relative.is_some()
-                && (shifted(from) || shifted(to))
+                && (has_unit_offset(from) || has_unit_offset(to))
             {
                 return UnitMatch::ZeroMismatch(one, other);
             }
@@ -60,7 +60,7 @@ fn match_units(from: &Port, to: &Port) -> UnitMatch {
 }
 
 /// Whether the unit of a port has an offset, even one that does not count.
-fn shifted(port: &Port) -> bool {
+fn has_unit_offset(port: &Port) -> bool {
     port.relative.or(port.dimension.map(|unit| unit.offset)).is_some_and(|offset| offset != 0.0)
 }
 
@@ -175,7 +175,7 @@ struct MissingUnit<'a> {
 
 impl<'a> MissingUnit<'a> {
     /// The full name and the port of the end without a unit, then those of the other end.
-    fn named<'n>(&self, nodes: &'n [NodeDraft]) -> [(&'a Spanned<String>, &'n Port); 2] {
+    fn named_ends<'n>(&self, nodes: &'n [NodeDraft]) -> [(&'a Spanned<String>, &'n Port); 2] {
         let from = (&self.connect.from, self.ends.output(nodes));
         let to = (&self.connect.to, self.ends.input(nodes));
         if self.side == PortSide::Output { [from, to] } else { [to, from] }
@@ -216,7 +216,7 @@ fn zero_mismatch_error(
 
 /// The error about one end without a unit.
 fn missing_unit_error(scenario: &Scenario, nodes: &[NodeDraft], lacking: &MissingUnit) -> Error {
-    let [(word, port), (other, other_port)] = lacking.named(nodes);
+    let [(word, port), (other, other_port)] = lacking.named_ends(nodes);
     let (name, unit) = (word.get_ref(), other_port.unit.as_deref().unwrap_or("1"));
     let what = match &port.unit {
         None => format!("`{name}` has no unit"),
@@ -306,7 +306,7 @@ fn missing_units_error(
     let NodeDraft { name, span, .. } = &nodes[node];
     let unit = |port: &Port| port.unit.clone().unwrap_or_else(|| "1".to_owned());
     let meets = all.iter().map(|lacking| {
-        let [(_, port), (other, other_port)] = lacking.named(nodes);
+        let [(_, port), (other, other_port)] = lacking.named_ends(nodes);
         format!("`{}` meets `{}` [{}]", port.name, other.get_ref(), unit(other_port))
     });
     let meets: Vec<_> = meets.collect();
@@ -317,7 +317,7 @@ fn missing_units_error(
     let listed = meets[..meets.len().min(LISTED)].join(", ");
     let message = format!("connected variables of `{name}` have no unit: {listed}{more}");
     let units = all.iter().map(|lacking| {
-        let [(_, port), (_, other)] = lacking.named(nodes);
+        let [(_, port), (_, other)] = lacking.named_ends(nodes);
         (port.name.as_str(), unit(other))
     });
     let units: BTreeMap<_, _> = units.collect();

@@ -15,6 +15,7 @@ use super::nodes::NodeDraft;
 use super::ports::Port;
 use crate::document::{At, Connect, Fault, Scenario, Unconnected};
 use super::{RunSettings, coupling, manoeuvres, types};
+use crate::document::UnconnectedInputs;
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -236,7 +237,9 @@ fn open_inputs<'a>(connected: &HashSet<&String>, node: &'a NodeDraft) -> Vec<&'a
 
 fn keeps_start(scenario: &Scenario, node: &NodeDraft) -> bool {
     let mut words = scenario.document.fmu.iter();
-    words.any(|fmu| *fmu.name.get_ref() == node.name && fmu.unconnected == Some(Unconnected::Start))
+    words.any(|fmu| {
+        *fmu.name.get_ref() == node.name && fmu.unconnected == Some(UnconnectedInputs::Start)
+    })
 }
 
 /// For each FMU that keeps the start values of its description, the inputs that do, with their values.

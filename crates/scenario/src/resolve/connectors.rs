@@ -10,7 +10,7 @@ use diagnostics::{Error, Mistakes};
 use super::lookup::{PortSide, find_port};
 use super::nodes::{NodeDraft, PortNames};
 use super::ports::Port;
-use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, Unconnected};
+use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, UnconnectedInputs};
 use super::{Diagnostics, arrays, manoeuvres, terminals, types, unit};
 
 /// The connections of a scenario, each of one output and one input; connectors join the nodes. Connections that lead on from an
@@ -34,7 +34,9 @@ pub(super) fn expand_connections(
         let fed = connects.iter().any(|connect| connect.to.get_ref() == name);
         if word.kind == ConnectorKind::Input && !fed {
             let found = input_without_start(scenario, word, &connects, nodes);
-            if let Some(found) = found.filter(|_| word.unconnected != Some(Unconnected::Start)) {
+            if let Some(found) =
+                found.filter(|_| word.unconnected != Some(UnconnectedInputs::Start))
+            {
                 let span = connector_span(scenario, word, node);
                 let connector =
                     UnconnectedConnector { connector: variable.to_owned(), inner: found };

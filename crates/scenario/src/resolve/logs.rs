@@ -134,7 +134,7 @@ impl LogReader<'_> {
             word.map(|word| parse_unit(&entry.source, word)).transpose()
         }));
         let table = self
-            .wanted(&selection)
+            .table_request(&selection)
             .and_then(|wanted| self.read_table(word, &path, &wanted, &selection));
         let (units, table) = Mistakes::both(units, table)?;
         warnings.extend_from_slice(table.warnings());
@@ -168,7 +168,7 @@ impl LogReader<'_> {
         })
     }
 
-    fn wanted(&self, selection: &ColumnSelection) -> Result<ReadRequest, Error> {
+    fn table_request(&self, selection: &ColumnSelection) -> Result<ReadRequest, Error> {
         let Self { file, reading_rule, .. } = *self;
         let column = |request: &ColumnRequest| {
             let ColumnRequest { name, column, source } = request;

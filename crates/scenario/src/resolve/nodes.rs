@@ -61,17 +61,17 @@ impl NodeDraft {
 
     /// The index of the port of this name on a side.
     pub fn port(&self, side: PortSide, name: &str) -> Option<usize> {
-        let indices = self.named(side).get(name)?;
+        let indices = self.ports_by_name(side).get(name)?;
         indices.iter().copied().find(|index| self.ports(side)[*index].name == name)
     }
 
     /// The indices of the elements of an array on a side, row by row.
     pub fn elements(&self, side: PortSide, array: &str) -> impl Iterator<Item = usize> {
-        let indices = self.named(side).get(array).into_iter().flatten().copied();
+        let indices = self.ports_by_name(side).get(array).into_iter().flatten().copied();
         indices.filter(move |index| self.ports(side)[*index].name != array)
     }
 
-    fn named(&self, side: PortSide) -> &HashMap<String, Vec<usize>> {
+    fn ports_by_name(&self, side: PortSide) -> &HashMap<String, Vec<usize>> {
         self.port_names.0[side as usize].get_or_init(|| {
             let mut named = HashMap::<String, Vec<usize>>::new();
             for (index, port) in self.ports(side).iter().enumerate() {

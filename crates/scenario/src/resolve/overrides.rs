@@ -138,19 +138,19 @@ pub(super) fn apply(
     overrides: &Overrides,
     mistakes: &mut Mistakes,
 ) -> (Option<Scenario>, Overrides) {
-    let is_word = |given: &Override| {
-        let archive = matches!(&given.value, OverrideValue::Typed(path) if scenario.is_archive(&given.name, path));
-        archive || scenario.has_target(&given.name)
+    let is_edit = |entry: &Override| {
+        let is_archive = matches!(&entry.value, OverrideValue::Typed(path) if scenario.is_archive(&entry.name, path));
+        is_archive || scenario.has_target(&entry.name)
     };
-    let (words, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_word);
+    let (edited, starts): (Vec<_>, Vec<_>) = overrides.starts.iter().cloned().partition(is_edit);
     let rest = Overrides { starts, ..overrides.clone() };
-    if words.is_empty() && overrides.coupling.is_none() {
+    if edited.is_empty() && overrides.coupling.is_none() {
         return (None, rest);
     }
-    let edit = |given: &Override| Edit { name: given.name.clone(), value: given.value.clone() };
-    let edits: Vec<_> = words.iter().map(edit).collect();
+    let edit = |entry: &Override| Edit { name: entry.name.clone(), value: entry.value.clone() };
+    let edits: Vec<_> = edited.iter().map(edit).collect();
     let mut changed = scenario.with_edits(&edits).map_err(|errors| {
-        let located = |it: EditError| words[it.index].error(&it.message).hint(it.help);
+        let located = |it: EditError| edited[it.index].error(&it.message).hint(it.help);
         errors.into_iter().for_each(|error| mistakes.push(located(error)));
     });
     if let (Ok(changed), Some(algorithm)) = (&mut changed, overrides.coupling) {
@@ -159,28 +159,27 @@ pub(super) fn apply(
     (changed.ok(), rest)
 }
 
-/// Finds the values of nodes that are no FMUs, and of no word of the scenario.
+/// Finds the values of nodes that are no FMUs, and of nothing else in the scenario.
 pub(super) fn check_node_names(scenario: &Scenario, overrides: &Overrides) -> Result<(), Error> {
     let document = &scenario.document;
     let fmus: Vec<_> = document.fmu.iter().map(|fmu| fmu.name.get_ref().as_str()).collect();
-    let signals: Vec<_> =
-        document.signal.iter().filter_map(|part| part.get_ref().name.as_ref()).collect();
-    let signals: Vec<_> = signals.into_iter().map(|name| name.get_ref().as_str()).collect();
+    let names = document.signal.iter().filter_map(|part| part.get_ref().name.as_ref());
+    let signals: Vec<_> = names.map(|name| name.get_ref().as_str()).collect();
     let tables: Vec<_> = document.table.iter().map(|table| table.name.get_ref().as_str()).collect();
-    let foreign = overrides.all().filter(|given| !fmus.contains(&given.node()));
-    let errors = foreign.map(|given| {
+    let foreign = overrides.all().filter(|entry| !fmus.contains(&entry.node()));
+    let errors = foreign.map(|entry| {
         let sources = signals.iter().filter_map(|name| Some(name.split_once('.')?.0));
-        let UnknownName { message, help, .. } = if tables.contains(&given.node()) {
-            return given.error(&format!(
+        let UnknownName { message, help, .. } = if tables.contains(&entry.node()) {
+            return entry.error(&format!(
                 "`{}` is a table, which has its values from its file",
-                given.node()
+                entry.node()
             ));
-        } else if sources.clone().any(|node| node == given.node()) {
-            suggest::unknown("signal", &given.name, signals.iter().copied())
+        } else if sources.clone().any(|node| node == entry.node()) {
+            suggest::unknown("signal", &entry.name, signals.iter().copied())
         } else {
-            suggest::unknown("node", given.node(), fmus.iter().copied().chain(sources))
+            suggest::unknown("node", entry.node(), fmus.iter().copied().chain(sources))
         };
-        given.error(&message).hint(help)
+        entry.error(&message).hint(help)
     });
     errors.collect::<Mistakes>().finish()
 }

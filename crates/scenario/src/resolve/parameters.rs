@@ -15,6 +15,7 @@ use crate::document::{Scenario, Unused, self};
 use crate::text_of::{TextCache, self};
 use super::Diagnostics;
 use super::nodes::NodeDraft;
+use crate::document::UnusedParameters;
 
 /// The largest file of parameters [B].
 const LARGEST: u64 = 64 << 20;
@@ -100,7 +101,7 @@ impl Parameters {
             let known: HashSet<&str> =
                 variables().flat_map(|it| [it.name.as_str(), it.array()]).collect();
             let unused = file.values.iter().filter(|it| !known.contains(it.name.as_str()));
-            if fmus.iter().any(|fmu| fmu.unused == Some(Unused::Tell)) {
+            if fmus.iter().any(|fmu| fmu.unused == Some(UnusedParameters::Tell)) {
                 warnings.extend(unused_note(file, &unused.collect::<Vec<_>>()));
                 continue;
             }

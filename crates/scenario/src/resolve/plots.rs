@@ -78,7 +78,7 @@ fn curve(
         let (label, role) = (label.clone(), written.role);
         Series { quantity, factor, offset, label, role, bound }
     };
-    let bound = |(std, sigmas)| scope.shifted(&written.signal, sigmas, std);
+    let bound = |(std, sigmas)| scope.with_sigmas(&written.signal, sigmas, std);
     let bounds = written.std.iter().flat_map(|std| [(std, 2.0), (std, -2.0)]).map(bound);
     let mut series: Vec<_> =
         Mistakes::all(bounds)?.into_iter().map(|quantity| line(quantity, true)).collect();
@@ -115,7 +115,7 @@ fn conversion(quantity: &Quantity, from: &Unit, to: &Unit) -> Option<(f64, f64)>
 }
 
 /// Plots of all outputs among these columns, one for each unit of each node.
-pub fn by_unit<'a>(
+pub fn plots_by_unit<'a>(
     columns: impl Iterator<Item = (NumberIndex<Recorded>, &'a Column)> + Clone,
 ) -> Vec<Plot> {
     let mut plots: Vec<Plot> = Vec::new();

@@ -106,7 +106,7 @@ impl<'a> SignalScope<'a> {
     }
 
     /// The quantity `word` plus so many times its standard deviation.
-    pub(super) fn shifted(
+    pub(super) fn with_sigmas(
         &self,
         word: &Spanned<String>,
         sigmas: f64,

@@ -32,9 +32,9 @@ pub(super) fn start_values(
     mistakes: &mut Mistakes,
 ) -> (Vec<StartValue>, Vec<String>) {
     let (mut starts, texts) = (StartTable::new(variables), &parameters.texts);
-    let of_this = |given: &&Override| given.node() == node.name.get_ref();
-    for given in overrides.defaults.iter().filter(of_this) {
-        mistakes.take(starts.add_override(given, texts).map_err(|message| given.error(&message)));
+    let is_of_node = |entry: &&Override| entry.node() == node.name.get_ref();
+    for entry in overrides.defaults.iter().filter(is_of_node) {
+        mistakes.take(starts.add_override(entry, texts).map_err(|message| entry.error(&message)));
     }
     for file in parameters.of(scenario, &node.parameters) {
         let has = |it: &&Parameter| starts.first(&it.name).is_some();
@@ -60,8 +60,8 @@ pub(super) fn start_values(
             Ok::<(), Infallible>(())
         });
     }
-    for given in overrides.starts.iter().filter(of_this) {
-        mistakes.take(starts.add_override(given, texts).map_err(|message| given.error(&message)));
+    for entry in overrides.starts.iter().filter(is_of_node) {
+        mistakes.take(starts.add_override(entry, texts).map_err(|message| entry.error(&message)));
     }
     let written = starts.written.keys();
     let inputs = written.filter(|index| variables[**index].causality == Causality::Input);

@@ -10,7 +10,7 @@ use recording::view::{
 };
 use recording::{RunHeader, Selection};
 
-use super::plots::{by_unit, plot};
+use super::plots::{plot, plots_by_unit};
 use super::quantity::SignalScope;
 use super::signal_units::SignalUnits;
 use crate::document::{Scenario, self};
@@ -24,7 +24,7 @@ const AXLES: [f64; 2] = [0.30, -0.29];
 ///
 /// # Errors
 /// All that does not fit, with its places in the file.
-pub fn layout(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
+pub fn replay_layout(scenario: &Scenario, header: &RunHeader) -> Result<View, Error> {
     view(scenario, header, &SignalUnits::of_recording(&header.columns))
 }
 
@@ -59,7 +59,7 @@ pub(super) fn view(
         track: track.flatten(),
         arrows: arrows.unwrap_or_default(),
         xy_plots: xy_plots.unwrap_or_default(),
-        plots: if plots.is_empty() { by_unit(header.columns.numbers()) } else { plots },
+        plots: if plots.is_empty() { plots_by_unit(header.columns.numbers()) } else { plots },
         limits: Vec::new(),
         graph: Graph::default(),
     })

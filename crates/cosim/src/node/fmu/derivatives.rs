@@ -116,8 +116,10 @@ impl DirectionalDerivatives for FmuNode {
             return Ok(true);
         }
         let asked = instance.derivatives(
-            (&known.references, &known.values),
-            (&unknown.references, &mut unknown.values),
+            &known.references,
+            &known.values,
+            &unknown.references,
+            &mut unknown.values,
         );
         if let Err(error) = asked {
             return if instance.is_lost() { Err(error) } else { Ok(false) };

@@ -6,7 +6,7 @@ use fmu_import::description::{EnumerationItem, Type, Variable};
 use ssp::{Connector, ConnectorKind, Input, Output, Port, SignalConversion};
 use units::Unit;
 
-use super::{PartSettings, Writer, conversion_keys, error_at, parse_unit, quoted};
+use super::{PartSettings, Writer, conversion_keys, error_at, parse_unit, toml_string};
 
 impl Writer<'_> {
     /// Writes all connectors of the system that a scenario can connect. What is left out is noted.
@@ -45,14 +45,14 @@ impl Writer<'_> {
         if settings.unconnected {
             self.line(format_args!("unconnected = \"start\""));
         }
-        let from = quoted(&format!("{}.{}", settings.name, connector.name));
+        let from = toml_string(&format!("{}.{}", settings.name, connector.name));
         for (port, way, target) in &targets {
             let way = SignalConversion {
                 units: (None, way.units.1.clone()),
                 ..SignalConversion::clone(way)
             };
             let words = conversion_keys(&way, &own, target)?;
-            let to = quoted(&format!("{}.{}", self.names[port.component], port.variable));
+            let to = toml_string(&format!("{}.{}", self.names[port.component], port.variable));
             self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         }
         Ok(())
@@ -79,8 +79,8 @@ impl Writer<'_> {
         let way =
             SignalConversion { units: (way.units.0.clone(), None), ..SignalConversion::clone(way) };
         let words = conversion_keys(&way, &source, &own)?;
-        let from = quoted(&format!("{}.{}", self.names[port.component], port.variable));
-        let to = quoted(&format!("{}.{}", settings.name, connector.name));
+        let from = toml_string(&format!("{}.{}", self.names[port.component], port.variable));
+        let to = toml_string(&format!("{}.{}", settings.name, connector.name));
         self.line(format_args!("\n[[connect]]\nfrom = {from}\nto = {to}{words}"));
         Ok(())
     }
@@ -155,10 +155,10 @@ impl Writer<'_> {
         has_unit: bool,
     ) {
         self.begin(&connector.position);
-        let name = quoted(&format!("{}.{}", settings.name, connector.name));
+        let name = toml_string(&format!("{}.{}", settings.name, connector.name));
         self.line(format_args!("\n[[connector]]\nname = {name}\nkind = \"{kind}\""));
         if let Some(unit) = connector.unit.as_deref().filter(|_| has_unit) {
-            self.line(format_args!("unit = {}", quoted(&unit.name)));
+            self.line(format_args!("unit = {}", toml_string(&unit.name)));
         }
     }
 }

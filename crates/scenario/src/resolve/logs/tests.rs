@@ -38,7 +38,7 @@ impl Folder {
         let path = self.path().join("case.toml");
         std::fs::write(&path, text).expect("it can be written");
         let source = Source::read(&path).expect("it is there");
-        Scenario::recorded("case", source).expect("a scenario")
+        Scenario::from_recording("case", source).expect("a scenario")
     }
 
     fn read(&self, words: &str) -> Result<(Log, Vec<String>), Error> {
@@ -166,7 +166,7 @@ fn a_table_that_is_played_back_takes_all_aliases_of_its_file() {
         let file = folder.path().join("case.toml");
         std::fs::write(&file, text.replace("PATH", path)).expect("it can be written");
         let source = Source::read(&file).expect("it is there");
-        let scenario = Scenario::recorded("case", source).expect("a scenario");
+        let scenario = Scenario::from_recording("case", source).expect("a scenario");
         let words = scenario.document.table[0].file();
         read_for_playback(
             &scenario,

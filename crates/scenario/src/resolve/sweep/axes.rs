@@ -3,7 +3,7 @@
 use diagnostics::{Error, Mistakes, Spanned};
 
 use super::super::samples;
-use crate::document::{Design, Lognormal, Normal, Range, Scenario, Sweep, Truncated, Vary};
+use crate::document::{Design, Lognormal, Normal, Range, Scenario, Sweep, TruncatedNormal, Vary};
 use crate::plan::{Axis, AxisValues};
 
 /// The most values of one name.
@@ -161,7 +161,7 @@ fn lognormal_values(Lognormal { median, std_log }: Lognormal) -> Result<AxisValu
 }
 
 fn truncated_values(
-    Truncated { mean, std, low, high }: Truncated,
+    TruncatedNormal { mean, std, low, high }: TruncatedNormal,
 ) -> Result<AxisValues, &'static str> {
     normal_values(Normal { mean, std })?;
     uniform_values(low, high)?;

@@ -44,7 +44,7 @@ pub(super) fn pairs<'a>(
     };
     let optional = [a, b].iter().any(|terminal| terminal.rule == MatchingRule::Bus);
     for (one, other) in match_by_key([a, b], names, [own(a), own(b)], "member")? {
-        let inverted = inverted([&one.kind, &other.kind])
+        let inverted = are_inverted([&one.kind, &other.kind])
             .map_err(|what| format!("`{}` and `{}` {what}", one.variable, other.variable))?;
         let name = one.name.as_deref().unwrap_or(&one.variable);
         found.push(MemberPair {
@@ -104,7 +104,7 @@ fn match_by_key<'a, T>(
 }
 
 /// Whether the values of members of these kinds are each other's negative.
-fn inverted(kinds: [&MemberKind; 2]) -> Result<bool, String> {
+fn are_inverted(kinds: [&MemberKind; 2]) -> Result<bool, String> {
     use MemberKind::{Inflow, Other, Outflow, Signal};
     match kinds {
         [Signal, Signal] | [Inflow, Outflow] | [Outflow, Inflow] => Ok(false),
