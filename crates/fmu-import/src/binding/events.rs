@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::functions::{ClockFunctions, EventFunctions};
 use super::guarded_buffer::GuardedValue;
-use super::instance::Modes;
+use super::instantiation::Modes;
 use super::phase::Phase;
 use super::{Instance, Library};
 use crate::{CallError, DiscreteStatesUpdate, IntervalQualifier, Version};

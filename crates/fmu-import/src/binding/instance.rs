@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::call_monitor::CallMonitor;
 use super::functions::VersionFunctions;
 use super::guarded_buffer::GuardedBuffer;
-use super::instantiation::{self, Callbacks};
+use super::instantiation::{self, Callbacks, Modes};
 use super::mailbox::Mailbox;
 use super::messages_while_freed;
 use super::phase::Phase;
@@ -17,13 +17,6 @@ use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };
 use crate::{CallError, Description, Message, Type};
-
-/// The modes that an importer asks for when it makes an instance of FMI 3.0.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Modes {
-    pub event_mode: bool,
-    pub early_return: bool,
-}
 
 /// What an instance is told of the simulation before it is initialised.
 #[derive(Debug, Clone, Copy, Default)]

@@ -5,11 +5,17 @@ use std::ptr::{self, NonNull};
 use std::sync::Arc;
 
 use super::functions::{CallbackFunctions, Fmi2Functions, Fmi3Functions};
-use super::instance::Modes;
 use super::mailbox::{self, Mailbox};
 use super::{Component, Library};
 
 const CO_SIMULATION: c_int = 1;
+
+/// The modes that an importer asks for when it makes an instance of FMI 3.0.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Modes {
+    pub event_mode: bool,
+    pub early_return: bool,
+}
 
 unsafe extern "C" {
     /// Defined in `logger.c`.

@@ -8,7 +8,6 @@ use crate::abi::{self, BAD_CONFIG, Column, DONE, Outcome, Text, array};
 use crate::analysis::Host;
 use crate::c_views::{with_diagram, with_signals};
 use crate::error::{AnalysisError, ConfigError};
-use crate::load::OwnedInputSignal;
 use crate::signal::InputSignal;
 
 /// The state of a call.
@@ -113,7 +112,7 @@ pub(super) unsafe extern "C" fn take_needs(
 ) {
     // SAFETY: `Plugin::of` passed this guard, and the plugin lends its needs for the duration of the call.
     unsafe {
-        CallGuard::<Vec<OwnedInputSignal>>::visit(context, (), |all| {
+        CallGuard::<Vec<InputSignal<String>>>::visit(context, (), |all| {
             all.extend(array(needs, count).iter().map(|need| InputSignal {
                 name: need.name.lossy().into_owned(),
                 unit: need.unit.lossy().into_owned(),

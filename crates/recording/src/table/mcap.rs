@@ -25,8 +25,14 @@ pub(super) use self::survey::mcap_tallies;
 use self::topic_columns::TopicColumns;
 use super::{ColumnTitle, ColumnType, ReadColumns, ReadRequest, Series, TableError, Titles};
 
-/// A column: the track, the field of it, and the unit.
-type Place = (usize, usize, Option<String>);
+/// Where a column is: a field of a topic, with its unit.
+struct ColumnSource {
+    /// The index of the topic's columns.
+    topic: usize,
+    /// The index of the field among them.
+    field: usize,
+    unit: Option<String>,
+}
 
 /// The titles of a recording of ROS, whose messages tell their units; those of others only reading tells.
 pub(super) fn titles(path: &Path) -> Result<Titles, TableError> {
@@ -100,7 +106,7 @@ fn request_field(
     channel: &Arc<Channel<'static>>,
     field: &str,
     tracks: &mut Vec<TopicColumns>,
-) -> Result<Place, TableError> {
+) -> Result<ColumnSource, TableError> {
     let mut new = None;
     let of_channel = |track: &TopicColumns| track.channel.id == channel.id;
     let reader = match tracks.iter().find(|track| of_channel(track)) {
@@ -126,8 +132,8 @@ fn request_field(
             tracks.len() - 1
         }
     };
-    let place = tracks[index].add(column, found, column_type);
-    Ok((index, place, unit))
+    let field = tracks[index].add(column, found, column_type);
+    Ok(ColumnSource { topic: index, field, unit })
 }
 
 fn not_a_number(file: &Bag, column: &str, found: String) -> TableError {
@@ -142,21 +148,21 @@ fn seconds(nanoseconds: i128) -> f64 {
 fn recorded(
     file: &Bag,
     tracks: &mut [TopicColumns],
-    columns: impl Iterator<Item = Place>,
+    columns: impl Iterator<Item = ColumnSource>,
 ) -> Result<ReadColumns, TableError> {
     let first = tracks.iter().filter_map(|it| Some(it.rows.first()?.0)).min().unwrap_or(0);
     let clock =
         |track: &TopicColumns| track.rows.iter().map(|(stamp, _)| seconds(stamp - first)).collect();
     let clocks = tracks.iter().map(clock).collect();
-    let column = |(track, field, unit): Place| {
-        let growing = &mut tracks[track].columns[field];
-        if let Some(what) = growing.wrong.take() {
-            let (path, column) = (file.path.clone(), tracks[track].fields[field].0.clone());
+    let column = |ColumnSource { topic, field, unit }| {
+        let series = &mut tracks[topic].columns[field];
+        if let Some(what) = series.wrong.take() {
+            let (path, column) = (file.path.clone(), tracks[topic].fields[field].0.clone());
             return Err(TableError::Values { path, column, what });
         }
         let (values, exact) =
-            (std::mem::take(&mut growing.values), std::mem::take(&mut growing.exact));
-        Ok(Series { clock: track, values, exact, unit, gap: growing.gap.take() })
+            (std::mem::take(&mut series.values), std::mem::take(&mut series.exact));
+        Ok(Series { clock: topic, values, exact, unit, gap: series.gap.take() })
     };
     let columns = columns.map(column).collect();
     Ok(ReadColumns { columns, clocks, zero: seconds(first), warnings: Vec::new() })

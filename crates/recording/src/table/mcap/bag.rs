@@ -186,12 +186,12 @@ impl Bag {
                             log_time: time,
                             publish_time: time,
                         };
-                        more = take(&header, data).map_err(VisitError::Taker)?;
+                        more = take(&header, data).map_err(BagVisitError::Taker)?;
                         Ok(more)
                     });
                     result.map_err(|stop| match stop {
-                        VisitError::Bag(error) => bag(&self.path, error.to_string()),
-                        VisitError::Taker(error) => error,
+                        BagVisitError::Bag(error) => bag(&self.path, error.to_string()),
+                        BagVisitError::Taker(error) => error,
                     })?;
                 }
             }
@@ -201,14 +201,14 @@ impl Bag {
 }
 
 /// Why messages of a database are no more handed over.
-enum VisitError {
+enum BagVisitError {
     Bag(ros_bag::Error),
     Taker(TableError),
 }
 
-impl From<ros_bag::Error> for VisitError {
+impl From<ros_bag::Error> for BagVisitError {
     fn from(error: ros_bag::Error) -> Self {
-        VisitError::Bag(error)
+        BagVisitError::Bag(error)
     }
 }
 

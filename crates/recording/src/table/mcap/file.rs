@@ -29,21 +29,21 @@ pub struct Mcap {
 }
 
 /// Why a walk through the records ended early.
-enum VisitError {
+enum RecordVisitError {
     Damage(Damage),
     /// The taker wants no more, for this reason.
     Taker(TableError),
 }
 
-impl From<Damage> for VisitError {
+impl From<Damage> for RecordVisitError {
     fn from(damage: Damage) -> Self {
-        VisitError::Damage(damage)
+        RecordVisitError::Damage(damage)
     }
 }
 
-impl From<std::io::Error> for VisitError {
+impl From<std::io::Error> for RecordVisitError {
     fn from(error: std::io::Error) -> Self {
-        VisitError::Damage(Damage::Io(error))
+        RecordVisitError::Damage(Damage::Io(error))
     }
 }
 
@@ -102,12 +102,12 @@ impl Mcap {
     /// end.
     pub fn records(&self, take: &mut TakeRecord) -> Result<(), TableError> {
         self.walk(take).map_err(|stop| match stop {
-            VisitError::Damage(damage) => self.damaged(damage).into(),
-            VisitError::Taker(error) => error,
+            RecordVisitError::Damage(damage) => self.damaged(damage).into(),
+            RecordVisitError::Taker(error) => error,
         })
     }
 
-    fn walk(&self, take: &mut TakeRecord) -> Result<(), VisitError> {
+    fn walk(&self, take: &mut TakeRecord) -> Result<(), RecordVisitError> {
         let mut records = Records::open(&self.path)?;
         let (mut sum, mut ours, mut at) = (crc32fast::Hasher::new(), false, MAGIC.len() as u64);
         if !records.has_magic(0)? {
@@ -157,23 +157,23 @@ fn hand_over(
     body: &[u8],
     ours: bool,
     take: &mut TakeRecord,
-) -> Result<bool, VisitError> {
-    let form = || VisitError::from(Damage::Form(frame.opcode));
+) -> Result<bool, RecordVisitError> {
+    let form = || RecordVisitError::from(Damage::Form(frame.opcode));
     match frame.opcode {
         op::CHUNK => {
             let (header, _) = records::ChunkHeader::parse(body).ok_or_else(form)?;
             insist(ours, "chunk", frame.at, header.proof())?;
             records::unpack(frame, body, &mut |opcode, data| {
-                take(opcode, data).map_err(VisitError::Taker)
+                take(opcode, data).map_err(RecordVisitError::Taker)
             })
         }
         op::ATTACHMENT => {
             let content = Content::parse(frame.opcode, body);
             let Some(Content::Attachment(attachment)) = content else { return Err(form()) };
             insist(ours, "attachment", frame.at, attachment.verify(frame.at)?)?;
-            take(frame.opcode, body).map_err(VisitError::Taker)
+            take(frame.opcode, body).map_err(RecordVisitError::Taker)
         }
-        opcode => take(opcode, body).map_err(VisitError::Taker),
+        opcode => take(opcode, body).map_err(RecordVisitError::Taker),
     }
 }
 
