@@ -189,12 +189,11 @@ fn parse_file(
     Ok(ParameterFile { path, source: Arc::new(source), values })
 }
 
+/// Takes the name of a value, the span of its key, and the value.
+type EntryVisitor<'v, 'a> = &'v mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>);
+
 /// Calls `take` for each value with its name and the span of its key.
-fn flatten<'a>(
-    table: &DeTable<'a>,
-    prefix: &str,
-    take: &mut dyn FnMut(String, Range<usize>, &toml::Spanned<DeValue<'a>>),
-) {
+fn flatten<'a>(table: &DeTable<'a>, prefix: &str, take: EntryVisitor<'_, 'a>) {
     for (key, value) in table {
         let name = format!("{prefix}{}", key.get_ref());
         match value.get_ref() {
