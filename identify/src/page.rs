@@ -33,7 +33,7 @@ use tire_inference::quantity::{PerQuantity, Quantity};
 use tire_inference::verdict::Verdict;
 
 use crate::loads::AxleLoadEffects;
-use crate::names::{ORDER, describe, origin, the_box};
+use crate::names::{describe, origin, the_box};
 use crate::stretches::QuantityDrift;
 use crate::studies::{excitation, sensitivity};
 use crate::summary::IdentificationSummary;
@@ -134,7 +134,7 @@ impl TiresPage<'_> {
     }
 }
 
-impl Overall<'_> {
+impl IdentificationSummary<'_> {
     /// Tests of the model that passed, or that failed.
     fn tests(&self, passed: bool) -> impl Iterator<Item = &FitTest> {
         self.model.tests.iter().filter(move |test| test.passed() == passed)
@@ -158,19 +158,19 @@ impl Section<'_> {
     /// What the first method says of each quantity.
     fn quantities(&self) -> Vec<QuantityRow<'_>> {
         let Some(MethodSection { estimate, .. }) = self.methods.first() else { return Vec::new() };
-        let row = |name: &'static str| {
+        let row = |quantity: Quantity| {
             Some(QuantityRow {
-                name,
-                description: describe(name, self.direction),
-                mean: *estimate.mean.get(name)?,
-                std: estimate.std.get(name).copied().unwrap_or(f64::NAN),
-                interval: estimate.interval.get(name).copied().unwrap_or([f64::NAN; 2]),
-                is_fixed: estimate.fixed.iter().any(|fixed| fixed == name),
-                verdict: estimate.identified.get(name).copied(),
-                reason: estimate.reason.get(name).map_or("", String::as_str),
+                name: quantity.name(),
+                description: describe(quantity, self.direction),
+                mean: *estimate.mean.get(&quantity)?,
+                std: estimate.std.get(&quantity).copied().unwrap_or(f64::NAN),
+                interval: estimate.interval.get(&quantity).copied().unwrap_or([f64::NAN; 2]),
+                is_fixed: estimate.is_held(quantity),
+                verdict: estimate.identified.get(&quantity).copied(),
+                reason: estimate.reason.get(&quantity).map_or("", String::as_str),
             })
         };
-        ORDER.into_iter().filter_map(row).collect()
+        Quantity::ALL.into_iter().filter_map(row).collect()
     }
 
     /// Whether predictions of the first method fit.
@@ -180,11 +180,12 @@ impl Section<'_> {
 }
 
 /// Quantities of the table that compares methods.
-const FACTORS: [&str; 5] = ["B", "C", "D", "E", "K"];
+const FACTORS: [Quantity; 5] =
+    [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
 
-fn factors(mean: &ByName, std: &ByName) -> [String; 5] {
-    let number = |map: &ByName, name: &str| map.get(name).copied().unwrap_or(f64::NAN);
-    FACTORS.map(|name| with_std(number(mean, name), number(std, name)))
+fn factors(mean: &PerQuantity, std: &PerQuantity) -> [String; 5] {
+    let number = |map: &PerQuantity, quantity| map.get(&quantity).copied().unwrap_or(f64::NAN);
+    FACTORS.map(|quantity| with_std(number(mean, quantity), number(std, quantity)))
 }
 
 fn uncertainty_source(source: &UncertaintySource) -> &'static str {

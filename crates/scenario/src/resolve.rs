@@ -52,7 +52,7 @@ use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::archives::FmuCache;
 pub use self::isolation::IsolationPolicy;
-use self::order::Order;
+use cosim::order::Order;
 use self::parameters::Parameters;
 pub use self::plots::plots_by_unit;
 pub(crate) use self::samples::sample_file;

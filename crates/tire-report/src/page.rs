@@ -200,7 +200,7 @@ fn friction(tire: &MfTire) -> Vec<Curve> {
 #[template(path = "tires.html")]
 struct Page<'a> {
     title: String,
-    tires: Vec<&'a Named>,
+    tires: Vec<&'a NamedTire>,
     rows: Vec<Row>,
     plots: Vec<Markup>,
 }

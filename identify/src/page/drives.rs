@@ -56,7 +56,7 @@ impl Drives<'_> {
 
     /// Each drive with the report of its smoothing.
     pub fn smoothed(&self) -> impl Iterator<Item = (&Drive, &Report)> {
-        let reports = self.found.explained.iter().map(|explained| &explained.report);
+        let reports = self.found.smoothed.iter().map(|smoothed| &smoothed.report);
         self.recordings.iter().zip(reports)
     }
 
@@ -68,7 +68,7 @@ impl Drives<'_> {
         let curves = [
             (lines(recordings, expected), "c0", "expected of the identified car, from all before"),
             (
-                lines(recordings, |k| found.explained[k].a_y.clone()),
+                lines(recordings, |k| found.smoothed[k].a_y.clone()),
                 "c1",
                 "reconstructed, with the disturbance of the nominal car as virtual force sensor",
             ),
@@ -104,7 +104,7 @@ impl Drives<'_> {
 
     /// How EM found the noises.
     pub fn likelihoods(&self) -> Option<Markup> {
-        let reports = self.found.explained.iter().map(|explained| &explained.report);
+        let reports = self.found.smoothed.iter().map(|smoothed| &smoothed.report);
         let traces: Vec<&[f64]> = reports
             .filter_map(|report| Some(report.em.as_ref()?.log_likelihood.as_slice()))
             .collect();

@@ -18,9 +18,9 @@ struct Page<'a> {
     title: &'static str,
     summary: &'a [String],
     parts: &'a str,
-    models: &'a [Judged],
+    models: &'a [ModelAssessment],
     traces: &'a [Trace],
-    parameters: &'a [Found],
+    parameters: &'a [ParameterAssessment],
     car: &'a Body,
 }
 
@@ -76,7 +76,7 @@ impl Page<'_> {
     }
 
     fn open_loop(&self, horizon: f64) -> Horizon<'_> {
-        let of = |it: &Judged| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
+        let of = |it: &ModelAssessment| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
         let scores = self.models.iter().filter_map(|it| Some((it.name.as_str(), of(it)?)));
         let scores: Vec<(&str, RolloutScore)> = scores.collect();
         let errors = |score: &RolloutScore| [score.v_y, score.r, score.position];
@@ -99,7 +99,7 @@ impl Page<'_> {
 
     /// Ratings by ISO/TS 18571, signal by signal.
     fn ratings(&self) -> Vec<Rating<'_>> {
-        type Signal = (&'static str, fn(&Judged) -> Option<&Agreement>);
+        type Signal = (&'static str, fn(&ModelAssessment) -> Option<&Agreement>);
         let signals: [Signal; 3] = [
             ("a_y", |it| it.iso_18571.a_y.as_ref()),
             ("yaw rate", |it| it.iso_18571.r.as_ref()),

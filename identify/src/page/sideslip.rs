@@ -15,9 +15,9 @@ const SIZE: [f64; 2] = [1000.0, 280.0];
 struct Page<'a> {
     title: &'static str,
     summary: &'a [String],
-    score: Option<Score>,
+    score: Option<SideslipScore>,
     plots: Vec<Markup>,
-    parameters: &'a [Told],
+    parameters: &'a [ParameterInterval],
 }
 
 /// The page.
@@ -34,7 +34,7 @@ pub fn page(
 }
 
 /// v_y over time with its band, and as it was measured.
-fn plot(rows: &Shown) -> Plot {
+fn plot(rows: &SideslipTrace) -> Plot {
     let band: Vec<_> = rows
         .iter()
         .map(|(t, v_y, std, _)| (*t, [v_y - BAND[0] * std, v_y + BAND[0] * std]))

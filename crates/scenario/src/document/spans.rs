@@ -14,7 +14,7 @@ impl Scenario {
     /// from 0 on, in the order of the document. None when the files do not even have the first key.
     #[must_use]
     pub fn span_of_keys(&self, path: &[&str]) -> Option<(usize, Range<usize>)> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let document = DeValue::Table(read::merge_files(&self.source, &texts).ok()?);
         let (mut value, mut found) = (&document, None);
         for (index, key) in path.iter().enumerate() {
@@ -29,7 +29,7 @@ impl Scenario {
     /// [`Scenario::span_of_keys`].
     #[must_use]
     pub fn schema_violations(&self, path: &[&str], schema: &Value) -> Vec<SchemaViolation> {
-        let texts = self.source.shifted();
+        let texts = self.source.padded_texts();
         let Ok(document) = read::merge_files(&self.source, &texts) else { return Vec::new() };
         let document = DeValue::Table(document);
         let (mut value, mut table_span) = (&document, 0..0);

@@ -13,9 +13,8 @@ use super::connection_units::Conversions;
 use super::lookup::{PortRef, PortSide, find_port};
 use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::document::{At, Connect, Fault, Scenario, Unconnected};
+use crate::document::{At, Connect, Fault, Scenario, UnconnectedInputs};
 use super::{RunSettings, coupling, manoeuvres, types};
-use crate::document::UnconnectedInputs;
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;

@@ -96,7 +96,7 @@ pub(super) fn plan(
     clock: Option<Clock>,
     mistakes: &mut Mistakes,
 ) -> CouplingPlan {
-    assign_steps(scenario, nodes, clock, mistakes);
+    step_ratios(scenario, nodes, clock, mistakes);
     let coupling = &scenario.document.coupling;
     CouplingPlan {
         algorithm: coupling.algorithm,

@@ -12,7 +12,7 @@ use diagnostics::{Error, Mistakes, Source, Spanned};
 use plugin::OwnedInputSignal;
 use recording::table::{ColumnRequest, ColumnType, ReadRequest, Scaling, Table, TableError};
 
-use self::columns::{ColumnRequest, ColumnSelection};
+use self::columns::{ColumnSelection, LogColumnRequest};
 use crate::document::{Aliases, Column, Scenario, TableFile};
 
 /// A recorded file, or several one after another, as it was wanted.
@@ -138,7 +138,7 @@ impl LogReader<'_> {
             .and_then(|wanted| self.read_table(word, &path, &wanted, &selection));
         let (units, table) = Mistakes::both(units, table)?;
         warnings.extend_from_slice(table.warnings());
-        for (index, ColumnRequest { column, .. }) in selection.entries.iter().enumerate() {
+        for (index, LogColumnRequest { column, .. }) in selection.entries.iter().enumerate() {
             if column.unit.is_none() {
                 let (name, path) = (column.column.get_ref(), word.get_ref());
                 warnings.extend(units::unknown_unit_note(name, table.unit(index), path));
@@ -147,7 +147,7 @@ impl LogReader<'_> {
         let columns = selection.entries.into_iter().zip(units).zip(0..);
         let columns = columns.map(|((entry, unit), index)| {
             let unit = units::reconcile_unit(&entry, unit, table.unit(index))?;
-            let ColumnRequest { name, column, source } = entry;
+            let LogColumnRequest { name, column, source } = entry;
             Ok(LogColumn { name, column, source, unit, path: word.get_ref().clone() })
         });
         Ok(Log { columns: Mistakes::all(columns)?, table })
@@ -170,8 +170,8 @@ impl LogReader<'_> {
 
     fn table_request(&self, selection: &ColumnSelection) -> Result<ReadRequest, Error> {
         let Self { file, reading_rule, .. } = *self;
-        let column = |request: &ColumnRequest| {
-            let ColumnRequest { name, column, source } = request;
+        let column = |request: &LogColumnRequest| {
+            let LogColumnRequest { name, column, source } = request;
             let Column { gain, offset, sign, delay, gaps, .. } = column;
             Ok(ColumnRequest {
                 name: name.clone(),

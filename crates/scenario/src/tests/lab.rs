@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use diagnostics::{Error, Printable};
+use diagnostics::{Error, PrintableError};
 
 use super::fmus;
 use crate::BuildArtifacts;
 use crate::document::Scenario;
-use crate::plan::System;
+use crate::plan::RunPlan;
 use crate::resolve::{self, Override, Overrides};
 
 pub struct Lab(tempfile::TempDir);
@@ -38,19 +38,19 @@ impl Lab {
     }
 
     /// Resolves the scenario `case.toml` of this text.
-    pub fn resolve(&self, text: &str) -> Result<System, Error> {
+    pub fn resolve(&self, text: &str) -> Result<RunPlan, Error> {
         self.resolve_with(text, &[])
     }
 
     /// The same with values of `--set`.
 
-    pub fn resolve_with(&self, text: &str, set: &[&str]) -> Result<System, Error> {
+    pub fn resolve_with(&self, text: &str, set: &[&str]) -> Result<RunPlan, Error> {
         let starts =
             set.iter().map(|entry| Override::parse(entry, |file| Path::new(file).to_owned()));
         let starts = starts.collect::<Result<Vec<_>, _>>().map_err(Error::input)?.concat();
         let overrides = Overrides { starts, ..Overrides::default() };
         let scenario = self.read(text)?;
-        System::resolve(&scenario, &BuildArtifacts::default(), &overrides, self.path("out"))
+        RunPlan::resolve(&scenario, &BuildArtifacts::default(), &overrides, self.path("out"))
     }
 
     /// What is wrong with the scenario of this text.
@@ -73,7 +73,7 @@ impl Lab {
         let errors = error.split();
         let shown: Vec<String> = errors
             .iter()
-            .map(|error| format!("{:?}", miette::Report::new(Printable::of(error))))
+            .map(|error| format!("{:?}", miette::Report::new(PrintableError::of(error))))
             .collect();
         let frame = |c: char| "│╭╰─┬▲×·".contains(c);
         let words = shown.iter().flat_map(|shown| shown.split_whitespace());

@@ -12,7 +12,7 @@ use super::{AliasRequest, LogReader, look_up_columns};
 use crate::document::{Aliases, Column};
 
 /// A column that is read, with the words about it.
-pub struct ColumnRequest {
+pub struct LogColumnRequest {
     /// Its name in the scenario.
     pub name: String,
     pub column: Column,
@@ -22,7 +22,7 @@ pub struct ColumnRequest {
 
 /// The time and the columns of a file. Words stand in the scenario or in the aliases.
 pub struct ColumnSelection {
-    pub entries: Vec<ColumnRequest>,
+    pub entries: Vec<LogColumnRequest>,
     pub time: Option<(Arc<Source>, Spanned<String>)>,
     pub time_unit: Option<(Arc<Source>, Spanned<String>)>,
 }
@@ -63,7 +63,7 @@ pub fn select_columns(
     let LogReader { scenario, file, aliases, .. } = *reader;
     // One for all columns: there may be a hundred thousand.
     let own = Arc::new(scenario.source.clone());
-    let plain = |(name, column): (&Spanned<String>, &Spanned<Column>)| ColumnRequest {
+    let plain = |(name, column): (&Spanned<String>, &Spanned<Column>)| LogColumnRequest {
         name: name.get_ref().clone(),
         column: column.get_ref().clone(),
         source: Arc::clone(&own),
@@ -91,7 +91,7 @@ pub fn select_columns(
     let asked = requested_aliases(reader, aliases).into_iter().filter_map(|(name, needed)| {
         let (source, name) = (Arc::clone(&aliases.source), name.get_ref().clone());
         match alias(aliases, &name, &lookup)? {
-            Ok(column) => Some(Ok(ColumnRequest { name, column: column.clone(), source })),
+            Ok(column) => Some(Ok(LogColumnRequest { name, column: column.clone(), source })),
             Err(tried) if needed => {
                 Some(Err(missing_column(aliases, &name, &tried, &lookup, path)))
             }
@@ -118,10 +118,10 @@ pub fn select_columns(
 
 /// The column that the scenario names: one of the file, or of an alias. Of neither, reading the file tells what it has.
 fn resolve_alias<'a>(
-    entry: ColumnRequest,
+    entry: LogColumnRequest,
     aliases: &'a Aliases,
     lookup: &ColumnLookup,
-) -> Result<ColumnRequest, Vec<&'a str>> {
+) -> Result<LogColumnRequest, Vec<&'a str>> {
     let own = &entry.column;
     let wanted = own.column.get_ref();
     if lookup.has(wanted) {
@@ -129,8 +129,8 @@ fn resolve_alias<'a>(
     }
     let Some(found) = alias(aliases, wanted, lookup).transpose()? else { return Ok(entry) };
     Ok(match own.has_conversion() {
-        true => ColumnRequest { column: own.with_alias(found), ..entry },
-        false => ColumnRequest {
+        true => LogColumnRequest { column: own.with_alias(found), ..entry },
+        false => LogColumnRequest {
             column: Column { gaps: own.gaps.or(found.gaps), ..found.clone() },
             source: Arc::clone(&aliases.source),
             ..entry

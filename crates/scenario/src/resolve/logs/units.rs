@@ -4,7 +4,7 @@ use diagnostics::Error;
 use recording::table::Table;
 use units::Unit;
 
-use super::columns::ColumnRequest;
+use super::columns::LogColumnRequest;
 use super::{Log, LogColumn, TableFile, set_origin};
 use crate::document::Scenario;
 
@@ -12,7 +12,7 @@ use crate::document::Scenario;
 /// that is not known here gives way, and so does one of another dimension if the column has a gain, as that of a sensor in V.
 /// Loggers write g for g0, too.
 pub fn reconcile_unit(
-    ColumnRequest { column, source, .. }: &ColumnRequest,
+    LogColumnRequest { column, source, .. }: &LogColumnRequest,
     unit: Option<Unit>,
     recorded: Option<&str>,
 ) -> Result<Option<String>, Error> {
