@@ -52,8 +52,10 @@ pub struct Ratings {
 /// Rates a model on the rows that count; predictions over `horizon` [s].
 #[must_use]
 pub fn ratings(model: &dyn Predictor, drives: &[EvenDrive], horizon: f64) -> Ratings {
-    let [mut v_y, mut r] =
-        [PieceRatings::of(drives, |it| &it.motion.v_y), PieceRatings::of(drives, |it| &it.motion.r)];
+    let [mut v_y, mut r] = [
+        PieceRatings::of(drives, |it| &it.motion.v_y),
+        PieceRatings::of(drives, |it| &it.motion.r),
+    ];
     for drive in drives {
         let mut free = 0;
         for rollout in rollouts(model, drive, horizon) {

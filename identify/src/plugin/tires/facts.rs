@@ -1,7 +1,7 @@
 //! Tells people what was done to the recording.
 
 use numerics::text::significant;
-use preparation::{RowCounts, OffsetSource, Prepared};
+use preparation::{OffsetSource, Prepared, RowCounts};
 
 /// What was done to the recording, for people.
 pub(super) fn facts(prepared: &Prepared) -> Vec<(String, String)> {
