@@ -1,7 +1,7 @@
 //! Estimates speeds, yaw rate and three lumped disturbances of a single-track car.
 #![allow(non_snake_case, reason = "symbols as in vehicle dynamics")]
 
-use kalman::{Consistency, Gaussian, Judged, UpdateError, discretise, predict, update};
+use kalman::{Consistency, Gaussian, MeanNis, UpdateError, discretise, predict, update};
 use nalgebra::{Matrix4, Matrix6, Vector4, Vector6};
 use serde::{Deserialize, Serialize};
 
@@ -19,7 +19,7 @@ pub struct Output {
     /// The innovation squared in units of its covariance.
     pub nis: f64,
     /// Where the mean of these squares stands.
-    pub judged: Judged,
+    pub judged: MeanNis,
     /// Whether that mean is outside its band.
     pub warning: bool,
 }

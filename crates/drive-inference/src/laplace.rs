@@ -80,14 +80,14 @@ impl<'a> LaplaceApproximation<'a> {
 }
 
 /// A cost with B of one axle replaced by K = B C D.
-pub struct WithStiffness<'a> {
+pub struct StiffnessCost<'a> {
     /// The cost with B.
     pub objective: &'a dyn Objective,
     /// The axle.
     pub axle: Axle,
 }
 
-impl WithStiffness<'_> {
+impl StiffnessCost<'_> {
     fn original(&self, x: &DVector<f64>) -> DVector<f64> {
         let at = indices(self.axle);
         let mut original = x.clone();
@@ -96,7 +96,7 @@ impl WithStiffness<'_> {
     }
 }
 
-impl Objective for WithStiffness<'_> {
+impl Objective for StiffnessCost<'_> {
     fn model(&self, x: &DVector<f64>) -> Model {
         let original = self.original(x);
         let mut model = self.objective.model(&original);

@@ -8,7 +8,7 @@ use tire_inference::axles::Axle;
 use tire_inference::profile::{Point, Profile, ProfileLikelihood, profile};
 use tire_inference::quantity::Quantity;
 
-use crate::laplace::{LaplaceApproximation, WithStiffness};
+use crate::laplace::{LaplaceApproximation, StiffnessCost};
 use crate::tires::indices;
 
 const LIMITS: Limits = Limits { iterations: 20, target: 1e-4, tolerance: 1e-3, damping: 1e-5 };
@@ -24,7 +24,7 @@ pub fn profiles(
             Some(profile(&Variables::new(laplace), index))
         }
         Quantity::K => {
-            let objective = WithStiffness { objective: laplace.objective, axle: *axle };
+            let objective = StiffnessCost { objective: laplace.objective, axle: *axle };
             let laplace = laplace.with_stiffness(&objective, *axle);
             Some(profile(&Variables::new(&laplace), indices(*axle).B))
         }

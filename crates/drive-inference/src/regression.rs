@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tire_inference::axles::{Axle, Axles};
 use tire_inference::kernel::value_and_gradient;
-use tire_inference::parameters::Theta;
+use tire_inference::parameters::{COUNT, Theta};
 use vehicle::Body;
 
 use crate::points::{InputSide, Point};
@@ -94,16 +94,39 @@ impl Sums {
     }
 }
 
+/// A value with its derivatives.
+#[derive(Clone, Copy)]
+struct WithGradient<const N: usize> {
+    value: f64,
+    gradient: [f64; N],
+}
+
+impl<const N: usize> WithGradient<N> {
+    const ZERO: Self = Self { value: 0.0, gradient: [0.0; N] };
+}
+
+/// Friction coefficient at a slip, with derivatives by the parameters of the tire.
+#[inline(always)]
+fn friction_coefficient(tire: &Theta, slip: f64) -> WithGradient<COUNT> {
+    let (value, gradient) = value_and_gradient(tire, slip);
+    WithGradient { value, gradient }
+}
+
 /// A sum of axle forces, with derivatives by the parameters of both tires.
 #[inline(always)]
-fn combined(share_f: f64, share_r: f64, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
+fn combined(
+    share_f: f64,
+    share_r: f64,
+    f: &WithGradient<COUNT>,
+    r: &WithGradient<COUNT>,
+) -> WithGradient<COLUMNS> {
     let mut by = [0.0; COLUMNS];
     let [front, rear] = [block(Axle::Front).start, block(Axle::Rear).start];
     for i in 0..4 {
-        by[front + i] = share_f * f.1[i];
-        by[rear + i] = share_r * r.1[i];
+        by[front + i] = share_f * f.gradient[i];
+        by[rear + i] = share_r * r.gradient[i];
     }
-    (share_f * f.0 + share_r * r.0, by)
+    WithGradient { value: share_f * f.value + share_r * r.value, gradient: by }
 }
 
 impl Regression<'_> {
@@ -161,12 +184,12 @@ impl pulp::WithSimd for Block<'_> {
         let Self { of, points, tires, odd, sums } = self;
         let yaw = of.target == Target::AccelerationAndYaw;
         // Integral of the yaw moment over I_zz since the start of the stretch, with derivatives, at the last samples.
-        let mut integrals = [(0.0, [0.0; COLUMNS]); WINDOW];
-        let mut integral = (0.0, [0.0; COLUMNS]);
-        let mut rate_after = (0.0, [0.0; COLUMNS]);
+        let mut integrals = [WithGradient::<COLUMNS>::ZERO; WINDOW];
+        let mut integral = WithGradient::<COLUMNS>::ZERO;
+        let mut rate_after = WithGradient::<COLUMNS>::ZERO;
         for (k, point) in points.iter().enumerate() {
-            let rear = value_and_gradient(&tires.rear, point.alpha_r);
-            let front = value_and_gradient(&tires.front, point.before.alpha_f);
+            let rear = friction_coefficient(&tires.rear, point.alpha_r);
+            let front = friction_coefficient(&tires.front, point.before.alpha_f);
             if of.target == Target::AxleForces {
                 forces(of, point, &front, &rear, sums);
                 continue;
@@ -178,46 +201,54 @@ impl pulp::WithSimd for Block<'_> {
             if k > 0 {
                 let rate_before = yaw_rate(&of.body, &point.before, &front, &rear);
                 let half = 0.5 * points[k - 1].h;
-                integral.0 += half * (rate_after.0 + rate_before.0);
+                integral.value += half * (rate_after.value + rate_before.value);
                 for i in 0..SIZE {
-                    integral.1[i] += half * (rate_after.1[i] + rate_before.1[i]);
+                    integral.gradient[i] +=
+                        half * (rate_after.gradient[i] + rate_before.gradient[i]);
                 }
             }
             if k >= WINDOW {
                 let from = &integrals[k % WINDOW];
                 let change = point.measured[1] - points[k - WINDOW].measured[1];
-                let mut by = integral.1;
-                for (by, from) in by.iter_mut().zip(&from.1) {
+                let mut by = integral.gradient;
+                for (by, from) in by.iter_mut().zip(&from.gradient) {
                     *by -= from;
                 }
-                sums.add(1, integral.0 - from.0 - change, &by, of.std[1].powi(-2));
+                sums.add(1, integral.value - from.value - change, &by, of.std[1].powi(-2));
             }
             integrals[k % WINDOW] = integral;
-            let front = value_and_gradient(&tires.front, point.after.alpha_f);
+            let front = friction_coefficient(&tires.front, point.after.alpha_f);
             rate_after = yaw_rate(&of.body, &point.after, &front, &rear);
         }
     }
 }
 
-/// Yaw acceleration [rad/s²].
+/// Yaw acceleration [rad/s²], with derivatives.
 #[inline(always)]
-fn yaw_rate(body: &Body, side: &InputSide, f: &(f64, Theta), r: &(f64, Theta)) -> (f64, Row) {
+fn yaw_rate(
+    body: &Body,
+    side: &InputSide,
+    f: &WithGradient<COUNT>,
+    r: &WithGradient<COUNT>,
+) -> WithGradient<COLUMNS> {
     let share_f = body.l_f * side.F_z[0] * side.cos / body.I_zz;
-    let (value, by) = combined(share_f, -body.l_r * side.F_z[1] / body.I_zz, f, r);
-    (value + body.l_f * side.braking / body.I_zz, by)
+    let mut rate = combined(share_f, -body.l_r * side.F_z[1] / body.I_zz, f, r);
+    rate.value += body.l_f * side.braking / body.I_zz;
+    rate
 }
 
 #[inline(always)]
 fn acceleration(
     of: &Regression,
     point: &Point,
-    f: &(f64, Theta),
-    r: &(f64, Theta),
+    f: &WithGradient<COUNT>,
+    r: &WithGradient<COUNT>,
     odd: &[f64; 3],
     sums: &mut Sums,
 ) {
     let (side, m) = (&point.before, of.body.m);
-    let (force, mut by) = combined(side.F_z[0] * side.cos / m, side.F_z[1] / m, f, r);
+    let WithGradient { value: force, gradient: mut by } =
+        combined(side.F_z[0] * side.cos / m, side.F_z[1] / m, f, r);
     let mut residual = force + side.braking / m;
     for i in 0..3 {
         residual += odd[i] * point.odd[i];
@@ -231,13 +262,19 @@ fn acceleration(
 }
 
 #[inline(always)]
-fn forces(of: &Regression, point: &Point, f: &(f64, Theta), r: &(f64, Theta), sums: &mut Sums) {
+fn forces(
+    of: &Regression,
+    point: &Point,
+    f: &WithGradient<COUNT>,
+    r: &WithGradient<COUNT>,
+    sums: &mut Sums,
+) {
     let side = &point.before;
     let shares = [[side.F_z[0] * side.cos, 0.0], [0.0, side.F_z[1]]];
     for (axle, [share_f, share_r]) in shares.into_iter().enumerate() {
         let [target, variance] = point.forces[axle];
         let known = if axle == 0 { side.braking } else { 0.0 };
-        let (force, by) = combined(share_f, share_r, f, r);
+        let WithGradient { value: force, gradient: by } = combined(share_f, share_r, f, r);
         sums.add(2 + axle, force + known - target, &by, of.weight(2 + axle, variance));
     }
 }

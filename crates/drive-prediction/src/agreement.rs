@@ -52,8 +52,10 @@ pub struct Ratings {
 /// Rates a model on the rows that count; predictions over `horizon` [s].
 #[must_use]
 pub fn ratings(model: &dyn Predictor, drives: &[EvenDrive], horizon: f64) -> Ratings {
-    let [mut v_y, mut r] =
-        [Pieces::of(drives, |it| &it.motion.v_y), Pieces::of(drives, |it| &it.motion.r)];
+    let [mut v_y, mut r] = [
+        PieceRatings::of(drives, |it| &it.motion.v_y),
+        PieceRatings::of(drives, |it| &it.motion.r),
+    ];
     for drive in drives {
         let mut free = 0;
         for rollout in rollouts(model, drive, horizon) {
@@ -71,7 +73,7 @@ pub fn ratings(model: &dyn Predictor, drives: &[EvenDrive], horizon: f64) -> Rat
 }
 
 fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<Agreement> {
-    let mut pieces = Pieces::of(drives, |it| &it.motion.a_y);
+    let mut pieces = PieceRatings::of(drives, |it| &it.motion.a_y);
     for drive in drives {
         let along = model.along(drive);
         let model = along.as_deref().unwrap_or(model);
@@ -94,13 +96,13 @@ fn lateral(model: &dyn Predictor, drives: &[EvenDrive]) -> Option<Agreement> {
 }
 
 /// Ratings of pieces in which something happens.
-struct Pieces {
+struct PieceRatings {
     /// What one of their values reaches.
     least: f64,
     ratings: Vec<Rating>,
 }
 
-impl Pieces {
+impl PieceRatings {
     fn of(drives: &[EvenDrive], channel: impl Fn(&EvenDrive) -> &Vec<f64>) -> Self {
         let sizes = drives.iter().flat_map(|it| it.counted(channel(it)).map(f64::abs));
         let mut sizes: Vec<f64> = sizes.filter(|it| it.is_finite()).collect();

@@ -18,7 +18,7 @@ pub struct Consistency<const M: usize> {
 
 /// Where a mean of normalised innovations squared stands [-].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Judged {
+pub struct MeanNis {
     /// The mean; `M` on average for a consistent filter.
     pub mean: f64,
     /// Lower end of the band: below it the noises are smaller than the filter says.
@@ -27,7 +27,7 @@ pub struct Judged {
     pub high: f64,
 }
 
-impl Judged {
+impl MeanNis {
     /// Whether the mean is in its band; NaN is not.
     pub fn is_consistent(&self) -> bool {
         (self.low..=self.high).contains(&self.mean)
@@ -39,13 +39,13 @@ impl<const M: usize> Consistency<M> {
     /// the mean by a band of ± `deviations` standard deviations of a normal variable of the same probability.
     ///
     /// `kept` is from 0 to 1; with e^(−h/τ) the mean remembers the time τ.
-    pub fn take(&mut self, nis: f64, kept: f64, deviations: f64) -> Judged {
+    pub fn take(&mut self, nis: f64, kept: f64, deviations: f64) -> MeanNis {
         self.sum = kept * self.sum + nis;
         self.weights = kept * self.weights + 1.0;
         self.squared_weights = kept * kept * self.squared_weights + 1.0;
         let freedom = M as f64 * self.weights * self.weights / self.squared_weights;
         let quantile = |z: f64| M as f64 * chi_squared_over_freedom(freedom, z);
-        Judged {
+        MeanNis {
             mean: self.sum / self.weights,
             low: quantile(-deviations),
             high: quantile(deviations),

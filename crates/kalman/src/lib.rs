@@ -87,7 +87,7 @@ mod model;
 mod rts;
 mod step;
 
-pub use consistency::{Consistency, Judged};
+pub use consistency::{Consistency, MeanNis};
 pub use discretise::{discretise, transition};
 pub use em::{Em, EmError, Estimate, Freedom, StartUpdate, Status, Violation};
 pub use filter::{Innovation, UpdateError, predict, update};

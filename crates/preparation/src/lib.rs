@@ -47,7 +47,7 @@ pub use drive_log::{DriveLog, SIGNALS, Signal};
 pub use error::Error;
 pub use filter::Filter;
 pub use gap::longest_step;
-pub use mask::Lost;
+pub use mask::RowCounts;
 pub use noise::NoiseOf;
 pub use offset::{Offset, OffsetSource, Offsets};
 pub use outlier::Outliers;

@@ -55,7 +55,7 @@ pub fn gear_shifts(gear: &Signal, seconds: f64) -> Vec<Span> {
 
 /// Why rows of `v_x` are not used, each counted once, by the first cause that applies; and what is used.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Lost {
+pub struct RowCounts {
     /// Rows in the recording.
     pub rows: usize,
     /// Repetitions of the row before.
@@ -87,7 +87,7 @@ pub struct Limits {
 
 /// Stretches in which all signals are there and nothing is to be cut, the count of gear shifts, and what was lost; `held`
 /// is how many rows of `v_x` are gone already.
-pub fn stretches(signals: &Signals, held: usize, limits: &Limits) -> (Vec<Span>, usize, Lost) {
+pub fn stretches(signals: &Signals, held: usize, limits: &Limits) -> (Vec<Span>, usize, RowCounts) {
     let v_x = &signals["v_x"];
     let needed = signals.iter().filter(|(name, _)| **name != "gear").map(|(_, s)| &s.time);
     let gap = |time: &[f64]| limits.gap.unwrap_or_else(|| longest_step(time));
@@ -104,7 +104,7 @@ pub fn stretches(signals: &Signals, held: usize, limits: &Limits) -> (Vec<Span>,
     let long = |s: &Span| s.seconds() >= shortest;
     spans.retain(long);
 
-    let mut lost = Lost { rows: v_x.time.len() + held, held, ..Lost::default() };
+    let mut lost = RowCounts { rows: v_x.time.len() + held, held, ..RowCounts::default() };
     let within = |list: &[Span], t: f64| {
         list.get(list.partition_point(|s| s.end < t)).is_some_and(|s| s.holds(t))
     };

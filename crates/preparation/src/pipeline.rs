@@ -9,7 +9,7 @@ use crate::car::AxleRow;
 use crate::direction::Direction;
 use crate::drive_log::DriveLog;
 use crate::error::Error;
-use crate::mask::{self, Limits, Lost};
+use crate::mask::{self, Limits, RowCounts};
 use crate::offset::{self, Offset};
 use crate::points::{self, Counts, Curve, Points};
 use crate::row::{self, Row, Signals};
@@ -50,7 +50,7 @@ pub struct Prepared {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PreparationReport {
     /// Rows of `v_x`, and why some are not used.
-    pub lost: Lost,
+    pub lost: RowCounts,
     /// Repeated rows that were dropped, by signal.
     pub held: BTreeMap<&'static str, usize>,
     /// Gear shifts.
@@ -194,8 +194,8 @@ impl Pipeline {
         })
     }
 
-    fn nothing_left(&self, lost: &Lost) -> Error {
-        let Lost { rows, held, slow, gear_shift, gap, short, .. } = *lost;
+    fn nothing_left(&self, lost: &RowCounts) -> Error {
+        let RowCounts { rows, held, slow, gear_shift, gap, short, .. } = *lost;
         let longest =
             self.gap.map_or_else(|| "3.5 usual steps".to_owned(), |gap| format!("{gap} s"));
         let lost = format!(

@@ -69,10 +69,10 @@ impl Running {
             .filter(|(exposed, value)| exposed.role == Role::Parameter && **value != exposed.start);
         let starts = changed.filter_map(|(exposed, value)| {
             let value = match value {
-                Cell::Real(value) => OverrideValue::Number { value: *value, unit: None },
-                Cell::Integer(value) => OverrideValue::Integer((*value).into()),
-                Cell::Boolean(value) => OverrideValue::Boolean(*value),
-                Cell::String(text) => OverrideValue::parse(text),
+                VariableValue::Real(value) => OverrideValue::Number { value: *value, unit: None },
+                VariableValue::Integer(value) => OverrideValue::Integer((*value).into()),
+                VariableValue::Boolean(value) => OverrideValue::Boolean(*value),
+                VariableValue::String(text) => OverrideValue::parse(text),
             };
             exposed.name.contains('.').then(|| Override::new(&exposed.name, value))
         });

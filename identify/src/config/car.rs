@@ -156,11 +156,11 @@ impl Masses {
 
 /// The data that are asked for; those that are missing are told at once.
 #[derive(Default)]
-struct Asked {
+struct RequiredData {
     missing: Vec<Missing>,
 }
 
-impl Asked {
+impl RequiredData {
     fn take<T>(&mut self, given: Option<T>, datum: Missing) -> Option<T> {
         self.missing.extend(given.is_none().then_some(datum));
         given
@@ -252,7 +252,7 @@ impl DrivenCar {
     }
 
     fn complete(&self) -> Result<(Vehicle, CarUncertainty), ConfigError> {
-        let mut asked = Asked::default();
+        let mut asked = RequiredData::default();
         let body = asked.body(self.body, self.exact)?;
         let aero = asked.take(self.aero, AERO);
         let brakes = asked.take(self.brake_front_share, BRAKES);
@@ -275,7 +275,7 @@ impl SteeredCar {
     /// # Errors
     /// With all that are missing, or the first that makes no sense.
     pub fn read(&self) -> Result<(Body, [f64; 2]), ConfigError> {
-        let mut asked = Asked::default();
+        let mut asked = RequiredData::default();
         let body = asked.body(self.body, false)?;
         let drive = asked.take(self.drive_front_share, DRIVE);
         let (Some((body, _)), Some(drive)) = (body, drive) else { return Err(asked.needed()) };
@@ -296,7 +296,7 @@ impl LoggedCar {
     }
 
     fn complete(&self) -> Result<(Car, CarUncertainty), ConfigError> {
-        let mut asked = Asked::default();
+        let mut asked = RequiredData::default();
         let body = asked.body(self.body, self.exact)?;
         let aero = asked.take(self.aero, AERO);
         let drive = asked.take(self.drive_front_share, DRIVE);

@@ -201,7 +201,7 @@ fn names_of_systems_do_not_meet() {
     ]);
     // Another FMU in the place of one of the system is told.
     let text = format!("{RIG}unconnected = \"start\"\n{}{TIME}", node("rig_a"));
-    let system = lab.resolve(&text).expect("a system");
+    let plan = lab.resolve(&text).expect("a plan");
     let told = "case.toml:5: `rig_a` takes the place of the FMU";
-    assert!(system.warnings.iter().any(|it| it.contains(told)), "{:?}", system.warnings);
+    assert!(plan.system.warnings.iter().any(|it| it.contains(told)), "{:?}", plan.system.warnings);
 }

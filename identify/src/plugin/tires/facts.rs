@@ -1,12 +1,12 @@
 //! Tells people what was done to the recording.
 
 use numerics::text::significant;
-use preparation::{Lost, OffsetSource, Prepared};
+use preparation::{OffsetSource, Prepared, RowCounts};
 
 /// What was done to the recording, for people.
 pub(super) fn facts(prepared: &Prepared) -> Vec<(String, String)> {
     let report = &prepared.report;
-    let Lost { rows, held, slow, gear_shift, gap, short, used } = report.lost;
+    let RowCounts { rows, held, slow, gear_shift, gap, short, used } = report.lost;
     let mut facts = vec![
         ("rows used".to_owned(), format!("{used} of {rows}")),
         ("rows at common instants".to_owned(), report.rows.to_string()),

@@ -17,7 +17,7 @@ const CLOSED: f64 = 0.8;
 
 /// What comes again.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Again {
+pub(super) struct LapRepetition {
     /// Length of a lap [m].
     pub lap: f64,
     /// Correlation of a quantity with itself a lap later.
@@ -118,7 +118,7 @@ fn correlation(a: &[f64], b: &[f64]) -> Option<f64> {
 }
 
 /// What of a quantity comes again lap by lap. `None` without laps.
-pub(super) fn again(v_x: &[f64], r: &[f64], step: f64, quantity: &[f64]) -> Option<Again> {
+pub(super) fn again(v_x: &[f64], r: &[f64], step: f64, quantity: &[f64]) -> Option<LapRepetition> {
     let course = Course::new(v_x, r, step)?;
     let lap = course.lap()?;
     let here: Vec<f64> = course.rows.iter().map(|row| quantity[*row]).collect();
@@ -128,7 +128,7 @@ pub(super) fn again(v_x: &[f64], r: &[f64], step: f64, quantity: &[f64]) -> Opti
     let mean = common.iter().sum::<f64>() / common.len() as f64;
     let variance = common.iter().map(|it| (it - mean).powi(2)).sum::<f64>() / common.len() as f64;
     let most = quantile(common.iter().map(|it| (it - mean).abs()), 0.98);
-    Some(Again { lap: lap as f64 * course.every, correlation, rms: variance.sqrt(), most })
+    Some(LapRepetition { lap: lap as f64 * course.every, correlation, rms: variance.sqrt(), most })
 }
 
 #[cfg(test)]
