@@ -29,8 +29,8 @@ struct WarmFmu {
 /// The variables of an FMU that a system connects, records or checks.
 #[derive(PartialEq)]
 struct FmuPorts {
-    inputs: Ports,
-    outputs: Ports,
+    inputs: VariableGroups,
+    outputs: VariableGroups,
 }
 
 /// The ports of a node, if it is an FMU.

@@ -3,14 +3,13 @@
 mod pictures;
 
 use askama::Template;
-use cosim::coupling::LoopAccount;
+use cosim::coupling::LoopSummary;
 use diagnostics::Source;
 use serde_json::Value;
 
-use super::analysis_analysis_summary::AnalysisSummary;
 use super::analysis_summary::AnalysisSummary;
 use super::text::seconds;
-use super::{Ending, FileReport, NodeReport, RunReport};
+use super::{FileReport, NodeReport, RunReport, RunVerdict};
 use crate::messages::{NodeMessage, Severity};
 use pictures::{Picture, SMALL, WIDE, picture};
 
@@ -37,7 +36,7 @@ impl RunReport {
         let (failed, passed) = (pictures(false, WIDE), pictures(true, SMALL));
         let headline = match self.verdict {
             // The error follows.
-            Ending::Error | Ending::Interrupted => {
+            RunVerdict::Error | RunVerdict::Interrupted => {
                 format!("stopped after {}", seconds(self.sim_seconds))
             }
             RunVerdict::Pass | RunVerdict::Fail => self.headline(),
@@ -103,7 +102,7 @@ fn most_grave_first(messages: &[NodeMessage]) -> impl Iterator<Item = &NodeMessa
 }
 
 /// Mean of the passes of a step.
-fn mean(account: &LoopAccount) -> f64 {
+fn mean(account: &LoopSummary) -> f64 {
     account.passes as f64 / account.steps.max(1) as f64
 }
 
@@ -111,8 +110,8 @@ fn json(result: &Value) -> String {
     serde_json::to_string_pretty(result).unwrap_or_default()
 }
 
-fn word(ending: &Ending) -> &'static str {
-    match ending {
+fn word(verdict: &RunVerdict) -> &'static str {
+    match verdict {
         RunVerdict::Pass => "PASSED",
         RunVerdict::Fail => "FAILED",
         RunVerdict::Error => "ERROR",
@@ -120,8 +119,8 @@ fn word(ending: &Ending) -> &'static str {
     }
 }
 
-fn class(ending: &Ending) -> &'static str {
-    match ending {
+fn class(verdict: &RunVerdict) -> &'static str {
+    match verdict {
         RunVerdict::Pass => "pass",
         RunVerdict::Fail => "fail",
         RunVerdict::Error | RunVerdict::Interrupted => "stop",

@@ -8,7 +8,6 @@ use diagnostics::in_markdown;
 use crate::messages::{Severity, self};
 use super::{RunReport, RunVerdict, ValidationReport};
 use super::analysis_summary::{AnalysisSummary, WIDEST};
-use super::analysis_summary::AnalysisSummary;
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.

@@ -1,6 +1,6 @@
 //! Draws what checks compare over time.
 
-use cosim::check::Verdict;
+use assessment::check::Verdict;
 use expression::{TracePoint, Traced};
 use html_page::{Axis, Markup, Plot};
 
