@@ -182,14 +182,14 @@ impl<'a> Filter<'a> {
                 let (correlation, variance) = disturbance.step(h);
                 estimate.propagate_gauss_markov(state, correlation, variance);
             }
-            estimate.x[..MOVING].copy_from_slice(&moved);
+            estimate.x = moved;
             all = if part == 0 { F } else { F * all };
         }
         all
     }
 
-    /// The moving states after `h` [s] by their Taylor series of second order, and the derivative of all states by those before.
-    fn transition(&self, x: &[f64; STATES], input: &Input, h: f64) -> ([f64; MOVING], Square) {
+    /// The states after `h` [s] by their Taylor series of second order, and the derivative of that by those before.
+    fn transition(&self, x: &[f64; STATES], input: &Input, h: f64) -> ([f64; STATES], Square) {
         let x = State::from(*x);
         let Linear { rates, A, .. } = self.car.linear(&x, input);
         let mut whole = Square::zeros();
@@ -206,7 +206,7 @@ impl<'a> Filter<'a> {
         for (state, disturbance) in self.disturbances {
             F[(state, state)] = disturbance.step(h).0;
         }
-        (std::array::from_fn(|i| moved[i]), F)
+        (moved.into(), F)
     }
 
     /// Takes in the measurements one after the other.
