@@ -97,7 +97,7 @@ impl Recorder {
         self.snapshots = checkpoints.check_snapshots();
         report.resumed = checkpoints.resume_report();
         let Some(origin) = checkpoints.origin() else { return };
-        let late = self.checks.recall(&origin.checks, (origin.system.tick, origin.system.time));
+        let late = self.checks.recall(&origin.checks, origin.system.tick, origin.system.time);
         let from = format!("from {} s on, where the run begins", rounded(origin.system.time));
         let checks = late.iter().map(|name| {
             format!("the check `{name}` is judged {from}: the checkpoint does not know it")

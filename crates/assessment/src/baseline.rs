@@ -103,7 +103,7 @@ pub struct Comparison {
 
 /// The compared values of a signal.
 #[derive(Debug)]
-enum Kept {
+enum RunValues {
     Numbers(Vec<f64>),
     Texts(Vec<String>),
 }
@@ -114,7 +114,7 @@ pub struct Baselines {
     baselines: Vec<(BaselinePlan, Golden)>,
     times: Vec<f64>,
     /// The signals of all baselines, one after the other.
-    kept: Vec<Vec<Kept>>,
+    kept: Vec<Vec<RunValues>>,
     /// Half a communication step [s].
     slack: f64,
     /// The names of all variables of the run.
@@ -126,8 +126,8 @@ impl Baselines {
     #[must_use]
     pub fn new(baselines: Vec<(BaselinePlan, Golden)>, columns: &Columns<Full>, step: f64) -> Self {
         let kept = |signal: &BaselineSignal| match signal.column {
-            ColumnIndex::Number(_) => Kept::Numbers(Vec::new()),
-            ColumnIndex::Text(_) => Kept::Texts(Vec::new()),
+            ColumnIndex::Number(_) => RunValues::Numbers(Vec::new()),
+            ColumnIndex::Text(_) => RunValues::Texts(Vec::new()),
         };
         Baselines {
             kept: baselines.iter().map(|(it, _)| it.signals.iter().map(kept).collect()).collect(),
@@ -150,7 +150,7 @@ impl Baselines {
         for (signal, kept) in plan.signals.iter().zip(&self.kept[index]) {
             match golden.find(&signal.name) {
                 None if !signal.named => absent.push(signal.name.as_str()),
-                found => signals.push(self.judge((plan, golden), signal, found, kept)),
+                found => signals.push(self.judge(plan, golden, signal, found, kept)),
             }
         }
         let path = plan.path.display();
@@ -169,7 +169,7 @@ impl Baselines {
             warnings.push(text);
         }
         let during = plan.during.unwrap_or([begin, end]);
-        let reason = self.reason((plan, golden), during, signals.len());
+        let reason = self.reason(plan, golden, during, signals.len());
         let (name, recording) = (plan.name.clone(), plan.path.clone());
         let place = (plan.file.clone(), plan.line);
         BaselineOutcome { name, recording, reason, signals, picture: None, during, place, warnings }
@@ -178,7 +178,8 @@ impl Baselines {
     /// Why the comparison fails as a whole.
     fn reason(
         &self,
-        (plan, golden): (&BaselinePlan, &Golden),
+        plan: &BaselinePlan,
+        golden: &Golden,
         [from, to]: [f64; 2],
         compared: usize,
     ) -> Option<String> {
@@ -207,10 +208,11 @@ impl Baselines {
 
     fn judge(
         &self,
-        (plan, golden): (&BaselinePlan, &Golden),
+        plan: &BaselinePlan,
+        golden: &Golden,
         signal: &BaselineSignal,
         found: Option<&GoldenColumn>,
-        kept: &Kept,
+        kept: &RunValues,
     ) -> SignalOutcome {
         let failed = |reason: String| SignalOutcome {
             signal: signal.name.clone(),
@@ -226,13 +228,13 @@ impl Baselines {
         let inside = |time: f64| {
             plan.during.is_none_or(|[from, to]| time > from - self.slack && time < to + self.slack)
         };
-        if let (Kept::Texts(values), GoldenValues::Texts(texts)) = (kept, &column.values) {
+        if let (RunValues::Texts(values), GoldenValues::Texts(texts)) = (kept, &column.values) {
             let equal = |(time, value): (&f64, &String)| {
-                !inside(*time) || holds(&golden.times, texts, value, (*time, signal.size.time))
+                !inside(*time) || holds(&golden.times, texts, value, *time, signal.size.time)
             };
             let wrong = self.times.iter().zip(values).find(|pair| !equal(*pair));
-            let told = wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
-            return match told {
+            let reason = wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
+            return match reason {
                 Some(reason) => failed(reason),
                 None => SignalOutcome { passed: true, reason: None, ..failed(String::new()) },
             };
@@ -266,9 +268,9 @@ impl Baselines {
         golden: &Golden,
         signal: &BaselineSignal,
         column: &GoldenColumn,
-        kept: &Kept,
+        kept: &RunValues,
     ) -> Result<Comparison, String> {
-        let (Kept::Numbers(values), GoldenValues::Numbers(recorded)) = (kept, &column.values)
+        let (RunValues::Numbers(values), GoldenValues::Numbers(recorded)) = (kept, &column.values)
         else {
             return Err("it is a text in one of both and a number in the other".to_owned());
         };
@@ -285,7 +287,7 @@ impl Baselines {
             ));
         }
         let bounds = match signal.exact {
-            true => exact(golden, &recorded, (&self.times, values), signal.size.time),
+            true => exact(golden, &recorded, &self.times, values, signal.size.time),
             false => {
                 let (low, high) = recorded
                     .iter()
@@ -322,14 +324,15 @@ impl Baselines {
 fn exact(
     golden: &Golden,
     recorded: &[f64],
-    (times, values): (&[f64], &[f64]),
+    times: &[f64],
+    values: &[f64],
     tolerance: f64,
 ) -> Vec<Option<[f64; 2]>> {
     let end = golden.times[golden.times.len() - 1];
     let allowed = |(time, value): (&f64, &f64)| {
         let known = *time >= golden.times[0] - 1e-9 && *time <= end + 1e-9;
         let row = golden.times.partition_point(|it| *it <= time + 1e-9).saturating_sub(1);
-        let near = holds(&golden.times, recorded, value, (*time, tolerance));
+        let near = holds(&golden.times, recorded, value, *time, tolerance);
         known.then(|| if near { [*value; 2] } else { [recorded[row]; 2] })
     };
     times.iter().zip(values).map(allowed).collect()
@@ -339,20 +342,20 @@ impl Sink<Full> for Baselines {
     #[inline]
     fn row(&mut self, _tick: u64, time: f64, row: &Row<Full>) -> Result<(), Error> {
         if !self.baselines.is_empty() {
-            self.keep(time, row);
+            self.record(time, row);
         }
         Ok(())
     }
 }
 
 impl Baselines {
-    fn keep(&mut self, time: f64, row: &Row<Full>) {
+    fn record(&mut self, time: f64, row: &Row<Full>) {
         self.times.push(time);
         for ((plan, _), kept) in self.baselines.iter().zip(&mut self.kept) {
             for (signal, kept) in plan.signals.iter().zip(kept) {
                 match (signal.column, kept) {
-                    (ColumnIndex::Number(index), Kept::Numbers(values)) => values.push(row[index]),
-                    (ColumnIndex::Text(index), Kept::Texts(values)) => {
+                    (ColumnIndex::Number(index), RunValues::Numbers(values)) => values.push(row[index]),
+                    (ColumnIndex::Text(index), RunValues::Texts(values)) => {
                         values.push(row[index].clone())
                     }
                     _ => {}

@@ -42,11 +42,11 @@ pub(crate) enum Dimension {
     Number,
     /// The signal that lacks a unit.
     Missing(String),
-    Known(Known),
+    Known(NamedUnit),
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Known {
+pub(crate) struct NamedUnit {
     pub unit: Unit,
     /// As it was declared; none for what products make.
     pub name: Option<String>,
@@ -61,9 +61,9 @@ const SECOND: Unit = Unit::from_base([0, 0, 1, 0, 0, 0, 0, 0], 1.0, 0.0);
 const FREQUENCY: Unit = Unit::from_base([0, 0, -1, 0, 0, 0, 0, 0], 1.0, 0.0);
 pub(crate) const KILOGRAM: Unit = Unit::from_base([1, 0, 0, 0, 0, 0, 0, 0], 1.0, 0.0);
 
-impl Known {
+impl NamedUnit {
     pub(crate) fn named(unit: Unit, name: &str) -> Self {
-        Known { unit, name: Some(name.to_owned()), difference: false }
+        NamedUnit { unit, name: Some(name.to_owned()), difference: false }
     }
 
     pub(crate) fn text(&self) -> String {
@@ -108,30 +108,30 @@ impl Known {
 impl Dimension {
     /// That of a number without any dimension.
     pub(crate) fn plain() -> Self {
-        Dimension::Known(Known::named(Unit::ONE, "1"))
+        Dimension::Known(NamedUnit::named(Unit::ONE, "1"))
     }
 
     pub(crate) fn radian() -> Self {
-        Dimension::Known(Known::named(RADIAN, "rad"))
+        Dimension::Known(NamedUnit::named(RADIAN, "rad"))
     }
 
     /// That of the time.
     pub(crate) fn seconds() -> Self {
-        Dimension::Known(Known::named(SECOND, "s"))
+        Dimension::Known(NamedUnit::named(SECOND, "s"))
     }
 
     pub(crate) fn of(name: &str, unit: SignalUnit) -> Self {
         match unit {
             SignalUnit::Plain => Dimension::Number,
             SignalUnit::Missing => Dimension::Missing(name.to_owned()),
-            SignalUnit::Known(unit, name) => Dimension::Known(Known::named(unit, &name)),
+            SignalUnit::Known(unit, name) => Dimension::Known(NamedUnit::named(unit, &name)),
             SignalUnit::Difference(unit, name) => {
-                Dimension::Known(Known { difference: true, ..Known::named(unit, &name) })
+                Dimension::Known(NamedUnit { difference: true, ..NamedUnit::named(unit, &name) })
             }
         }
     }
 
-    pub(crate) fn unit(&self) -> Option<&Known> {
+    pub(crate) fn unit(&self) -> Option<&NamedUnit> {
         match self {
             Dimension::Known(known) => Some(known),
             _ => None,
@@ -151,7 +151,7 @@ impl Dimension {
 }
 
 /// The unit in radians of an angle or of the rate of one; a frequency is none.
-pub(crate) fn turns(known: &Known) -> Option<Unit> {
+pub(crate) fn turns(known: &NamedUnit) -> Option<Unit> {
     let mut exponents = known.unit.exponents;
     let angular =
         exponents[RAD] == 1 || (exponents[RAD] == 0 && known.name.is_none()) || known.is_angle();
@@ -165,7 +165,7 @@ pub(crate) fn turns(known: &Known) -> Option<Unit> {
 }
 
 /// A unit of radians with degrees in their place.
-pub(crate) fn degrees(radians: Unit) -> Known {
+pub(crate) fn degrees(radians: Unit) -> NamedUnit {
     let unit = Unit::from_base(radians.exponents, PI / 180.0, 0.0);
     let name = match radians.exponents[2] {
         0 => Some("deg".to_owned()),
@@ -173,7 +173,7 @@ pub(crate) fn degrees(radians: Unit) -> Known {
         -2 => Some("deg/s2".to_owned()),
         _ => None,
     };
-    Known { unit, name, difference: false }
+    NamedUnit { unit, name, difference: false }
 }
 
 /// The unit of a difference: K for degC.
@@ -182,7 +182,7 @@ pub(crate) fn without_zero(dimension: Dimension) -> Dimension {
         Dimension::Known(known) if known.is_shifted() => {
             let unit = Unit::from_base(known.unit.exponents, known.unit.factor, 0.0);
             let name = (unit.factor == 1.0).then(|| unit.dimension());
-            Dimension::Known(Known { unit, name, difference: true })
+            Dimension::Known(NamedUnit { unit, name, difference: true })
         }
         other => other,
     }

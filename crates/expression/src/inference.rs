@@ -5,7 +5,7 @@ use std::ops::Range;
 use units::Unit;
 
 use crate::dimension::{
-    Dimension, KILOGRAM, Known, RADIAN, UnitRule, degrees, turns, without_zero,
+    Dimension, KILOGRAM, NamedUnit, RADIAN, UnitRule, degrees, turns, without_zero,
 };
 use crate::{Node, Operator, ParseError, Unitless};
 
@@ -21,7 +21,7 @@ pub(crate) struct Part {
 impl Part {
     /// A number with the unit behind it, if there is one.
     pub(crate) fn number(number: f64, unit: Option<(Unit, &str)>, span: Range<usize>) -> Self {
-        let known = unit.map(|(unit, name)| Dimension::Known(Known::named(unit, name)));
+        let known = unit.map(|(unit, name)| Dimension::Known(NamedUnit::named(unit, name)));
         Part { node: Node::Number(number), dimension: known.unwrap_or(Dimension::Number), span }
     }
 
@@ -75,7 +75,7 @@ impl<'a> Rules<'a> {
         Ok((nodes.collect(), dimension))
     }
 
-    fn unitless(self, (to, target): (&Part, &Known), missing: &Part, done: &str) -> ParseError {
+    fn unitless(self, (to, target): (&Part, &NamedUnit), missing: &Part, done: &str) -> ParseError {
         let signal = match &missing.dimension {
             Dimension::Missing(signal) => signal,
             _ => self.quoted(missing),
@@ -92,8 +92,8 @@ impl<'a> Rules<'a> {
 
     fn differ(
         self,
-        (a, to): (&Part, &Known),
-        (b, from): (&Part, &Known),
+        (a, to): (&Part, &NamedUnit),
+        (b, from): (&Part, &NamedUnit),
         done: &str,
     ) -> ParseError {
         let message = format!(
@@ -103,7 +103,7 @@ impl<'a> Rules<'a> {
             self.quoted(b),
             from.text()
         );
-        let grams = |known: &Known| known.name.as_deref() == Some("g");
+        let grams = |known: &NamedUnit| known.name.as_deref() == Some("g");
         let help = if to.confuses_turns(from) {
             "a frequency times `1 rev` is an angular rate".to_owned()
         } else if to.confuses_zeros(from) {
@@ -149,7 +149,7 @@ impl<'a> Rules<'a> {
 
     fn sum(self, operator: Operator, left: Part, right: Part) -> Typed<([Node; 2], Dimension)> {
         let done = if operator == Operator::Add { "added" } else { "subtracted" };
-        let shifted = |part: &Part| part.dimension.unit().map(Known::is_shifted);
+        let shifted = |part: &Part| part.dimension.unit().map(NamedUnit::is_shifted);
         match (shifted(&left), shifted(&right)) {
             // Two points on scales have a distance and no sum.
             (Some(true), Some(true)) if operator == Operator::Subtract => {
@@ -177,7 +177,7 @@ impl<'a> Rules<'a> {
         self.unshifted(right)?;
         let divides = operator == Operator::Divide;
         let exponent = if divides { -1 } else { 1 };
-        let is_one = |part: &Part| part.dimension.unit().is_none_or(Known::is_one);
+        let is_one = |part: &Part| part.dimension.unit().is_none_or(NamedUnit::is_one);
         let product = match (&left.dimension, &right.dimension) {
             (missing @ Dimension::Missing(_), _) | (_, missing @ Dimension::Missing(_)) => {
                 return Ok(missing.clone());
@@ -194,7 +194,7 @@ impl<'a> Rules<'a> {
     /// The dimension of what was computed, if it has a unit.
     fn made(self, unit: Option<Unit>, span: Range<usize>) -> Typed<Dimension> {
         let quoted = &self.text[span.clone()];
-        unit.map(|unit| Dimension::Known(Known { unit, name: None, difference: false })).ok_or_else(
+        unit.map(|unit| Dimension::Known(NamedUnit { unit, name: None, difference: false })).ok_or_else(
             || {
                 ParseError::new(
                     span,
@@ -323,9 +323,9 @@ impl<'a> Rules<'a> {
                 if rule == UnitRule::Degrees {
                     return Ok((part.converted(factor), Dimension::Known(in_degrees)));
                 }
-                let conversion = known.conversion(&Known { name: None, ..in_degrees });
+                let conversion = known.conversion(&NamedUnit { name: None, ..in_degrees });
                 let name = if radians == RADIAN { Some("rad".to_owned()) } else { None };
-                let dimension = Dimension::Known(Known { unit: radians, name, difference: false });
+                let dimension = Dimension::Known(NamedUnit { unit: radians, name, difference: false });
                 Ok((part.converted(conversion.unwrap_or((1.0, 0.0))), dimension))
             }
             _ => {

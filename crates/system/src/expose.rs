@@ -41,7 +41,8 @@ pub struct ChosenInput {
 /// When a choice is no input of an FMU and no output of a signal or table.
 pub fn guided(
     system: &System,
-    (lists, written): (&[&str], &BTreeSet<&str>),
+    lists: &[&str],
+    written: &BTreeSet<&str>,
     base: &str,
     choice: &Choice,
 ) -> Result<(Vec<ChosenInput>, String), Error> {
@@ -101,7 +102,7 @@ pub fn guided(
 }
 
 /// What may become an input of the FMU.
-struct Known {
+struct PossibleInput {
     name: String,
     /// Nothing for an output of a signal or table.
     inner: Option<Inner>,
@@ -109,7 +110,7 @@ struct Known {
     tunable: bool,
 }
 
-impl Known {
+impl PossibleInput {
     fn is_chosen(&self, pattern: &str) -> bool {
         if self.tunable { pattern == self.name } else { matches(pattern, &self.name) }
     }
@@ -121,11 +122,11 @@ struct Inner {
     start: f64,
 }
 
-fn known_inputs(system: &System) -> Vec<Known> {
+fn known_inputs(system: &System) -> Vec<PossibleInput> {
     let mut known = Vec::new();
     for plan in system.nodes.iter().filter(|plan| !plan.is_connector()) {
         let Body::Fmu { fmu, starts, .. } = &plan.body else {
-            let outputs = plan.outputs.indices().map(|index| Known {
+            let outputs = plan.outputs.indices().map(|index| PossibleInput {
                 name: system.columns[index].name(),
                 inner: None,
                 tunable: false,
@@ -148,7 +149,7 @@ fn known_inputs(system: &System) -> Vec<Known> {
             let start = start.as_ref().and_then(number).unwrap_or_default();
             let inner = Inner { unit: variable.unit.clone(), start };
             let tunable = variable.causality == fmu_import::Causality::Parameter;
-            known.push(Known { name, inner: Some(inner), tunable });
+            known.push(PossibleInput { name, inner: Some(inner), tunable });
         }
     }
     known

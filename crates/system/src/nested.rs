@@ -192,7 +192,7 @@ impl CoSimulation for Nested {
     }
 
     fn terminate(&mut self) -> FmiResult {
-        self.parts.as_mut().map_or(Ok(()), |parts| parts.running.end().map_err(lost))
+        self.parts.as_mut().map_or(Ok(()), |parts| parts.running.terminate().map_err(lost))
     }
 
     fn get<T: Value>(&mut self, reference: u32) -> FmiResult<T> {

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use cosim::coupling::{self, Coupling};
-use cosim::exchange::{Exchange, Interruption, Memory, NodeStop, failure};
+use cosim::exchange::{Interruption, failure};
+use cosim::execution::Execution;
 use cosim::node::{self, Node};
-use cosim::system::{Body, System};
+use cosim::system::{Body, NodePlan, System};
 use diagnostics::Error;
 use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
@@ -21,15 +21,9 @@ use crate::interface::{Interface, Role};
 /// The log category of what the FMUs of the scenario say.
 pub(crate) const NODES: &str = "logNodes";
 
-/// The nodes of the scenario between two calls.
+/// The scenario between two calls.
 pub(crate) struct Running {
-    pub system: System,
-    pub nodes: Vec<Box<dyn Node>>,
-    /// Taken while an exchange has it.
-    pub memory: Option<Memory>,
-    /// Communication points since the start.
-    pub tick: u64,
-    pub coupling: Box<dyn Coupling>,
+    pub execution: Execution,
     /// Inputs by node.
     inputs: Vec<Inputs>,
     /// Outputs: their references and places in the row.
@@ -89,9 +83,7 @@ impl Running {
         system.announced_stop = course.stop;
         let mut nodes = node::instantiate(&mut system, None)?;
         let (inputs, outputs) = guide(&system, &mut nodes, interface)?;
-        let memory = Some(Memory::new(&system));
-        let coupling = coupling::of(&system);
-        Ok(Running { system, nodes, memory, tick: 0, coupling, inputs, outputs })
+        Ok(Running { execution: Execution::new(system, nodes), inputs, outputs })
     }
 
     /// Initialises the nodes with these values of the inputs.
@@ -99,12 +91,14 @@ impl Running {
     /// # Errors
     /// When a node fails.
     pub fn initialise(&mut self, values: &[VariableValue]) -> Result<(), Error> {
-        self.hold(values);
-        self.exchange(|exchange, coupling| {
+        self.set_inputs(values);
+        let initialised = self.execution.exchange(|exchange, coupling| {
             coupling.initialise(exchange)?;
             exchange.notices().iter().for_each(|notice| warn(notice.clone()));
             Ok(())
-        })
+        });
+        self.log_messages(false);
+        initialised
     }
 
     /// Goes on by a number of communication steps, with the inputs held.
@@ -113,30 +107,20 @@ impl Running {
     /// When a step does not come to its end.
     pub fn step(&mut self, values: &[VariableValue], steps: u64) -> Result<(), Ended> {
         for _ in 0..steps {
-            self.hold(values);
-            let tick = self.tick;
-            let clock = self.system.clock;
-            let done = self.exchange(|exchange, coupling| {
-                exchange.begin(tick);
-                let done = coupling.step(exchange);
-                done.map_err(|interruption| match interruption {
-                    Interruption::Value(error) | Interruption::Unsolved(error) => {
-                        Ended::Failed(error.to_string())
-                    }
-                    Interruption::Call { node, error } => {
-                        let time = clock.at(tick + u64::from(error.at_end_of_step()));
-                        ended(exchange, node, error, time)
-                    }
-                })?;
-                match exchange.stop().cloned() {
-                    Some(NodeStop { node, error }) => {
-                        Err(ended(exchange, node, error, clock.at(tick + 1)))
-                    }
-                    None => Ok(()),
+            self.set_inputs(values);
+            let tick = self.execution.tick;
+            let stepped = self.execution.try_step();
+            self.log_messages(false);
+            stepped.map_err(|interruption| match interruption {
+                Interruption::Value(error) | Interruption::Unsolved(error) => {
+                    Ended::Failed(error.to_string())
                 }
-            });
-            self.tick += 1;
-            done?;
+                Interruption::Call { node, error } => {
+                    let system = &self.execution.system;
+                    let time = system.clock.at(tick + u64::from(error.at_end_of_step()));
+                    ended(&system.nodes[node], error, time)
+                }
+            })?;
         }
         Ok(())
     }
@@ -148,19 +132,19 @@ impl Running {
     pub fn recall(&mut self, coupling: &[u8]) -> FmiResult {
         match coupling {
             [] => Ok(()),
-            bytes => self.coupling.recall(bytes).or_else(|error| reject(error.to_string())),
+            bytes => self.execution.coupling.recall(bytes).or_else(|error| reject(error.to_string())),
         }
     }
 
     /// Reads the outputs.
     pub fn show(&self, values: &mut [VariableValue]) {
-        let Some(memory) = &self.memory else { return };
+        let row = self.execution.row();
         for (reference, index) in &self.outputs {
             match (&mut values[*reference], index) {
                 (VariableValue::String(text), ColumnIndex::Text(index)) => {
-                    text.clone_from(&memory.row[*index]);
+                    text.clone_from(&row[*index]);
                 }
-                (cell, ColumnIndex::Number(index)) => cell.set_number(memory.row[*index]),
+                (cell, ColumnIndex::Number(index)) => cell.set_number(row[*index]),
                 _ => {}
             }
         }
@@ -170,39 +154,26 @@ impl Running {
     ///
     /// # Errors
     /// With the first node that refuses.
-    pub fn end(&mut self) -> Result<(), Error> {
-        let time = self.system.clock.at(self.tick);
-        let mut all = self.system.nodes.iter().zip(&mut self.nodes);
-        let ended = all.try_for_each(|(plan, node)| {
-            node.terminate().map_err(|error| failure(plan, error, time))
-        });
-        self.hand_over(true);
-        ended
+    pub fn terminate(&mut self) -> Result<(), Error> {
+        let terminated = self.execution.terminate();
+        self.log_messages(true);
+        terminated
     }
 
     /// Puts the values of the inputs where the nodes find them, also at the start of the next step.
-    fn hold(&mut self, values: &[VariableValue]) {
-        let Some(memory) = &mut self.memory else { return };
+    fn set_inputs(&mut self, values: &[VariableValue]) {
+        let row = &mut self.execution.memory.row;
         for Inputs { external, places } in &self.inputs {
             let number = |reference: usize| values[reference].number().unwrap_or_default();
             external.set(places.iter().map(|(reference, _)| number(*reference)));
-            places.iter().for_each(|(reference, at)| memory.row[*at] = number(*reference));
+            places.iter().for_each(|(reference, at)| row[*at] = number(*reference));
         }
     }
 
-    /// Works on the nodes, and hands over what they logged meanwhile.
-    fn exchange<T>(&mut self, work: impl FnOnce(&mut Exchange, &mut dyn Coupling) -> T) -> T {
-        let memory = self.memory.take().unwrap_or_else(|| Memory::new(&self.system));
-        let mut exchange = Exchange::resume(&mut self.system, &mut self.nodes, memory);
-        let done = work(&mut exchange, self.coupling.as_mut());
-        self.memory = Some(exchange.into_memory());
-        self.hand_over(false);
-        done
-    }
-
-    /// Hands over what the nodes logged; messages of a kind that came before wait for others, or for the end.
-    fn hand_over(&mut self, ends: bool) {
-        for (plan, node) in self.system.nodes.iter().zip(&mut self.nodes) {
+    /// Logs what the nodes logged; messages of a kind that came before wait for others, or for the end.
+    fn log_messages(&mut self, ends: bool) {
+        let Execution { system, nodes, .. } = &mut self.execution;
+        for (plan, node) in system.nodes.iter().zip(nodes) {
             if !(ends || node.has_messages()) {
                 continue;
             }
@@ -223,8 +194,7 @@ impl Running {
 }
 
 /// How a node that did not come to the end of a step ended it, at a time [s].
-fn ended(exchange: &Exchange, node: usize, error: CallError, time: f64) -> Ended {
-    let plan = &exchange.plans()[node];
+fn ended(plan: &NodePlan, error: CallError, time: f64) -> Ended {
     match error.terminated {
         Some(reached) => {
             let name = &plan.name;

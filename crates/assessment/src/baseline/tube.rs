@@ -90,7 +90,8 @@ pub fn holds<T: PartialEq>(
     times: &[f64],
     values: &[T],
     value: &T,
-    (time, tolerance): (f64, f64),
+    time: f64,
+    tolerance: f64,
 ) -> bool {
     let at = |time: f64| times.partition_point(|point| *point <= time).saturating_sub(1);
     let (from, to) = (at(time - tolerance - EDGE), at(time + tolerance + EDGE));
@@ -201,7 +202,7 @@ mod tests {
             ("c", 9.0, 0.0, true),
         ] {
             assert_eq!(
-                holds(&times, &values, &value, (time, tolerance)),
+                holds(&times, &values, &value, time, tolerance),
                 expected,
                 "{value} {time}"
             );

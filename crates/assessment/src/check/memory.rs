@@ -38,7 +38,7 @@ impl Checks {
 
     /// Goes on with what the checks of another run remembered up to communication point `tick` at `time` [s]. The names of the checks
     /// that should have seen more than that: their windows begin earlier, and nobody remembers for them.
-    pub fn recall(&mut self, memory: &[CheckMemory], (tick, time): (u64, f64)) -> Vec<String> {
+    pub fn recall(&mut self, memory: &[CheckMemory], tick: u64, time: f64) -> Vec<String> {
         let mut late = Vec::new();
         let mut seen = vec![false; self.checks.len()];
         let checks = self.checks.iter_mut().zip(&mut self.unjudged).zip(&mut seen);

@@ -31,7 +31,7 @@ pub(super) struct SubSteppingNode {
 }
 
 /// A state of the node, and of what waits for it.
-struct Saved {
+struct SubSteppingState {
     inner: NodeState,
     at_start: Vec<(usize, f64)>,
     begins: bool,
@@ -222,25 +222,25 @@ impl Stateful for SubSteppingNode {
 
     fn save(&mut self) -> Result<NodeState, CallError> {
         let inner = state_of(self.inner.as_mut())?.save()?;
-        Ok(NodeState::new(Saved { inner, at_start: self.at_start.clone(), begins: self.begins }))
+        Ok(NodeState::new(SubSteppingState { inner, at_start: self.at_start.clone(), begins: self.begins }))
     }
 
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        let saved = state.get_mut::<Saved>()?;
+        let saved = state.get_mut::<SubSteppingState>()?;
         saved.at_start.clone_from(&self.at_start);
         saved.begins = self.begins;
         state_of(self.inner.as_mut())?.save_into(&mut saved.inner)
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        let saved = state.get::<Saved>()?;
+        let saved = state.get::<SubSteppingState>()?;
         self.at_start.clone_from(&saved.at_start);
         self.begins = saved.begins;
         state_of(self.inner.as_mut())?.restore(&saved.inner)
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        let Saved { inner, at_start, begins } = state.get()?;
+        let SubSteppingState { inner, at_start, begins } = state.get()?;
         let inner = state_of(self.inner.as_mut())?.serialise(inner)?;
         postcard::to_stdvec(&(inner, at_start, begins)).map_err(no_state)
     }
@@ -249,7 +249,7 @@ impl Stateful for SubSteppingNode {
         let (inner, at_start, begins) =
             postcard::from_bytes::<(Vec<u8>, _, _)>(bytes).map_err(no_state)?;
         let inner = state_of(self.inner.as_mut())?.deserialise(&inner)?;
-        Ok(NodeState::new(Saved { inner, at_start, begins }))
+        Ok(NodeState::new(SubSteppingState { inner, at_start, begins }))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Copies the state of the scenario inside the FMU: its nodes, its values, and what its connections remember.
 
 use cosim::exchange::Memory;
+use cosim::execution::Execution;
 use cosim::extrapolation::ExtrapolatedInput;
 use cosim::node::{NodeState, state_of};
 use cosim::system::{Body, ChainMemory, InputChain, NodePlan};
@@ -21,7 +22,7 @@ pub(crate) struct Parts {
 impl Parts {
     /// Whether the importer may have states of all nodes, and the process holds them beside others of the same FMUs.
     pub fn may_return(&mut self) -> bool {
-        let Running { nodes, system, .. } = &mut self.running;
+        let Execution { nodes, system, .. } = &mut self.running.execution;
         let only_once = |plan: &NodePlan| matches!(&plan.body, Body::Fmu { fmu, .. } if fmu.description.only_once);
         let can_save = nodes.iter_mut().all(|node| node.state().is_some_and(|it| it.can_save()));
         can_save && !system.nodes.iter().any(only_once)
@@ -83,7 +84,7 @@ impl Nested {
         let parts = match &mut self.parts {
             None => None,
             Some(Parts { number, running }) => {
-                let nodes = running.nodes.iter_mut().zip(&running.system.nodes);
+                let nodes = running.execution.nodes.iter_mut().zip(&running.execution.system.nodes);
                 let nodes = nodes
                     .map(|(node, plan)| {
                         let saved = state_of(node.as_mut()).and_then(|it| it.save());
@@ -91,13 +92,12 @@ impl Nested {
                     })
                     .collect::<FmiResult<Vec<_>>>()?;
                 let chains =
-                    running.system.nodes.iter().map(|plan| {
+                    running.execution.system.nodes.iter().map(|plan| {
                         plan.connections.iter().map(|it| it.input_chain.clone()).collect()
                     });
-                let memory = running.memory.clone();
-                let memory = memory.unwrap_or_else(|| Memory::new(&running.system));
-                let (number, tick) = (*number, running.tick);
-                let (chains, coupling) = (chains.collect(), running.coupling.memory());
+                let memory = running.execution.memory.clone();
+                let (number, tick) = (*number, running.execution.tick);
+                let (chains, coupling) = (chains.collect(), running.execution.coupling.memory());
                 Some(SavedParts { number, tick, nodes, memory, chains, coupling })
             }
         };
@@ -117,18 +117,19 @@ impl Nested {
                     std::mem::swap(&mut self.parts, &mut self.retired);
                 }
                 let Some(Parts { running, .. }) = &mut self.parts else { return Ok(()) };
-                let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
+                let nodes = running.execution.nodes.iter_mut().zip(&parts.nodes).zip(&running.execution.system.nodes);
                 for ((node, state), plan) in nodes {
                     let restored = state_of(node.as_mut()).and_then(|it| it.restore(state));
                     restored.or_else(|error| refused(plan, &error))?;
                 }
-                let plans = running.system.nodes.iter_mut().zip(&parts.chains);
+                let plans = running.execution.system.nodes.iter_mut().zip(&parts.chains);
                 for (connection, chain) in
                     plans.flat_map(|(plan, chains)| plan.connections.iter_mut().zip(chains))
                 {
                     connection.input_chain.clone_from(chain);
                 }
-                (running.tick, running.memory) = (parts.tick, Some(parts.memory.clone()));
+                running.execution.tick = parts.tick;
+                running.execution.memory.clone_from(&parts.memory);
                 running.recall(&parts.coupling)?;
             }
         }
@@ -143,7 +144,7 @@ impl Nested {
             (None, _) => None,
             (Some(parts), Some(own)) if own.number == parts.number => {
                 let running = &mut own.running;
-                let nodes = running.nodes.iter_mut().zip(&parts.nodes).zip(&running.system.nodes);
+                let nodes = running.execution.nodes.iter_mut().zip(&parts.nodes).zip(&running.execution.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
                     let bytes = state_of(node.as_mut()).and_then(|it| it.serialise(state));
                     bytes.or_else(|error| refused(plan, &error))
@@ -151,7 +152,7 @@ impl Nested {
                 let nodes = nodes.collect::<FmiResult<_>>()?;
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
-                let (integers, start) = (row.integers().to_vec(), running.system.clock.start);
+                let (integers, start) = (row.integers().to_vec(), running.execution.system.clock.start);
                 let (extrapolated, coupling) =
                     (parts.memory.extrapolated.clone(), parts.coupling.clone());
                 let chains = parts.chains.iter();
@@ -204,21 +205,21 @@ impl Nested {
             self.parts = Some(assembled?);
         }
         let Some(Parts { number, running }) = &mut self.parts else { return reject(impossible) };
-        let row = &running.system.columns.row();
+        let row = &running.execution.system.columns.row();
         let sizes = [row.numbers().len(), row.texts().len(), row.integers().len()];
         let same = sizes == [numbers.len(), texts.len(), integers.len()]
-            && nodes.len() == running.nodes.len()
+            && nodes.len() == running.execution.nodes.len()
             && extrapolated.len() == nodes.len();
         if !same {
             return reject(impossible);
         }
-        let nodes = running.nodes.iter_mut().zip(&nodes).zip(&running.system.nodes);
+        let nodes = running.execution.nodes.iter_mut().zip(&nodes).zip(&running.execution.system.nodes);
         let nodes = nodes.map(|((node, bytes), plan)| {
             let state = state_of(node.as_mut()).and_then(|it| it.deserialise(bytes));
             state.or_else(|error| refused(plan, &error))
         });
         let nodes = nodes.collect::<FmiResult<_>>()?;
-        let mut memory = Memory::new(&running.system);
+        let mut memory = Memory::new(&running.execution.system);
         let alike = |one: &[ExtrapolatedInput], other: &[ExtrapolatedInput]| {
             one.iter().map(|it| it.place).eq(other.iter().map(|it| it.place))
         };
@@ -227,7 +228,7 @@ impl Nested {
         }
         memory.row.assign(&numbers, Some(texts), &integers);
         memory.extrapolated = extrapolated;
-        let Some(chains) = recalled(&running.system.nodes, &chains, &memory) else {
+        let Some(chains) = recalled(&running.execution.system.nodes, &chains, &memory) else {
             return reject(impossible);
         };
         let parts = Some(SavedParts { number: *number, tick, nodes, memory, chains, coupling });

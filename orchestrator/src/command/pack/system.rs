@@ -137,7 +137,7 @@ fn expose_system(
     let unused_lists: Vec<_> =
         unused_lists.iter().filter(|(_, empty)| !empty).map(|(list, _)| *list).collect();
     let written = document.connect.iter().map(|it| it.to.get_ref().as_str()).collect();
-    let (inputs, text) = expose::guided(original, (&unused_lists, &written), SCENARIO, choice)?;
+    let (inputs, text) = expose::guided(original, &unused_lists, &written, SCENARIO, choice)?;
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;

@@ -11,7 +11,7 @@ use crate::node::{NodeState, Stateful, TunableParameters, state_error};
 use crate::system::StartValue;
 
 /// A state of the FMU and of its node.
-pub(super) struct Saved {
+pub(super) struct FmuNodeState {
     fmu: FmuState,
     node: NodeMemory,
 }
@@ -55,11 +55,11 @@ impl Stateful for FmuNode {
             output_values: self.output_values.clone(),
             events: self.events.clone(),
         };
-        Ok(NodeState::new(Saved { fmu, node }))
+        Ok(NodeState::new(FmuNodeState { fmu, node }))
     }
 
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {
-        let saved: &mut Saved = state.get_mut()?;
+        let saved: &mut FmuNodeState = state.get_mut()?;
         saved.node.input_values.clone_from(&self.input_values);
         saved.node.output_values.clone_from(&self.output_values);
         saved.node.events.clone_from(&self.events);
@@ -67,7 +67,7 @@ impl Stateful for FmuNode {
     }
 
     fn restore(&mut self, state: &NodeState) -> Result<(), CallError> {
-        let saved: &Saved = state.get()?;
+        let saved: &FmuNodeState = state.get()?;
         self.instance.restore(&saved.fmu)?;
         let NodeMemory { input_values, output_values, events } = saved.node.clone();
         (self.input_values, self.output_values, self.events) =
@@ -76,7 +76,7 @@ impl Stateful for FmuNode {
     }
 
     fn serialise(&mut self, state: &NodeState) -> Result<Vec<u8>, CallError> {
-        let saved: &Saved = state.get()?;
+        let saved: &FmuNodeState = state.get()?;
         let fmu = self.instance.serialise(&saved.fmu)?;
         let node = postcard::to_stdvec(&saved.node);
         let node = node.map_err(|error| state_error(&error.to_string()))?;
@@ -89,7 +89,7 @@ impl Stateful for FmuNode {
                 let node = postcard::from_bytes(node).ok().filter(|it| self.is_alike(it));
                 let node =
                     node.ok_or_else(|| state_error("these bytes are that of another FMU"))?;
-                Ok(NodeState::new(Saved { fmu: self.instance.deserialise(fmu)?, node }))
+                Ok(NodeState::new(FmuNodeState { fmu: self.instance.deserialise(fmu)?, node }))
             }
             Bytes::Frozen(..) => Err(state_error(
                 "is that of an FMU that had failed, whose outputs keep their values: that needs `isolate`",
