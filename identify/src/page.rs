@@ -180,8 +180,7 @@ impl Section<'_> {
 }
 
 /// Quantities of the table that compares methods.
-const FACTORS: [Quantity; 5] =
-    [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
+const FACTORS: [Quantity; 5] = [Quantity::B, Quantity::C, Quantity::D, Quantity::E, Quantity::K];
 
 fn factors(mean: &PerQuantity, std: &PerQuantity) -> [String; 5] {
     let number = |map: &PerQuantity, quantity| map.get(&quantity).copied().unwrap_or(f64::NAN);

@@ -103,7 +103,8 @@ impl CheckpointPlan {
         let mut warnings = Vec::new();
         let mut requests: Vec<CheckpointRequest> = Vec::new();
         for time in &options.checkpoints {
-            let request = mistakes.take(CheckpointRequest::at(*time, plan.system.clock, &mut warnings));
+            let request =
+                mistakes.take(CheckpointRequest::at(*time, plan.system.clock, &mut warnings));
             requests.extend(request);
         }
         requests.sort_by_key(|it| it.tick);
@@ -259,7 +260,13 @@ impl SavedCheckpoint {
         nodes: &mut [Box<dyn Node>],
         coupling: &mut dyn Coupling,
     ) -> Result<Vec<Difference>, Error> {
-        cosim::checkpoint::rehearse(&self.checkpoint.system, system, nodes, coupling, Some(&self.states))
+        cosim::checkpoint::rehearse(
+            &self.checkpoint.system,
+            system,
+            nodes,
+            coupling,
+            Some(&self.states),
+        )
     }
 
     /// Repeats the steps after the checkpoint with new nodes, each FMU in a process of its own.
@@ -271,8 +278,13 @@ impl SavedCheckpoint {
         host: &Host,
     ) -> Result<Vec<Difference>, Error> {
         let mut twins = node::isolated_copies(system, nodes, host)?;
-        let differences =
-            cosim::checkpoint::rehearse(&self.checkpoint.system, system, &mut twins, coupling, None);
+        let differences = cosim::checkpoint::rehearse(
+            &self.checkpoint.system,
+            system,
+            &mut twins,
+            coupling,
+            None,
+        );
         node::return_sources(system, nodes, twins);
         differences
     }

@@ -102,16 +102,17 @@ impl Messages {
             self.0.insert(source.clone(), MessageKinds::default());
         }
         let Some(kinds) = self.0.get_mut(source) else { return true };
-        let (place, new) = kinds.entry_index(MessageKind::of(level, text), |beyond| CountedMessage {
-            message: NodeMessage {
-                node: source.clone(),
-                level: severity,
-                text: if beyond { other_kinds_text(text) } else { text.clone() },
-                count: 0,
-                first: *time,
-            },
-            recorded: 0,
-        });
+        let (place, new) =
+            kinds.entry_index(MessageKind::of(level, text), |beyond| CountedMessage {
+                message: NodeMessage {
+                    node: source.clone(),
+                    level: severity,
+                    text: if beyond { other_kinds_text(text) } else { text.clone() },
+                    count: 0,
+                    first: *time,
+                },
+                recorded: 0,
+            });
         let counted = &mut kinds.entries_mut()[place];
         counted.message.count += (*again).max(1);
         let recorded = *again == 0 || new;

@@ -91,7 +91,8 @@ impl Recorder {
     /// saves. The report gets what began late.
     pub fn start_at_checkpoint(
         &mut self,
-        checkpoints: &CheckpointPlan, plan: &RunPlan,
+        checkpoints: &CheckpointPlan,
+        plan: &RunPlan,
         report: &mut RunReport,
     ) {
         self.snapshots = checkpoints.check_snapshots();

@@ -22,8 +22,8 @@ use scenario::plan::{REPORT, RunPlan};
 use serde::{Deserialize, Serialize};
 
 use crate::messages::{self, NodeMessage};
-pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 use crate::nofollow;
+pub(crate) use previous_run::{OWN_FILES, PAGE, PARTIAL, PreviousRun, PreviousValidation};
 pub(crate) use provenance::SUPERVISED;
 pub use provenance::{FileReport, FmuReport, Provenance, Versions};
 

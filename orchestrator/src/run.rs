@@ -351,15 +351,7 @@ fn simulate(
     }
     on_tick(checkpoints.first_tick())?;
     let mut coupling = coupling::of(system);
-    master::run_observed(
-        system,
-        nodes,
-        coupling.as_mut(),
-        recorder,
-        progress,
-        on_tick,
-        checkpoints,
-    )
+    master::run_observed(system, nodes, coupling.as_mut(), recorder, progress, on_tick, checkpoints)
 }
 
 /// Runs the analyses one after the other.

@@ -7,10 +7,10 @@ use cosim::system::{Body, NodePlan, StartValue, System};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Value, to_hex};
-use scenario::{BuildArtifacts, Scenario};
 use scenario::document::Validation;
 use scenario::plan::RunPlan;
 use scenario::resolve::{Override, OverrideValue, Overrides};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::report::RunReport;
 
@@ -18,7 +18,11 @@ use crate::report::RunReport;
 ///
 /// # Errors
 /// With the place in the file.
-pub fn check_all(scenario: &Scenario, built: &BuildArtifacts, system: &System) -> Result<(), Error> {
+pub fn check_all(
+    scenario: &Scenario,
+    built: &BuildArtifacts,
+    system: &System,
+) -> Result<(), Error> {
     let all = scenario.document.validation.iter().zip(&scenario.validations);
     let checked = all.map(|(validation, child)| {
         let overrides = overrides(scenario, validation, system, None)?;

@@ -233,7 +233,8 @@ impl Baselines {
                 !inside(*time) || holds(&golden.times, texts, value, *time, signal.size.time)
             };
             let wrong = self.times.iter().zip(values).find(|pair| !equal(*pair));
-            let reason = wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
+            let reason =
+                wrong.map(|(time, value)| format!("another text at {time:.3} s: {value:?}"));
             return match reason {
                 Some(reason) => failed(reason),
                 None => SignalOutcome { passed: true, reason: None, ..failed(String::new()) },
@@ -354,7 +355,9 @@ impl Baselines {
         for ((plan, _), kept) in self.baselines.iter().zip(&mut self.kept) {
             for (signal, kept) in plan.signals.iter().zip(kept) {
                 match (signal.column, kept) {
-                    (ColumnIndex::Number(index), RunValues::Numbers(values)) => values.push(row[index]),
+                    (ColumnIndex::Number(index), RunValues::Numbers(values)) => {
+                        values.push(row[index])
+                    }
                     (ColumnIndex::Text(index), RunValues::Texts(values)) => {
                         values.push(row[index].clone())
                     }

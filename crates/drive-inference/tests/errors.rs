@@ -4,8 +4,10 @@
 use crate::drive;
 
 use crate::mistakes::{MISTAKES, TIRES};
-use drive_inference::{Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify};
 use drive_inference::model_selection::{ErrorSelection, Mode};
+use drive_inference::{
+    Drive, DriveOptions, ErrorOptions, Identification, SmootherOptions, identify,
+};
 use preparation::SystematicError;
 use tire_inference::axles::Axle;
 use tire_inference::model::Fit;

@@ -194,15 +194,14 @@ impl<'a> Rules<'a> {
     /// The dimension of what was computed, if it has a unit.
     fn made(self, unit: Option<Unit>, span: Range<usize>) -> Typed<Dimension> {
         let quoted = &self.text[span.clone()];
-        unit.map(|unit| Dimension::Known(NamedUnit { unit, name: None, difference: false })).ok_or_else(
-            || {
+        unit.map(|unit| Dimension::Known(NamedUnit { unit, name: None, difference: false }))
+            .ok_or_else(|| {
                 ParseError::new(
                     span,
                     format!("`{quoted}` has no unit with whole exponents and a usual factor"),
                 )
                 .help("numbers may have units too: `sqrt(2 * 9.81 m/s2 * car.h)`")
-            },
-        )
+            })
     }
 
     fn power(self, base: &Part, exponent: &Part) -> Typed<Dimension> {
@@ -325,7 +324,8 @@ impl<'a> Rules<'a> {
                 }
                 let conversion = known.conversion(&NamedUnit { name: None, ..in_degrees });
                 let name = if radians == RADIAN { Some("rad".to_owned()) } else { None };
-                let dimension = Dimension::Known(NamedUnit { unit: radians, name, difference: false });
+                let dimension =
+                    Dimension::Known(NamedUnit { unit: radians, name, difference: false });
                 Ok((part.converted(conversion.unwrap_or((1.0, 0.0))), dimension))
             }
             _ => {

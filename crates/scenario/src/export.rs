@@ -19,8 +19,8 @@ use ssp::write::{
 
 use crate::build_request::BuildArtifacts;
 use crate::bundle::{self, Bundle, Layout};
-use connectors::SystemVariables;
 use crate::document::{Algorithm, Scenario, ScenarioAnnotation};
+use connectors::SystemVariables;
 use definitions::Definitions;
 
 const STRUCTURE: &str = "SystemStructure.ssd";

@@ -12,7 +12,8 @@ pub mod plan;
 pub mod reference;
 pub mod resolve;
 pub mod schema;
-#[cfg(test)] mod tests;
+#[cfg(test)]
+mod tests;
 mod text_of;
 
 pub use build_request::{BuildArtifacts, BuildRequest};

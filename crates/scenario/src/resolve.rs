@@ -52,19 +52,19 @@ use recording::{Columns, Full, RunHeader, StatusTrack};
 
 pub use self::archives::FmuCache;
 pub use self::isolation::IsolationPolicy;
-use cosim::order::Order;
 use self::parameters::Parameters;
 pub use self::plots::plots_by_unit;
 pub(crate) use self::samples::sample_file;
 use self::signal_units::{RunSignals, SignalUnits};
 use self::starts::StartSources;
 pub use self::sweep::sweep;
-pub use crate::override_value::OverrideValue;
-pub use overrides::{Override, SEED};
 pub use self::view::replay_layout;
 use crate::build_request::{BuildArtifacts, BuildRequest};
 use crate::document::{Algorithm, Scenario, Time};
+pub use crate::override_value::OverrideValue;
 use crate::plan::RunPlan;
+use cosim::order::Order;
+pub use overrides::{Override, SEED};
 
 /// What is wrong with a scenario, and what its user should know besides.
 #[derive(Default)]

@@ -10,9 +10,9 @@ use diagnostics::Error;
 use fmu_export::{FmiResult, Lifecycle, VariableValue, log, reject, warn};
 use fmu_import::{CallError, MessageLevel, SUMMARY};
 use recording::{ColumnIndex, Full, NumberIndex};
-use scenario::{BuildArtifacts, Scenario};
 use scenario::plan::RunPlan;
 use scenario::resolve::{Override, OverrideValue, Overrides};
+use scenario::{BuildArtifacts, Scenario};
 
 use crate::SCENARIO;
 use crate::guided::{ExternalInputNode, ExternalValues};
@@ -132,7 +132,9 @@ impl Running {
     pub fn recall(&mut self, coupling: &[u8]) -> FmiResult {
         match coupling {
             [] => Ok(()),
-            bytes => self.execution.coupling.recall(bytes).or_else(|error| reject(error.to_string())),
+            bytes => {
+                self.execution.coupling.recall(bytes).or_else(|error| reject(error.to_string()))
+            }
         }
     }
 

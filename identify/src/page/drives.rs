@@ -2,8 +2,8 @@
 
 use drive_inference::calibration::CalibrationAssessment;
 use drive_inference::replay::Replay;
-use drive_inference::{Drive, Identification};
 use drive_inference::smoothing::Report;
+use drive_inference::{Drive, Identification};
 use html_page::{Axis, Class, Markup, Plot};
 use numerics::text::significant;
 use tire_inference::axles::Axle;

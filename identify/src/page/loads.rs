@@ -20,7 +20,9 @@ pub fn rows(loads: &[AxleLoadEffects]) -> Vec<Row<'_>> {
     loads.iter().flat_map(rows_of_axle).collect()
 }
 
-fn rows_of_axle(AxleLoadEffects { axle, effects, slip_stiffness }: &AxleLoadEffects) -> [Row<'_>; 4] {
+fn rows_of_axle(
+    AxleLoadEffects { axle, effects, slip_stiffness }: &AxleLoadEffects,
+) -> [Row<'_>; 4] {
     let effects = effects.as_ref();
     [
         effect_row(axle, "change of stiffness K with load", effects.map(|it| &it.K)),

@@ -76,7 +76,8 @@ impl Page<'_> {
     }
 
     fn open_loop(&self, horizon: f64) -> Horizon<'_> {
-        let of = |it: &ModelAssessment| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
+        let of =
+            |it: &ModelAssessment| it.open_loop.iter().find(|it| it.horizon == horizon).copied();
         let scores = self.models.iter().filter_map(|it| Some((it.name.as_str(), of(it)?)));
         let scores: Vec<(&str, RolloutScore)> = scores.collect();
         let errors = |score: &RolloutScore| [score.v_y, score.r, score.position];

@@ -67,7 +67,9 @@ impl Log {
         let all = self.pipeline.run(&self.recording).expect("points of all data");
         let fit = |axle| {
             let (series, load) = self.axle(&all, axle);
-            StretchFit::fit(series, load, &self.claims[axle].usual).expect("a curve of all data").theta
+            StretchFit::fit(series, load, &self.claims[axle].usual)
+                .expect("a curve of all data")
+                .theta
         };
         Axles { front: fit(Axle::Front), rear: fit(Axle::Rear) }
     }

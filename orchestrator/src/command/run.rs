@@ -10,7 +10,6 @@ use diagnostics::{Error, Mistakes, shown};
 use indicatif::ProgressBar;
 use orchestrator::report::RunReport;
 use orchestrator::{BranchRole, ProgressEvent, Replay, RunContext, RunOptions, suite};
-use scenario::document::Algorithm;
 use scenario::resolve::{IsolationPolicy, Override, Overrides};
 
 use super::{print, progress, report_error, standalone, supervised, tell, this_program};

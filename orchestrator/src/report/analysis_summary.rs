@@ -86,6 +86,9 @@ mod tests {
             assert_eq!(AnalysisSummary::new(&result).lines("speed"), "");
         }
         let ragged = json!({ "tables": [{ "head": ["a"], "rows": [["1", "2"], [], [3]] }] });
-        assert_eq!(AnalysisSummary::new(&ragged).lines("x"), "  x  \n    a\n    1  2\n    \n    \n");
+        assert_eq!(
+            AnalysisSummary::new(&ragged).lines("x"),
+            "  x  \n    a\n    1  2\n    \n    \n"
+        );
     }
 }

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use assessment::check::Verdict;
 use diagnostics::in_markdown;
 
-use crate::messages::{Severity, self};
-use super::{RunReport, RunVerdict, ValidationReport};
 use super::analysis_summary::{AnalysisSummary, WIDEST};
+use super::{RunReport, RunVerdict, ValidationReport};
+use crate::messages::{self, Severity};
 
 impl RunReport {
     /// The verdict as Markdown, for the recordings.

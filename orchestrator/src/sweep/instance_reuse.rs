@@ -36,7 +36,8 @@ impl InstanceReuse {
                 let mut of_reset = Fingerprint::default();
                 let reset = runner.run(overrides, &mut instances, Some(&mut of_reset));
                 let mut of_new = Fingerprint::default();
-                let new = runner.run(overrides, &mut ReusableInstances::default(), Some(&mut of_new));
+                let new =
+                    runner.run(overrides, &mut ReusableInstances::default(), Some(&mut of_new));
                 let same = reset.failure.is_none() && new.failure.is_none() && of_reset == of_new;
                 if same && instances.refused().is_none() {
                     *self = InstanceReuse::Verified(instances);
@@ -48,9 +49,15 @@ impl InstanceReuse {
                 let failed = outcome.failure.is_some();
                 *self = InstanceReuse::Verified(instances);
                 // A failure counts when it is one on new instances.
-                if failed { runner.run(overrides, &mut ReusableInstances::default(), None) } else { outcome }
+                if failed {
+                    runner.run(overrides, &mut ReusableInstances::default(), None)
+                } else {
+                    outcome
+                }
             }
-            InstanceReuse::Rejected => runner.run(overrides, &mut ReusableInstances::default(), None),
+            InstanceReuse::Rejected => {
+                runner.run(overrides, &mut ReusableInstances::default(), None)
+            }
         }
     }
 }

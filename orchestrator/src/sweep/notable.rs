@@ -30,7 +30,10 @@ pub(super) struct NotableVariants {
 ///
 /// # Errors
 /// When the table cannot be read.
-pub(super) fn notable_variants(path: &Path, limits: VariantSelection) -> Result<NotableVariants, Error> {
+pub(super) fn notable_variants(
+    path: &Path,
+    limits: VariantSelection,
+) -> Result<NotableVariants, Error> {
     let mut scan = NotableScan { limits, ..NotableScan::default() };
     let reader = Reader::open(path)?;
     for group in 0..reader.groups() {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use diagnostics::Error;
 use isolation::{Channel, Packet};
 use scenario::BuildArtifacts;
-use scenario::resolve::{FmuCache, Override, Overrides, self};
+use scenario::resolve::{self, FmuCache, Override, Overrides};
 use serde::{Deserialize, Serialize};
 
 use super::instance_reuse::InstanceReuse;

@@ -188,7 +188,11 @@ fn malformed_response() -> Failure {
 }
 
 impl GuestProcess {
-    fn ask(&mut self, request: &WorkerRequest, talk: &mut Packet) -> Result<WorkerResponse, Failure> {
+    fn ask(
+        &mut self,
+        request: &WorkerRequest,
+        talk: &mut Packet,
+    ) -> Result<WorkerResponse, Failure> {
         let Ok(bytes) = postcard::to_stdvec(request) else { return Err(malformed_response()) };
         // It ends itself at its limit, and says which call does not return.
         let (begin, limit) = (Instant::now(), self.limit.saturating_add(4 * GRACE));

@@ -201,11 +201,7 @@ mod tests {
             ("c", 0.9, 0.2, false),
             ("c", 9.0, 0.0, true),
         ] {
-            assert_eq!(
-                holds(&times, &values, &value, time, tolerance),
-                expected,
-                "{value} {time}"
-            );
+            assert_eq!(holds(&times, &values, &value, time, tolerance), expected, "{value} {time}");
         }
     }
 }

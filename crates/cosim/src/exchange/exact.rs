@@ -1,9 +1,9 @@
 //! Carries integers of 64 bits from outputs to inputs, so that none of them is rounded.
 
-use diagnostics::{Error, rounded};
-use recording::{Columns, Full, Row, fits_number};
 use crate::clock::At;
 use crate::system::{IntegerConnection, NodePlan};
+use diagnostics::{Error, rounded};
+use recording::{Columns, Full, Row, fits_number};
 
 /// Checks that the inputs of a node accept the integers of 64 bits that they are about to get. `start` is the row at the start of the
 /// step, and `time_of` says when a source showed its value [s].

@@ -222,7 +222,11 @@ impl Stateful for SubSteppingNode {
 
     fn save(&mut self) -> Result<NodeState, CallError> {
         let inner = state_of(self.inner.as_mut())?.save()?;
-        Ok(NodeState::new(SubSteppingState { inner, at_start: self.at_start.clone(), begins: self.begins }))
+        Ok(NodeState::new(SubSteppingState {
+            inner,
+            at_start: self.at_start.clone(),
+            begins: self.begins,
+        }))
     }
 
     fn save_into(&mut self, state: &mut NodeState) -> Result<(), CallError> {

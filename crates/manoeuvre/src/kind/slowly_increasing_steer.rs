@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::action::{Action, CarState, DriveCommand, Stage};
 use super::{ManoeuvreKind, describe};
+use crate::action::{Action, CarState, DriveCommand, Stage};
 use crate::channel::Channel;
 use crate::characteristic_value::{CharacteristicValues, ParameterError, ValueDescription};
 use crate::common::CommonParameters;

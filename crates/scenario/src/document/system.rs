@@ -168,7 +168,8 @@ impl<'a> Writer<'a> {
         source_map.map_from(0, system.description.display().to_string());
         for component in &system.components {
             let source = std::path::absolute(&component.source);
-            source_map.rename(source.as_deref().unwrap_or(&component.source), &component.display_path);
+            source_map
+                .rename(source.as_deref().unwrap_or(&component.source), &component.display_path);
         }
         Ok(Writer { system, names, fmus, text: String::new(), source_map, notes: Vec::new() })
     }
@@ -363,7 +364,10 @@ fn start_number(start: &StartValue, variable: &Variable) -> Result<ssp::Value, E
         }
     }
     start.converted(factor, offset).ok_or_else(|| {
-        error_at(&start.position, "expected a number for a conversion or transformation, found none")
+        error_at(
+            &start.position,
+            "expected a number for a conversion or transformation, found none",
+        )
     })
 }
 

@@ -11,7 +11,7 @@ use fmu_import::{Fmu, OpenError};
 use super::nodes::NodeDraft;
 use super::starts::{StartSources, structural_parameters};
 use crate::build_request::BuildRequest;
-use crate::document::{Scenario, self};
+use crate::document::{self, Scenario};
 
 /// The archive of an FMU, with the word that gives it.
 pub(super) fn archive<'w>(

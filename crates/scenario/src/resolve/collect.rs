@@ -5,9 +5,9 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use expression::{Expression, Signal};
 use recording::Column;
 
-use crate::document::Scenario;
 use super::checks::{check_message_counts, result_name, span_within};
 use super::signal_units::RunSignals;
+use crate::document::Scenario;
 
 /// The values that the scenario collects.
 pub(super) fn resolve(

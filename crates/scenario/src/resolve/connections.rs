@@ -13,8 +13,8 @@ use super::connection_units::Conversions;
 use super::lookup::{PortRef, PortSide, find_port};
 use super::nodes::NodeDraft;
 use super::ports::Port;
-use crate::document::{At, Connect, Fault, Scenario, UnconnectedInputs};
 use super::{RunSettings, coupling, manoeuvres, types};
+use crate::document::{At, Connect, Fault, Scenario, UnconnectedInputs};
 
 /// The connection of each input of each node; `None` without one.
 pub(super) type Connections = Vec<Vec<Option<Connection>>>;
@@ -177,7 +177,11 @@ fn chain_of<'c>(
 }
 
 /// The action of a fault, and its time.
-fn action(scenario: &Scenario, fault: &Fault, input: &Spanned<String>) -> Result<InputFault, Error> {
+fn action(
+    scenario: &Scenario,
+    fault: &Fault,
+    input: &Spanned<String>,
+) -> Result<InputFault, Error> {
     let Ok([action]) = <[_; 1]>::try_from(fault.actions()) else {
         let kinds = Fault::KINDS.join("`, `");
         let message = format!("expected exactly one of `{kinds}`");

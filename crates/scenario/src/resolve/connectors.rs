@@ -10,8 +10,8 @@ use diagnostics::{Error, Mistakes};
 use super::lookup::{PortSide, find_port};
 use super::nodes::{NodeDraft, PortNames};
 use super::ports::Port;
-use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, UnconnectedInputs};
 use super::{Diagnostics, arrays, manoeuvres, terminals, types, unit};
+use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, UnconnectedInputs};
 
 /// The connections of a scenario, each of one output and one input; connectors join the nodes. Connections that lead on from an
 /// input connector without one are left out.

@@ -6,7 +6,9 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use recording::{Columns, Full};
 
 use super::ports::Port;
-use crate::document::{Algorithm, At, Bond, Connect, ErrorEstimate, ExtrapolationOrder, OnDiscard, Scenario};
+use crate::document::{
+    Algorithm, At, Bond, Connect, ErrorEstimate, ExtrapolationOrder, OnDiscard, Scenario,
+};
 
 /// The extrapolation of an input within a step. With `iterate`, a continuous input of an FMU has one, unless sensor effects make samples of it.
 pub(super) fn extrapolation(

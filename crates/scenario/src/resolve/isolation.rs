@@ -6,8 +6,8 @@ use std::time::Duration;
 use cosim::system::{Body, Isolation};
 use diagnostics::{Error, Mistakes};
 
-use crate::document::{Fmu, Scenario};
 use super::nodes::NodeDraft;
+use crate::document::{Fmu, Scenario};
 
 /// Which FMUs run in processes of their own, where the scenario does not say it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -176,7 +176,8 @@ impl LogReader<'_> {
             Ok(ColumnRequest {
                 name: name.clone(),
                 column: column.column.get_ref().clone(),
-                column_type: reading_rule.map_or(ColumnType::Number, |reading| reading(name, column)),
+                column_type: reading_rule
+                    .map_or(ColumnType::Number, |reading| reading(name, column)),
                 gaps: gaps.unwrap_or(file.gaps),
                 scaling: scaling(source, gain, offset, sign)?,
                 delay: delay.as_ref().map_or(Ok(0.0), |word| finite(source, word))?,

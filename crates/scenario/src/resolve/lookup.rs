@@ -4,9 +4,9 @@ use cosim::system::Body;
 use diagnostics::{Error, Spanned, suggest};
 use fmu_import::{Causality, Variability};
 
+use super::nodes::NodeDraft;
 pub(super) use super::ports::PortSide;
 use crate::document::Scenario;
-use super::nodes::NodeDraft;
 
 /// A port of a node, by the index of the node and that of the port on its side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

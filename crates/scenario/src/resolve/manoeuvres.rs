@@ -17,7 +17,7 @@ use super::RunSettings;
 use super::lookup::{PortSide, find_port};
 use super::nodes::{NodeDraft, PortNames};
 use super::ports::Port;
-use crate::document::{Connect, Scenario, self};
+use crate::document::{self, Connect, Scenario};
 use crate::plan::{Analyser, AnalysisPlan, Origin, Wired};
 
 /// The drivers of all manoeuvres.

@@ -19,13 +19,13 @@ use units::Unit;
 use super::archives::{FmuCache, archive, archive_notes, open_fmu};
 use super::declared_units::with_declared_units;
 use super::logs::{self, Log, LogColumn};
-use super::{Diagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
 use super::ports::{Port, PortSide, fmu_port};
 use super::starts::{StartSources, start_values};
+use super::{Diagnostics, RunSettings, column_readings, isolation, manoeuvres, overrides};
 use crate::build_request::BuildRequest;
+use crate::document::Part;
 use crate::document::{self, Scenario};
 use crate::pattern::matches;
-use crate::document::Part;
 
 /// A node before its inputs are connected and its values have columns in the row.
 #[derive(Debug)]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use cosim::system::WordPlace;
-use diagnostics::suggest::{UnknownName, self};
+use diagnostics::suggest::{self, UnknownName};
 use diagnostics::{Error, Mistakes};
 use serde::{Deserialize, Serialize};
 

@@ -11,10 +11,10 @@ use fmu_import::description::Variable;
 use serde::Deserialize as _;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-use crate::document::{Scenario, UnusedParameters, self};
-use crate::text_of::{TextCache, self};
 use super::Diagnostics;
 use super::nodes::NodeDraft;
+use crate::document::{self, Scenario, UnusedParameters};
+use crate::text_of::{self, TextCache};
 
 /// The largest file of parameters [B].
 const LARGEST: u64 = 64 << 20;

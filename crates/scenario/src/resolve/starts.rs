@@ -10,9 +10,9 @@ use fmu_import::description::{Storage, Type, Variable, describe_items};
 use fmu_import::{Causality, Value, Variability, from_hex};
 
 use super::parameters::{Parameter, Parameters};
-use crate::document::{Scenario, convert_quantity, self, split_quantity};
-use crate::text_of::{TextCache, self};
 use super::{Override, OverrideValue, Overrides};
+use crate::document::{self, Scenario, convert_quantity, split_quantity};
+use crate::text_of::{self, TextCache};
 
 /// Where start values come from besides the entries of FMUs.
 #[derive(Clone, Copy)]

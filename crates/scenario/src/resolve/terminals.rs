@@ -11,9 +11,9 @@ use diagnostics::{Error, Mistakes, Spanned};
 use fmu_import::description::Variable;
 use fmu_import::{Causality, Fmu, Terminal, Value};
 
-use crate::document::{Connect, Scenario};
 use super::Diagnostics;
 use super::nodes::NodeDraft;
+use crate::document::{Connect, Scenario};
 
 /// The connections of a scenario, with those of the members in place of those of terminals. An input that has a connection of its own
 /// keeps that one.

@@ -13,7 +13,7 @@ use recording::{RunHeader, Selection};
 use super::plots::{plot, plots_by_unit};
 use super::quantity::SignalScope;
 use super::signal_units::SignalUnits;
-use crate::document::{Scenario, self};
+use crate::document::{self, Scenario};
 
 /// A graph of more nodes shows nothing.
 const MOST_NODES: usize = 100;

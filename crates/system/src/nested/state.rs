@@ -117,7 +117,12 @@ impl Nested {
                     std::mem::swap(&mut self.parts, &mut self.retired);
                 }
                 let Some(Parts { running, .. }) = &mut self.parts else { return Ok(()) };
-                let nodes = running.execution.nodes.iter_mut().zip(&parts.nodes).zip(&running.execution.system.nodes);
+                let nodes = running
+                    .execution
+                    .nodes
+                    .iter_mut()
+                    .zip(&parts.nodes)
+                    .zip(&running.execution.system.nodes);
                 for ((node, state), plan) in nodes {
                     let restored = state_of(node.as_mut()).and_then(|it| it.restore(state));
                     restored.or_else(|error| refused(plan, &error))?;
@@ -144,7 +149,12 @@ impl Nested {
             (None, _) => None,
             (Some(parts), Some(own)) if own.number == parts.number => {
                 let running = &mut own.running;
-                let nodes = running.execution.nodes.iter_mut().zip(&parts.nodes).zip(&running.execution.system.nodes);
+                let nodes = running
+                    .execution
+                    .nodes
+                    .iter_mut()
+                    .zip(&parts.nodes)
+                    .zip(&running.execution.system.nodes);
                 let nodes = nodes.map(|((node, state), plan)| {
                     let bytes = state_of(node.as_mut()).and_then(|it| it.serialise(state));
                     bytes.or_else(|error| refused(plan, &error))
@@ -152,7 +162,8 @@ impl Nested {
                 let nodes = nodes.collect::<FmiResult<_>>()?;
                 let row = &parts.memory.row;
                 let (numbers, texts) = (row.numbers().to_vec(), row.texts().to_vec());
-                let (integers, start) = (row.integers().to_vec(), running.execution.system.clock.start);
+                let (integers, start) =
+                    (row.integers().to_vec(), running.execution.system.clock.start);
                 let (extrapolated, coupling) =
                     (parts.memory.extrapolated.clone(), parts.coupling.clone());
                 let chains = parts.chains.iter();
@@ -213,7 +224,8 @@ impl Nested {
         if !same {
             return reject(impossible);
         }
-        let nodes = running.execution.nodes.iter_mut().zip(&nodes).zip(&running.execution.system.nodes);
+        let nodes =
+            running.execution.nodes.iter_mut().zip(&nodes).zip(&running.execution.system.nodes);
         let nodes = nodes.map(|((node, bytes), plan)| {
             let state = state_of(node.as_mut()).and_then(|it| it.deserialise(bytes));
             state.or_else(|error| refused(plan, &error))

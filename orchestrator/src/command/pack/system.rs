@@ -61,7 +61,8 @@ pub fn run(options: &PackOptions) -> Result<u8, Error> {
     let library = super::library::find(LIBRARY, progress)?;
     let private = tempfile::Builder::new().permissions(Permissions::from_mode(0o700)).tempdir();
     let folder = private.map_err(|error| Error::output(Path::new("."), error))?;
-    let exposed = expose_system(&scenario, &original.system, &built, &options.choice, folder.path())?;
+    let exposed =
+        expose_system(&scenario, &original.system, &built, &options.choice, folder.path())?;
     let ExposedSystem { mut interface, table, left_out, resources } = exposed;
     let (version, out) = (options.version, options.out);
     let package = FmuPackage { name, version, out, table: &table, library: &library };
@@ -141,7 +142,8 @@ fn expose_system(
     let path = folder.join(::system::SCENARIO);
     std::fs::write(&path, text).map_err(|error| Error::output(&path, error))?;
     let guided = Scenario::read(&path)?;
-    let mut plan = RunPlan::resolve(&guided, &BuildArtifacts::default(), &overrides, PathBuf::new())?;
+    let mut plan =
+        RunPlan::resolve(&guided, &BuildArtifacts::default(), &overrides, PathBuf::new())?;
     let (interface, table, left_out) = expose::interface(&mut plan, choice, &inputs)?;
     let names = bundle.files.keys().map(String::as_str).chain([SCENARIO, ::system::SCENARIO]);
     let read = |name: &str| {

@@ -9,7 +9,10 @@ use super::protocol::{Command, OtherValues, Outcome, StepPolynomials};
 use super::{IsolatedNode, Values, unexpected};
 use crate::clock::Clock;
 use crate::node::fmu::Bytes;
-use crate::node::{DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial, Node, NodeState, Stateful, TunableParameters, TypedValues};
+use crate::node::{
+    DirectionalDerivatives, ExtrapolatedInputs, FaultInjection, InjectedFault, InputPolynomial,
+    Node, NodeState, Stateful, TunableParameters, TypedValues,
+};
 use crate::system::{OnFailure, StartValue};
 
 /// The outputs of an FMU that has failed.
