@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 
 use cosim::assembly::Connection;
-use cosim::clock::Clock;
 use cosim::effect::{Context, stream_seed};
 use cosim::system::{AcceptedValues, Body, InputChain, InputFault};
 use diagnostics::{Error, Mistakes, Spanned};

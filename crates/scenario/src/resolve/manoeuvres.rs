@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use assessment::ResultName;
-use cosim::clock::Clock;
 use cosim::effect::stream_seed;
 use cosim::system::{Body, DriverPlan, NodePlan};
 use diagnostics::{Error, Mistakes, Spanned, suggest};

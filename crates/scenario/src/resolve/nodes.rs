@@ -7,7 +7,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use cosim::assembly::is_tunable;
-use cosim::clock::Clock;
 use cosim::signal::Signal;
 use cosim::system::{Body, VariableGroups};
 use diagnostics::{Error, Mistakes, Spanned, suggest};
