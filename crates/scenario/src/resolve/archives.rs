@@ -8,7 +8,7 @@ use cosim::system::Body;
 use diagnostics::{Error, Spanned};
 use fmu_import::{Fmu, OpenError};
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::starts::{StartSources, structural_parameters};
 use crate::build_request::BuildRequest;
 use crate::document::{self, Scenario};

@@ -3,7 +3,7 @@
 use diagnostics::{Error, Mistakes, Spanned};
 
 use super::lookup::{PortSide, find_port};
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use crate::document::{Connect, Scenario};
 
 /// The connections, each of one output and one input. Names that are wrong stay as they are.

@@ -3,7 +3,7 @@
 use fmu_import::description::{Storage, Type};
 use recording::table::ColumnType;
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::ports::Port;
 use crate::document::{Column, Connect, Scenario, Table};
 

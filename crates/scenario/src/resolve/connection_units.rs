@@ -8,7 +8,7 @@ use expression::SignalUnit;
 use units::Unit;
 
 use super::lookup::{PortRef, PortSide, find_port};
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::ports::Port;
 use super::signal_units::{signal_unit, toml_key, unit_help};
 use super::unit;

@@ -10,7 +10,7 @@ use fmu_import::description::Type;
 
 use super::connection_units::Conversions;
 use super::lookup::{PortRef, PortSide, find_port};
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::ports::Port;
 use super::{RunSettings, coupling, manoeuvres, types};
 use crate::document::{At, Connect, Fault, Scenario, UnconnectedInputs};

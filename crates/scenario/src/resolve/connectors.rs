@@ -8,7 +8,7 @@ use cosim::system::Body;
 use diagnostics::{Error, Mistakes};
 
 use super::lookup::{PortSide, find_port};
-use super::nodes::{NodeDraft, PortNames};
+use super::node_draft::{NodeDraft, PortNames};
 use super::ports::Port;
 use super::{Diagnostics, arrays, manoeuvres, terminals, types, unit};
 use crate::document::{Connect, Connector, ConnectorKind, Scenario, Subsystem, UnconnectedInputs};

@@ -7,7 +7,8 @@ use diagnostics::{Error, Mistakes, Spanned, suggest};
 use fmu_import::description::{Type, Variable};
 use units::Unit;
 
-use super::{starts, unit};
+use super::dotted_keys::flatten;
+use super::unit;
 use crate::document::{Fmu, Scenario};
 use crate::pattern::matches;
 
@@ -83,7 +84,7 @@ fn unit_entries(node: &Fmu) -> Vec<(Spanned<String>, Word)> {
             written.push((Spanned::new(key.span(), name.to_owned()), Spanned::new(span, word)));
             Ok::<_, Infallible>(())
         };
-        let Ok(()) = starts::flatten(key.get_ref(), whole.get_ref(), &mut take);
+        let Ok(()) = flatten(key.get_ref(), whole.get_ref(), &mut take);
     }
     written
 }

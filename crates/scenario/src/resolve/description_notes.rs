@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use cosim::clock::Clock;
 use cosim::system::Body;
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 
 /// Start times that differ by less are the same [s].
 const SAME: f64 = 1e-9;

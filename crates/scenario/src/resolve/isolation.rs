@@ -6,7 +6,7 @@ use std::time::Duration;
 use cosim::system::{Body, Isolation};
 use diagnostics::{Error, Mistakes};
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use crate::document::{Fmu, Scenario};
 
 /// Which FMUs run in processes of their own, where the scenario does not say it.

@@ -4,7 +4,7 @@ use cosim::system::Body;
 use diagnostics::{Error, Spanned, suggest};
 use fmu_import::{Causality, Variability};
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 pub(super) use super::ports::PortSide;
 use crate::document::Scenario;
 

@@ -14,7 +14,7 @@ use units::Unit;
 
 use super::RunSettings;
 use super::lookup::{PortSide, find_port};
-use super::nodes::{NodeDraft, PortNames};
+use super::node_draft::{NodeDraft, PortNames};
 use super::ports::Port;
 use crate::document::{self, Connect, Scenario};
 use crate::plan::{Analyser, AnalysisPlan, Origin, Wired};

@@ -8,7 +8,7 @@ use diagnostics::{Error, Mistakes};
 use serde::{Deserialize, Serialize};
 
 use super::Overrides;
-use super::starts::flatten;
+use super::dotted_keys::flatten;
 use crate::document::{Edit, EditError, Scenario};
 use crate::override_value::OverrideValue;
 use crate::text_of;

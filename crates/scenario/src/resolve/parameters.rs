@@ -12,7 +12,7 @@ use serde::Deserialize as _;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::Diagnostics;
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use crate::document::{self, Scenario, UnusedParameters};
 use crate::text_of::{self, TextCache};
 

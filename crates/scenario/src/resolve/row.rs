@@ -3,7 +3,7 @@
 use cosim::assembly;
 
 use super::connections::Connections;
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::ports::Port;
 
 impl From<Port> for assembly::Port {

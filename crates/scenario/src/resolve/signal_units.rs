@@ -7,7 +7,7 @@ use fmu_import::description::Type;
 use recording::{Column, Columns, Full};
 use units::Unit;
 
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use super::ports::Port;
 use crate::document::Scenario;
 

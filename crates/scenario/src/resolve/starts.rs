@@ -9,6 +9,7 @@ use diagnostics::{Mistakes, suggest};
 use fmu_import::description::{Storage, Type, Variable, describe_items};
 use fmu_import::{Causality, Value, Variability, from_hex};
 
+use super::dotted_keys::flatten;
 use super::parameters::{Parameter, Parameters};
 use super::{Override, OverrideValue, Overrides};
 use crate::document::{self, Scenario, convert_quantity, split_quantity};
@@ -279,20 +280,6 @@ fn check_range(variable: &Variable, value: &Value) -> Result<(), String> {
             Err(format!("`{name}` is at most {max}{unit}, found {number}{unit}"))
         }
         _ => Ok(()),
-    }
-}
-
-/// Joins the keys of nested tables with dots, so that `tire_f.B = 22` and `"tire_f.B" = 22` are the same.
-pub(super) fn flatten<E>(
-    name: &str,
-    value: &toml::Value,
-    take: &mut impl FnMut(&str, &toml::Value) -> Result<(), E>,
-) -> Result<(), E> {
-    match value {
-        toml::Value::Table(table) if text_of::path_of(value).is_none() => {
-            table.iter().try_for_each(|(key, value)| flatten(&format!("{name}.{key}"), value, take))
-        }
-        value => take(name, value),
     }
 }
 

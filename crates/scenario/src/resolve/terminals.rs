@@ -12,7 +12,7 @@ use fmu_import::description::Variable;
 use fmu_import::{Causality, Fmu, Terminal, Value};
 
 use super::Diagnostics;
-use super::nodes::NodeDraft;
+use super::node_draft::NodeDraft;
 use crate::document::{Connect, Scenario};
 
 /// The connections of a scenario, with those of the members in place of those of terminals. An input that has a connection of its own
