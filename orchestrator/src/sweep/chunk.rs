@@ -10,7 +10,8 @@ use ::sweep::table::{self, Table};
 use diagnostics::Error;
 use scenario::resolve::Override;
 
-use super::plan::{PARTS, Plan};
+use super::file_names::PARTS;
+use super::plan::Plan;
 use super::result_rows::{self, RowOutcome, VariantOutcome};
 use super::variant::Outcome;
 use super::worker_process::{VariantCounts, WorkerOutcome, WorkerProcess};

@@ -14,7 +14,9 @@ use scenario::{BuildArtifacts, Scenario};
 
 use super::assignment::Assignment;
 use super::digest::{digest, digest_of_program};
-use super::plan::{GATHERED, PARTS, PLAN, Plan, PlanMetadata, SEARCHED, VARIANTS, VERSION};
+use super::file_names::{GATHERED, PARTS, PLAN, SEARCHED, VARIANTS};
+use super::plan::Plan;
+use super::plan_metadata::{PlanMetadata, VERSION};
 use crate::{nofollow, package};
 
 /// The files of results, which another plan replaces.

@@ -5,7 +5,8 @@ use std::sync::OnceLock;
 
 use diagnostics::Error;
 
-use super::plan::{PlanMetadata, VARIANTS};
+use super::file_names::VARIANTS;
+use super::plan_metadata::PlanMetadata;
 
 /// SHA-256 of a file.
 ///

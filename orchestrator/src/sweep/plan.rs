@@ -1,6 +1,5 @@
 //! The plan folder of a sweep: the values of its variants, and the scenario with all its files.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use ::sweep::table::{self, Column, Reader, Role, Table, Values};
@@ -8,92 +7,10 @@ use diagnostics::Error;
 use scenario::Scenario;
 use scenario::document::VariantSelection;
 use scenario::resolve::{Override, OverrideValue, Overrides};
-use serde::{Deserialize, Serialize};
 
 use super::digest::{digest, digest_of_program};
-
-/// The file that says what a plan is.
-pub const PLAN: &str = "plan.json";
-/// The values of each variant; a row group for each chunk.
-pub(super) const VARIANTS: &str = "variants.parquet";
-/// The folder of the gathered scenario.
-pub(super) const GATHERED: &str = "scenario";
-/// The folder of the results of chunks.
-pub const PARTS: &str = "parts";
-/// The folder of the batches of a search.
-pub(super) const SEARCHED: &str = "searched";
-/// The form of the file.
-pub(super) const VERSION: u32 = 1;
-/// What `plan.json` says.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct PlanMetadata {
-    pub(super) version: u32,
-    /// The name of the scenario.
-    pub scenario: String,
-    /// Its title.
-    pub title: String,
-    /// SHA-256 of all that the results depend on, but for the program.
-    pub digest: String,
-    /// SHA-256 of the program.
-    pub(super) program: String,
-    /// Number of variants that were chosen beforehand; a search chooses its own.
-    pub(super) variants: u64,
-    /// Variants of a chunk.
-    pub chunk: u64,
-    /// How they were chosen.
-    pub design: String,
-    /// What all variants have.
-    #[serde(with = "override_texts")]
-    pub set: Vec<Override>,
-    /// The seed of all variants, instead of the scenario's.
-    pub(super) seed: Option<u64>,
-    /// Relative tolerance inside the FMUs [-].
-    pub(super) tolerance: Option<f64>,
-    /// Names of the sample of Saltelli, whose blocks have a point for each.
-    pub blocks: Option<Vec<String>>,
-    /// Names that get the value of another one, which the table of the results has.
-    pub also: BTreeSet<String>,
-    /// The units of what varies, where the scenario gives none.
-    pub units: BTreeMap<String, String>,
-    /// Whether each variant is chosen by the results of others.
-    pub is_search: bool,
-    /// The checks, in the order of the file.
-    pub checks: Vec<String>,
-    /// The collected values and their units.
-    pub collected: Vec<(String, Option<String>)>,
-    /// Share of the variants that must pass.
-    pub pass_share: f64,
-    /// Variants that run again with everything recorded: worst, best, failed, every.
-    pub recorded: [u32; 4],
-    /// What is left out in variants.
-    pub warnings: Vec<String>,
-}
-
-/// Overrides as `plan.json` has them: names and texts, as on the command line.
-mod override_texts {
-    use scenario::resolve::{Override, OverrideValue};
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    #[derive(Serialize, Deserialize)]
-    struct OverrideText {
-        name: String,
-        value: String,
-    }
-
-    pub fn serialize<S: Serializer>(all: &[Override], out: S) -> Result<S::Ok, S::Error> {
-        out.collect_seq(
-            all.iter()
-                .map(|it| OverrideText { name: it.name.clone(), value: it.value.to_string() }),
-        )
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(texts: D) -> Result<Vec<Override>, D::Error> {
-        let texts = Vec::<OverrideText>::deserialize(texts)?;
-        let all =
-            texts.into_iter().map(|it| Override::new(it.name, OverrideValue::parse(&it.value)));
-        Ok(all.collect())
-    }
-}
+use super::file_names::{GATHERED, PARTS, PLAN, SEARCHED, VARIANTS};
+use super::plan_metadata::{PlanMetadata, VERSION};
 
 /// The folder of a sweep.
 pub struct Plan {

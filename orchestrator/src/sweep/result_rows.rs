@@ -2,7 +2,7 @@
 
 use ::sweep::table::{Column, Role, Table, Values};
 
-use super::plan::PlanMetadata;
+use super::plan_metadata::PlanMetadata;
 use super::variant::{Failure, Outcome};
 
 /// What the verdicts are called.

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use diagnostics::{Error, shown};
 
 use super::super::chunk;
-use super::super::plan::{PARTS, Plan};
+use super::super::file_names::PARTS;
+use super::super::plan::Plan;
 use super::super::worker_process::end_requested;
 use super::engine::{Engine, Queue, Refusal, TaskState};
 use super::submission::{LogTail, Submission, Submissions, TaskExit};

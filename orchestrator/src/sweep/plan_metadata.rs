@@ -1,0 +1,80 @@
+//! Reads and writes what `plan.json` says of a plan.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use scenario::resolve::Override;
+use serde::{Deserialize, Serialize};
+
+/// The form of the file.
+pub(super) const VERSION: u32 = 1;
+
+/// What `plan.json` says.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct PlanMetadata {
+    pub(super) version: u32,
+    /// The name of the scenario.
+    pub scenario: String,
+    /// Its title.
+    pub title: String,
+    /// SHA-256 of all that the results depend on, but for the program.
+    pub digest: String,
+    /// SHA-256 of the program.
+    pub(super) program: String,
+    /// Number of variants that were chosen beforehand; a search chooses its own.
+    pub(super) variants: u64,
+    /// Variants of a chunk.
+    pub chunk: u64,
+    /// How they were chosen.
+    pub design: String,
+    /// What all variants have.
+    #[serde(with = "override_texts")]
+    pub set: Vec<Override>,
+    /// The seed of all variants, instead of the scenario's.
+    pub(super) seed: Option<u64>,
+    /// Relative tolerance inside the FMUs [-].
+    pub(super) tolerance: Option<f64>,
+    /// Names of the sample of Saltelli, whose blocks have a point for each.
+    pub blocks: Option<Vec<String>>,
+    /// Names that get the value of another one, which the table of the results has.
+    pub also: BTreeSet<String>,
+    /// The units of what varies, where the scenario gives none.
+    pub units: BTreeMap<String, String>,
+    /// Whether each variant is chosen by the results of others.
+    pub is_search: bool,
+    /// The checks, in the order of the file.
+    pub checks: Vec<String>,
+    /// The collected values and their units.
+    pub collected: Vec<(String, Option<String>)>,
+    /// Share of the variants that must pass.
+    pub pass_share: f64,
+    /// Variants that run again with everything recorded: worst, best, failed, every.
+    pub recorded: [u32; 4],
+    /// What is left out in variants.
+    pub warnings: Vec<String>,
+}
+
+/// Overrides as `plan.json` has them: names and texts, as on the command line.
+mod override_texts {
+    use scenario::resolve::{Override, OverrideValue};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    #[derive(Serialize, Deserialize)]
+    struct OverrideText {
+        name: String,
+        value: String,
+    }
+
+    pub fn serialize<S: Serializer>(all: &[Override], out: S) -> Result<S::Ok, S::Error> {
+        out.collect_seq(
+            all.iter()
+                .map(|it| OverrideText { name: it.name.clone(), value: it.value.to_string() }),
+        )
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(texts: D) -> Result<Vec<Override>, D::Error> {
+        let texts = Vec::<OverrideText>::deserialize(texts)?;
+        let all =
+            texts.into_iter().map(|it| Override::new(it.name, OverrideValue::parse(&it.value)));
+        Ok(all.collect())
+    }
+}
