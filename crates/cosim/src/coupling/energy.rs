@@ -1,6 +1,6 @@
 //! Estimates the error of the coupling by the energy that connections lose or add (Sadjina et al. 2017, ECCO).
 
-use super::step_control::PartError;
+use super::part_error::PartError;
 use crate::exchange::Exchange;
 use crate::system::BondPlan;
 

@@ -5,6 +5,7 @@ use recording::{Full, NumberIndex, Row};
 use serde::{Deserialize, Serialize};
 
 use super::energy::Energy;
+use super::part_error::PartError;
 use super::summary::{ConnectionError, CouplingSummary, DivisionSummary};
 use super::{Coupling, postcard_error};
 use crate::clock::Clock;
@@ -36,15 +37,6 @@ pub(super) struct StepControl {
     /// The errors of the last part.
     errors: Vec<PartError>,
     summary: DivisionSummary,
-}
-
-/// The error of a part at a connection or a bond.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct PartError {
-    /// In the unit of the input; of a bond, an energy.
-    pub absolute: f64,
-    /// Relative to the largest value so far [-].
-    pub relative: f64,
 }
 
 /// What it remembers from one step to the next.
