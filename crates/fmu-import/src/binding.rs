@@ -4,6 +4,7 @@
 //! are copied at once, and the environment of a log message is looked up, never dereferenced.
 #![expect(unsafe_code, reason = "calling a C library")]
 
+mod array_calls;
 mod batch;
 mod call_monitor;
 mod derivative;
@@ -20,6 +21,7 @@ mod numbers;
 mod phase;
 mod process_end;
 mod process_state;
+mod saved_states;
 mod state;
 mod status;
 mod step;
@@ -43,7 +45,7 @@ pub use process_end::{
     ignore_termination_signals, set_final_exit_code, share_call_notes, termination_signal,
 };
 pub use process_state::process_state_changes;
-pub use state::FmuState;
+pub use saved_states::FmuState;
 
 /// The name of a function in the version of an instance's library.
 macro_rules! named {

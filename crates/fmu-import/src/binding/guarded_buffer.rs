@@ -1,12 +1,5 @@
 //! Provides output buffers for getter functions of FMUs, with guard bytes that detect a write past the end.
 
-use std::ffi::CStr;
-
-use super::instance::name;
-use super::phase::Phase;
-use super::{Component, Instance, OK, Status, WARNING};
-use crate::CallError;
-
 /// What stands behind the values: bytes that no FMU writes by chance.
 const GUARD: [u8; 64] = *b"what stands here is not the FMU's; it was asked for fewer values";
 /// Whether these are still the bytes of the guard. Without a call of `memcmp`, which takes longer than the comparison.
@@ -35,7 +28,7 @@ pub(super) struct GuardedBuffer {
 impl GuardedBuffer {
     /// An array with these values.
     #[inline]
-    fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
+    pub(super) fn lend<T: Copy>(&mut self, values: &[T]) -> *mut T {
         const { assert!(align_of::<T>() <= align_of::<u64>(), "words are aligned enough") };
         let size = size_of_val(values);
         let stands = self.guarded == Some(size);
@@ -72,7 +65,7 @@ impl GuardedBuffer {
     /// # Safety
     /// The array is one of so many values, and each of them is one, whatever the FMU wrote.
     #[inline]
-    unsafe fn take_back<T: Copy>(&mut self, values: &mut [T]) -> bool {
+    pub(super) unsafe fn take_back<T: Copy>(&mut self, values: &mut [T]) -> bool {
         let array = self.words.as_ptr().cast::<T>();
         // SAFETY: as in `lend`.
         let whole = unsafe {
@@ -123,60 +116,6 @@ macro_rules! plain {
 }
 plain!(f64 f32 i8 u8 i16 u16 i32 u32 i64 u64 usize super::functions::Boolean);
 impl<T> AnyBitPattern for *const T {}
-
-impl Instance {
-    /// Calls a function that fills an array.
-    ///
-    /// # Errors
-    /// As of [`run`](Self::run); also when the FMU writes past the end of the array.
-    #[inline]
-    pub(super) fn fill<T: AnyBitPattern>(
-        &mut self,
-        call: &'static CStr,
-        values: &mut [T],
-        body: impl FnOnce(Component, *mut T) -> Status,
-    ) -> Result<(), CallError> {
-        let array = self.guarded_buffer.lend(values);
-        let called = self.run_for_status(call, |component| body(component, array));
-        // SAFETY: it was lent with these values just now, of a type that may have any bits.
-        let whole = unsafe { self.guarded_buffer.take_back(values) };
-        match called {
-            Ok(OK | WARNING) if whole => Ok(()),
-            _ if !whole => Err(self.overrun(call, values.len())),
-            Ok(status) => Err(self.failure(call, status)),
-            Err(error) => Err(error),
-        }
-    }
-
-    /// The same for two arrays of one length.
-    ///
-    /// # Errors
-    /// See [`fill`](Self::fill).
-    pub(super) fn fill_both<S: AnyBitPattern, T: AnyBitPattern>(
-        &mut self,
-        call: &'static CStr,
-        sizes: &mut [S],
-        values: &mut [T],
-        body: impl FnOnce(Component, *mut S, *mut T) -> Status,
-    ) -> Result<(), CallError> {
-        let mut buffer = GuardedBuffer::default();
-        let array = buffer.lend(sizes);
-        let filled = self.fill(call, values, |component, values| body(component, array, values));
-        // SAFETY: it was lent with these values just now, of a type that may have any bits.
-        let whole = unsafe { buffer.take_back(sizes) };
-        if whole { filled } else { Err(self.overrun(call, sizes.len())) }
-    }
-
-    #[cold]
-    pub(super) fn overrun(&mut self, call: &'static CStr, count: usize) -> CallError {
-        self.phase = Phase::Failed(name(call));
-        let values = if count == 1 { "1 value".to_owned() } else { format!("{count} values") };
-        let what = format!(
-            "wrote past the end of the array that it was given: expected {values}, found more"
-        );
-        CallError::new(name(call), what)
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -12,7 +12,7 @@ use super::mailbox::Mailbox;
 use super::messages_while_freed;
 use super::phase::Phase;
 use super::process_state::{StepCounter, describe_changes};
-use super::state::FmuStates;
+use super::saved_states::FmuStates;
 use super::{
     Call, Component, DISCARD, ERROR, FATAL, Library, OK, PENDING, Status, WARNING, c_text, named,
 };

@@ -2,65 +2,12 @@
 //!
 //! A call that the FMU does not claim to support is not made: it fails with a reason.
 
-use std::collections::BTreeMap;
-use std::ffi::c_void;
 use std::ptr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::phase::Phase;
+use super::saved_states::{FmuState, Pointer, State};
 use super::{Instance, named};
 use crate::CallError;
-
-/// `fmi2FMUstate` or `fmi3FMUState`.
-type Pointer = *mut c_void;
-
-/// A state that an instance saved. Only that instance can restore it. Dropping it forgets it: the FMU's copy is freed at
-/// the next step, or with the instance at the latest.
-#[derive(Debug)]
-pub struct FmuState {
-    number: u64,
-    owner: Arc<FmuStates>,
-}
-
-impl Drop for FmuState {
-    fn drop(&mut self) {
-        let mut table = self.owner.lock();
-        if let Some(state) = table.living.remove(&self.number) {
-            table.dropped.push(state);
-        }
-    }
-}
-
-/// The states of an instance that are not freed yet.
-#[derive(Debug, Default)]
-pub(super) struct FmuStates {
-    table: Mutex<StateTable>,
-}
-
-#[derive(Debug, Default)]
-struct StateTable {
-    next: u64,
-    living: BTreeMap<u64, State>,
-    dropped: Vec<State>,
-}
-
-/// A state's address in the FMU, of which it alone knows the meaning, and the phase that it was taken in.
-#[derive(Debug)]
-struct State(Pointer, Phase);
-
-// SAFETY: the address is used in calls of the instance that it belongs to only, by the instance's owner.
-unsafe impl Send for State {}
-
-impl FmuStates {
-    fn lock(&self) -> MutexGuard<'_, StateTable> {
-        self.table.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Whether anybody holds a state that can be restored.
-    pub(super) fn any(&self) -> bool {
-        !self.lock().living.is_empty()
-    }
-}
 
 impl Instance {
     /// Whether the FMU can save and restore its state.
@@ -98,7 +45,7 @@ impl Instance {
         let pointer =
             self.pointer(named!(self.library, "fmi2GetFMUstate", "fmi3GetFMUState"), state)?;
         let pointer = self.get_state(pointer)?;
-        self.states.lock().living.insert(state.number, State(pointer, self.phase));
+        self.states.replace(state, State(pointer, self.phase));
         Ok(())
     }
 
@@ -114,8 +61,7 @@ impl Instance {
         self.run(named!(self.library, c"fmi2SetFMUstate", c"fmi3SetFMUState"), |c| unsafe {
             function(c, pointer)
         })?;
-        let table = self.states.lock().living.get(&state.number).map(|state| state.1);
-        self.phase = table.unwrap_or(Phase::Restored);
+        self.phase = self.states.get(state).map_or(Phase::Restored, |state| state.1);
         Ok(())
     }
 
@@ -201,15 +147,13 @@ impl Instance {
         if !self.saved {
             return Ok(());
         }
-        let dropped = std::mem::take(&mut self.states.lock().dropped);
+        let dropped = self.states.take_dropped();
         dropped.into_iter().try_for_each(|State(pointer, _)| self.free_state(pointer))
     }
 
     /// Frees all states, before the instance itself is freed.
     pub(super) fn free_all_states(&mut self) {
-        let living = std::mem::take(&mut self.states.lock().living);
-        let dropped = std::mem::take(&mut self.states.lock().dropped);
-        for State(pointer, _) in living.into_values().chain(dropped) {
+        for State(pointer, _) in self.states.take_all() {
             // A failure has no receiver left.
             let _ = self.free_state(pointer);
         }
@@ -234,21 +178,15 @@ impl Instance {
 
     fn own(&mut self, state: State) -> FmuState {
         self.saved = true;
-        let mut table = self.states.lock();
-        let number = table.next;
-        table.next += 1;
-        table.living.insert(number, state);
-        FmuState { number, owner: Arc::clone(&self.states) }
+        self.states.add(state)
     }
 
     /// The address of a state of this instance.
     fn pointer(&self, call: &'static str, state: &FmuState) -> Result<Pointer, CallError> {
-        let foreign =
-            || CallError::new(call, "is not called: the state belongs to another instance");
-        if !Arc::ptr_eq(&state.owner, &self.states) {
-            return Err(foreign());
-        }
-        self.states.lock().living.get(&state.number).map(|state| state.0).ok_or_else(foreign)
+        let state = self.states.get(state).map(|state| state.0);
+        state.ok_or_else(|| {
+            CallError::new(call, "is not called: the state belongs to another instance")
+        })
     }
 
     fn need_state(&self, call: &'static str, able: bool) -> Result<(), CallError> {
