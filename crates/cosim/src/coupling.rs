@@ -6,6 +6,7 @@ mod initial;
 mod iterate;
 mod jacobi;
 mod loop_solver;
+mod part_error;
 mod solver;
 mod step_control;
 mod summary;
