@@ -6,6 +6,7 @@
 //! setting, not an estimate.
 
 mod bank;
+mod bank_learning;
 mod car;
 mod filter;
 mod fit;

@@ -19,13 +19,12 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use self::csv::columns;
 pub(crate) use self::csv::{CsvColumn, read_csv_table};
-pub use self::csv::{CsvError, columns};
-pub use self::error::TableError;
+pub use self::error::{CsvError, RecordingError, TableError};
 use self::exact_values::ExactValues;
 pub use self::foreign::is_fmu;
 pub(crate) use self::mcap::Mcap;
-pub use self::mcap::RecordingError;
 pub use self::read_request::{
     ColumnRequest, ColumnType, Decimal, Dialect, GapRule, ReadRequest, Scaling, Separator, UnitRow,
 };

@@ -2,7 +2,7 @@
 
 mod cell;
 mod column_builder;
-mod error;
+mod explanation;
 mod file;
 mod layout;
 mod line;
@@ -16,7 +16,6 @@ mod time;
 use std::collections::HashSet;
 use std::path::Path;
 
-pub use self::error::CsvError;
 use self::file::CsvFile;
 use self::numbers::{CellType, Cells};
 pub(super) use self::survey::csv_tallies;

@@ -1,11 +1,14 @@
 //! Defines the errors of loading a table.
 
+mod csv;
+mod mcap;
+
 use std::path::{Path, PathBuf};
 
 use diagnostics::suggest::{closest_question, shortened};
 
-use super::csv::CsvError;
-use super::mcap::RecordingError;
+pub use self::csv::CsvError;
+pub use self::mcap::RecordingError;
 
 /// Why a recording cannot be played back.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,6 @@
 
 mod bag;
 mod catalogue;
-mod error;
 mod field;
 mod file;
 mod stamp;
@@ -17,13 +16,14 @@ use ::mcap::Channel;
 use self::bag::Bag;
 pub(super) use self::bag::is;
 use self::catalogue::Catalogue;
-pub use self::error::RecordingError;
 use self::field::FieldError;
 pub(crate) use self::file::Mcap;
 use self::stamp::TimeSource;
 pub(super) use self::survey::mcap_tallies;
 use self::topic_columns::TopicColumns;
-use super::{ColumnTitle, ColumnType, ReadColumns, ReadRequest, Series, TableError, Titles};
+use super::{
+    ColumnTitle, ColumnType, ReadColumns, ReadRequest, RecordingError, Series, TableError, Titles,
+};
 
 /// Where a column is: a field of a topic, with its unit.
 struct ColumnSource {

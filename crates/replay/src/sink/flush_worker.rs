@@ -1,11 +1,9 @@
-//! Waits for a viewer on a thread of its own, so that a slow, stuck or lost viewer does not delay the run.
+//! Flushes a stream: to a viewer on a thread of its own, so that a slow, stuck or lost viewer does not delay the run.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
 use re_sdk::RecordingStream;
-
-use super::transport::settle;
 
 /// A thread that flushes the stream on request.
 pub(super) struct FlushWorker {
@@ -67,4 +65,10 @@ impl FlushWorker {
             }
         }
     }
+}
+
+/// Waits until all data is written or handed over.
+pub(super) fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
+    let accepted = stream.flush_with_timeout(patience);
+    accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))
 }

@@ -7,7 +7,7 @@ use diagnostics::Error;
 use re_sdk::{RecordingStream, RecordingStreamBuilder};
 use recording::Notice;
 
-use super::flush_worker::FlushWorker;
+use super::flush_worker::{FlushWorker, settle};
 use super::target::{CONNECT_PATIENCE, Target, open};
 
 /// Time limit of a viewer for each batch after the end of the run.
@@ -163,10 +163,4 @@ impl Transport {
         std::mem::forget(self.stream.take());
         self.flush_worker = None;
     }
-}
-
-/// Waits until all data is written or handed over.
-pub(super) fn settle(stream: &RecordingStream, patience: Duration) -> Result<(), String> {
-    let accepted = stream.flush_with_timeout(patience);
-    accepted.map_err(|it| format!("it takes no more data (disk full, or connection lost?): {it}"))
 }

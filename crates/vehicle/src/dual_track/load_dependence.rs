@@ -3,9 +3,9 @@
 //! They are small corrections that the formulas give at the price of half a force; a table keeps them out of every step.
 #![allow(non_snake_case, reason = "radii are written as in the equations")]
 
-use tire::{Forces, Number, Slip, Tire};
+use tire::{Forces, Number, Relaxation, Slip, Tire};
 
-use super::wheels::{Rims, usable};
+use super::rims::Rims;
 
 /// Intervals of the table.
 const INTERVALS: usize = 96;
@@ -70,4 +70,10 @@ impl LoadDependence {
             if k < 2 { value + growth } else { value }
         })
     }
+}
+
+/// Relaxation lengths [m] that a car can be integrated with: finite, and not below the shortest.
+fn usable(relaxation: Relaxation, least: f64) -> [f64; 2] {
+    [relaxation.x, relaxation.y]
+        .map(|length| if length.is_finite() { length.max(least) } else { least })
 }

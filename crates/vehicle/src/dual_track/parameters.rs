@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::aero::AeroMap;
 use super::brakes::Brakes;
 use super::driveline::Drive;
+use super::rims::Rims;
 use super::steering::Steering;
 use super::suspension::Suspension;
-use super::wheels::Rims;
 use crate::body::{Body, G};
 
 /// Everything about a car but its tires. The default is the demo car.

@@ -1,11 +1,10 @@
 //! Rolls the wheels: slip that builds up over the relaxation length, tire forces, and the spin of the wheel.
 #![allow(non_snake_case, reason = "forces and velocities are written as in the equations")]
 
-use serde::{Deserialize, Serialize};
-
-use tire::{Forces, MagicFormula, MfTire, Number, Relaxation, Slip, Tire};
+use tire::{Forces, MagicFormula, MfTire, Number, Slip, Tire};
 
 use super::load_dependence::LoadDependence;
+use super::rims::Rims;
 use super::state::Wheel;
 use super::steering::Turn;
 
@@ -32,23 +31,6 @@ pub struct PerDirection {
     pub kappa: f64,
     /// Of the tangent of the slip angle.
     pub tan_alpha: f64,
-}
-
-/// What wheels add to their tires.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Rims {
-    /// Moment of inertia of a wheel about its axis [kg m²].
-    pub I_yy: f64,
-    /// Shortest relaxation length [m], also for tires that have none.
-    pub relaxation_min: f64,
-    /// Radius of a wheel whose tire knows none [m].
-    pub radius: f64,
-}
-
-impl Default for Rims {
-    fn default() -> Self {
-        Self { I_yy: 1.0, relaxation_min: 0.05, radius: 0.3 }
-    }
 }
 
 /// A tire that a car can stand on: it also says below which speed its formula fades slip.
@@ -294,10 +276,4 @@ fn at_rest(load: f64, slowest: f64) -> Slip {
 #[inline]
 fn at_least<T: Number>(value: T, least: f64) -> T {
     if value > least { value } else { least.into() }
-}
-
-/// Relaxation lengths [m] that a car can be integrated with: finite, and not below the shortest.
-pub(crate) fn usable(relaxation: Relaxation, least: f64) -> [f64; 2] {
-    [relaxation.x, relaxation.y]
-        .map(|length| if length.is_finite() { length.max(least) } else { least })
 }

@@ -9,7 +9,7 @@ use ::csv::ByteRecord;
 use text_encoding::utf8_or_latin1;
 
 use super::cell::{self, Cell};
-use super::error::CsvError;
+use super::explanation::sensor;
 use super::layout::{self, Layout};
 use super::text::Text;
 use super::{line, reader};
@@ -17,7 +17,7 @@ use crate::table::foreign::foreign;
 use crate::table::names::{Heading, Names};
 use crate::table::read_request::{Decimal, Dialect, Separator};
 use crate::table::title::Title;
-use crate::table::{ColumnTitle, TableError};
+use crate::table::{ColumnTitle, CsvError, TableError};
 
 /// What is looked at to find the titles and the units has at most so many bytes [B].
 const LARGEST_HEAD: u64 = 64 << 20;
@@ -61,7 +61,7 @@ impl<'a> CsvFile<'a> {
             let line = layout.titles_line;
             return Err(CsvError::NoTitles { path: path.to_owned(), line, example });
         }
-        let of_line = |place: usize| layout.sources.get(place).map(|it| layout::sensor(it));
+        let of_line = |place: usize| layout.sources.get(place).map(|it| sensor(it));
         let said = layout.titles.iter().enumerate().map(|(place, title)| Heading {
             text: &title.text,
             plain: &title.plain,

@@ -1,6 +1,7 @@
 //! Detects the layout of a CSV file: lines of titles, units and rows.
 
-use super::line::{self, Line, count, lines};
+use super::explanation::{is_sources, is_types, is_units, is_units_alone};
+use super::line::{Line, count, lines};
 use super::profile::{HeaderLine, Profile, profile};
 use super::region::Region;
 use crate::table::read_request::{Dialect, Separator, UnitRow};
@@ -111,47 +112,6 @@ fn widest(line: &[Line], separators: &[Separator]) -> (usize, Separator) {
     let each = separators.iter().map(cells);
     let best = each.reduce(|best, it| if it.0 > best.0 { it } else { best });
     best.unwrap_or((0, Separator::Comma))
-}
-
-/// Whether a line between titles and rows has units: at least half of its words are known ones.
-pub(super) fn is_units(cells: &[String]) -> bool {
-    let words: Vec<&str> = cells.iter().filter_map(|cell| unit_word(cell)).collect();
-    let known = words.iter().filter(|it| !line::is_number(it) && unit(it, "").is_some()).count();
-    known > 0 && 2 * known >= words.len()
-}
-
-/// Whether a line says something of the columns, and not which ones they are.
-pub(super) fn is_explanation(cells: &[String]) -> bool {
-    is_units(cells) || is_sources(cells) || is_types(cells)
-}
-
-/// Whether a line has units and nothing else.
-fn is_units_alone(cells: &[String]) -> bool {
-    let known = |it: &str| !line::is_number(it) && unit(it, "").is_some();
-    is_units(cells) && cells.iter().filter_map(|cell| unit_word(cell)).all(known)
-}
-
-/// The sensor in a cell such as `100: gps`, without its number.
-pub(super) fn sensor(source: &str) -> &str {
-    match source.split_once(": ") {
-        Some((number, sensor)) if number.bytes().all(|it| it.is_ascii_digit()) => sensor,
-        _ => source,
-    }
-}
-
-fn is_sources(cells: &[String]) -> bool {
-    cells.iter().any(|cell| sensor(cell) != cell)
-}
-
-fn is_types(cells: &[String]) -> bool {
-    let is_type = |cell: &str| {
-        let mut letters = cell.chars();
-        letters.next().is_some_and(|c| "fiusd".contains(c))
-            && letters.clone().count() > 0
-            && letters.all(|c| c.is_ascii_digit())
-    };
-    let mut words = cells.iter().map(|it| it.trim()).filter(|it| !it.is_empty()).peekable();
-    words.peek().is_some() && words.all(is_type)
 }
 
 impl Layout {

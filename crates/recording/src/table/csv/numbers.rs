@@ -4,10 +4,10 @@ use units::Unit;
 
 pub(super) use super::column_builder::CellType;
 use super::column_builder::{CellError, CellPosition, ColumnBuilder, index};
-use super::error::CsvError;
 use text_encoding::utf8_or_latin1;
 
 use super::file::CsvFile;
+use crate::table::CsvError;
 use crate::table::exact_values::ExactValues;
 use crate::table::read_request::{Decimal, ReadRequest, Separator};
 use crate::table::title::unit_of_time;

@@ -3,7 +3,7 @@
 //! The titles are not known by their words but by what follows them: the last lines are rows, and what stands above all of these, as
 //! wide as they are, are titles and what explains them. Notes about the drive stand apart, or are narrower.
 
-use super::layout::{is_explanation, is_units};
+use super::explanation::{is_explanation, is_units};
 use super::line::{Line, is_gap, is_number, width};
 use crate::table::read_request::Separator;
 

@@ -6,9 +6,8 @@ use log_file::{ChannelKind, Time, Values};
 use units::Unit;
 
 use super::channel_index::ChannelIndex;
-use crate::table::csv::CsvError;
 use crate::table::title::unit_of_time;
-use crate::table::{ReadRequest, TableError};
+use crate::table::{CsvError, ReadRequest, TableError};
 
 /// The time stamps of a clock, while they are read.
 pub struct StampBuilder {
