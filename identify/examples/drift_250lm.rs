@@ -7,6 +7,8 @@
 mod log_250lm;
 #[path = "../../crates/drive-inference/tests/support/processor.rs"]
 mod processor;
+#[path = "../../crates/drive-doctor/tests/support/real_log.rs"]
+mod real_log;
 
 use log_250lm::{Log, by_drive, by_points, closed_loop, tires};
 use processor::processor;

@@ -21,13 +21,15 @@ use crate::system::{
     System, VariableGroups,
 };
 
+/// For each node the one that the program brings; none for an FMU.
+type NodesOfProgram = Vec<Option<Box<dyn Node>>>;
+
 /// A system that is being built. Nodes step in the order of the flow, and else in that in which they were added.
 pub struct SystemBuilder {
     clock: Clock,
     coupling: CouplingPlan,
     nodes: Vec<UnplacedNode>,
-    /// The nodes that the program brings; none for an FMU.
-    own: Vec<Option<Box<dyn Node>>>,
+    own: NodesOfProgram,
 }
 
 /// How the value of an output gets to an input.
@@ -210,7 +212,7 @@ impl SystemBuilder {
     ///
     /// # Errors
     /// When connections form a loop that the coupling algorithm does not solve.
-    pub(crate) fn system(self) -> Result<(System, Vec<Option<Box<dyn Node>>>), Error> {
+    pub(crate) fn system(self) -> Result<(System, NodesOfProgram), Error> {
         let SystemBuilder { clock, coupling, nodes, own } = self;
         let all = edges(&nodes);
         let graph = Graph {

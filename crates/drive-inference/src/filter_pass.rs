@@ -190,8 +190,8 @@ fn start<T: Scalar, const S: usize, const N: usize>(
 ) -> StateEstimate<T, N> {
     let constant = |value: f64| noise.sensor[0].constant(value);
     let mut estimate = StateEstimate { x: [constant(0.0); N], P: [[constant(0.0); N]; N] };
-    for i in 0..3 {
-        estimate.x[i] = motion[i];
+    for (i, value) in motion.iter().enumerate() {
+        estimate.x[i] = *value;
         estimate.P[i][i] = noise.sensor[i];
     }
     for i in 3..S - 1 {

@@ -68,10 +68,9 @@ pub fn series(
     let car = causes.true_car(car).with_tires(tires.front.curve(), tires.rear.curve());
     let mut all: Vec<Series> = recordings.iter().map(Series::measured).collect();
     likelihood.run(at, |i, k, innovation, state| {
-        for j in 0..4 {
-            let residual = innovation.residual[j];
-            all[i].states[j][k] = state[j];
-            all[i].innovations[j][k] = residual;
+        for (j, (residual, value)) in innovation.residual.iter().zip(state).enumerate() {
+            all[i].states[j][k] = *value;
+            all[i].innovations[j][k] = *residual;
             all[i].whitened[j][k] = residual / innovation.variance[j].sqrt();
         }
     });

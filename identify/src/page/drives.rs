@@ -43,15 +43,15 @@ impl Drives<'_> {
 
     /// Mean innovations over the slip of each axle: a curve of the wrong shape leaves some.
     pub fn misfits(&self) -> Vec<Markup> {
-        let axles = [(Axle::Front, "front"), (Axle::Rear, "rear")];
-        let sensors = SENSORS.into_iter().enumerate().skip(1);
-        let pairs = sensors.flat_map(|sensor| axles.map(|axle| (sensor, axle)));
-        let plot = |((sensor, (name, _)), (axle, side)): ((usize, (&str, &str)), (Axle, &str))| {
-            let misfit = Misfit::of_innovations(&self.found.series, axle, sensor);
-            let title = format!("{name} over the slip of the {side} axle");
-            Some(misfit.of_sensor(side, name)?.figure(&title))
-        };
-        pairs.filter_map(plot).collect()
+        let mut figures = Vec::new();
+        for (sensor, (name, _)) in SENSORS.into_iter().enumerate().skip(1) {
+            for (axle, side) in [(Axle::Front, "front"), (Axle::Rear, "rear")] {
+                let misfit = Misfit::of_innovations(&self.found.series, axle, sensor);
+                let title = format!("{name} over the slip of the {side} axle");
+                figures.extend(misfit.of_sensor(side, name).map(|it| it.figure(&title)));
+            }
+        }
+        figures
     }
 
     /// Each drive with the report of its smoothing.

@@ -1,18 +1,16 @@
 //! Reads the recording of a 1964 Ferrari 250 LM, if it is at hand, and identifies its tires from parts of it by both tasks.
 #![allow(dead_code, reason = "each user needs a part")]
 
-#[path = "../../../crates/drive-doctor/tests/support/real_log.rs"]
-mod real_log;
-
 use drive_inference::{Drive, Identification, identify};
 use identify::config::{ClosedLoop, Config, Tires};
 use preparation::direction::Direction;
 use preparation::{DriveLog, Pipeline};
-use real_log::RealLog;
 use tire_inference::axles::Axles;
 use tire_inference::estimate::Estimate;
 use tire_inference::fit::FitOptions;
 use tire_inference::settings::{Method, Settings};
+
+use crate::real_log::RealLog;
 
 /// The car as `scenarios/tires_250lm.toml` has it.
 const CAR: &str = "aero = \"none\"\n[car.body]\nm = 982.0\nI_zz = 1605.0\nl_f = 1.33\nl_r = 1.07\nh = { value = 0.45, std = 0.05 }";

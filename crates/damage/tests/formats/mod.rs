@@ -10,10 +10,9 @@ pub mod archive {
 
 #[path = "../../.."]
 pub mod bench {
+    pub use super::mat::writer;
     #[path = "tire-bench/tests/support/damaged.rs"]
     pub mod damaged;
-    #[path = "mat-file/tests/support/writer.rs"]
-    pub mod writer;
 }
 
 #[path = "../../.."]
@@ -34,12 +33,11 @@ pub mod fmu {
 
 #[path = "../../.."]
 pub mod log {
+    pub use super::mat::writer as mat;
     #[path = "log-file/tests/support/damaged.rs"]
     pub mod damaged;
     #[path = "log-file/tests/support/ld.rs"]
     pub mod ld;
-    #[path = "mat-file/tests/support/writer.rs"]
-    pub mod mat;
     #[path = "log-file/tests/support/writers.rs"]
     pub mod writers;
 }
@@ -91,7 +89,7 @@ pub mod ros {
 }
 
 #[path = "../../.."]
-pub mod scenarios {
+pub mod scenario {
     #[path = "scenario/tests/support/everything.rs"]
     pub mod everything;
     #[path = "scenario/tests/support/scenarios.rs"]
@@ -99,7 +97,7 @@ pub mod scenarios {
 }
 
 #[path = "../../.."]
-pub mod systems {
+pub mod system {
     #[path = "ssp/tests/support/systems.rs"]
     pub mod systems;
 }
@@ -120,6 +118,6 @@ pub const ALL: [&Target; 15] = [
     &recordings::recoveries::TARGET,
     &recordings::tables::TARGET,
     &ros::damaged::TARGET,
-    &scenarios::scenarios::TARGET,
-    &systems::systems::TARGET,
+    &scenario::scenarios::TARGET,
+    &system::systems::TARGET,
 ];

@@ -43,7 +43,6 @@ impl Lab {
     }
 
     /// The same with values of `--set`.
-
     pub fn resolve_with(&self, text: &str, set: &[&str]) -> Result<RunPlan, Error> {
         let starts =
             set.iter().map(|entry| Override::parse(entry, |file| Path::new(file).to_owned()));
